@@ -1,0 +1,86 @@
+"""Poses in the plane, SE(2): compose, inverse, between, and the same for arrays of poses."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class Pose2(NamedTuple):
+    """A pose in the plane, or the transform it stands for: x, y in m, theta in rad.
+
+    `world_from_robot @ robot_from_sensor` composes two of them.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    theta: float = 0.0
+
+    def __matmul__(self, other: Pose2) -> Pose2:
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return Pose2(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            math.remainder(self.theta + other.theta, math.tau),
+        )
+
+    def inverse(self) -> Pose2:
+        """The transform back: `pose @ pose.inverse()` is the identity."""
+        c, s = math.cos(self.theta), math.sin(self.theta)
+        return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta)
+
+    def between(self, other: Pose2) -> Pose2:
+        """`other` as seen from this pose: `self @ self.between(other) == other`."""
+        return self.inverse() @ other
+
+    @staticmethod
+    def of(values: ArrayLike) -> Pose2:
+        """From any three numbers (x, y, theta)."""
+        x, y, theta = np.asarray(values, dtype=np.float64).tolist()
+        return Pose2(x, y, theta)
+
+
+def wrap_angle(angle: ArrayLike) -> Array:
+    """Angles wrapped to [-pi, pi), rad, any shape."""
+    return (np.asarray(angle, dtype=np.float64) + np.pi) % (2 * np.pi) - np.pi
+
+
+def compose(a: ArrayLike, b: ArrayLike) -> Array:
+    """`a @ b` over arrays of poses, shapes (..., 3), broadcast against each other."""
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
+    return np.stack(
+        [
+            a[..., 0] + c * b[..., 0] - s * b[..., 1],
+            a[..., 1] + s * b[..., 0] + c * b[..., 1],
+            wrap_angle(a[..., 2] + b[..., 2]),
+        ],
+        axis=-1,
+    )
+
+
+def inverse(a: ArrayLike) -> Array:
+    """The inverse of every pose of an array (..., 3)."""
+    a = np.asarray(a, dtype=np.float64)
+    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
+    return np.stack(
+        [-c * a[..., 0] - s * a[..., 1], s * a[..., 0] - c * a[..., 1], wrap_angle(-a[..., 2])],
+        axis=-1,
+    )
+
+
+def between(a: ArrayLike, b: ArrayLike) -> Array:
+    """Poses `b` as seen from poses `a`, shapes (..., 3)."""
+    return compose(inverse(a), b)
+
+
+def transform_points(pose: Pose2, points: ArrayLike) -> Array:
+    """Points (..., 2), m, given in the frame of `pose`, expressed in its parent frame."""
+    points = np.asarray(points, dtype=np.float64)
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    return points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)

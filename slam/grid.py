@@ -1,0 +1,105 @@
+"""Grids on one world-wide lattice of square cells, that grow without ever being resampled."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.geometry import Array
+
+TILE = 64  # a grid's borders lie on multiples of this many cells
+
+
+class Window(NamedTuple):
+    """A rectangle of cells of a grid: rows [row0, row1) and columns [col0, col1)."""
+
+    row0: int
+    row1: int
+    col0: int
+    col1: int
+
+
+class GridSpec(NamedTuple):
+    """Which cells of the lattice a grid holds.
+
+    Cell (row, col) of the grid is the square with its lower left corner at
+    ((col0 + col) * resolution, (row0 + row) * resolution) in the world: x grows with the column,
+    y with the row.
+    """
+
+    resolution: float
+    row0: int
+    col0: int
+    rows: int
+    cols: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+        return self.rows, self.cols
+
+    @property
+    def origin(self) -> tuple[float, float]:
+        """World x, y of the lower left corner, m."""
+        return self.col0 * self.resolution, self.row0 * self.resolution
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """World left, right, bottom, top in m (matplotlib's `extent` with origin="lower")."""
+        x, y = self.origin
+        return x, x + self.cols * self.resolution, y, y + self.rows * self.resolution
+
+    def cells(self, points: Array) -> np.ndarray:
+        """(n, 2) int rows and columns of the cells that hold the points (n, 2), m; may be outside."""
+        lattice = np.floor(np.asarray(points)[:, ::-1] / self.resolution).astype(np.int64)
+        return lattice - (self.row0, self.col0)
+
+    def centres(self, cells: np.ndarray) -> Array:
+        """(n, 2) world x, y in m of the centres of cells (n, 2) given as rows and columns."""
+        lattice = np.asarray(cells) + (self.row0, self.col0)
+        return (lattice[:, ::-1] + 0.5) * self.resolution
+
+    def covering(self, low: tuple[float, float], high: tuple[float, float]) -> GridSpec:
+        """This grid, or a larger one that also holds the world box from `low` to `high`, m."""
+        row0, row1 = _reach(low[1], high[1], self.resolution, self.row0, self.row0 + self.rows)
+        col0, col1 = _reach(low[0], high[0], self.resolution, self.col0, self.col0 + self.cols)
+        return GridSpec(self.resolution, row0, col0, row1 - row0, col1 - col0)
+
+    @staticmethod
+    def around(low: tuple[float, float], high: tuple[float, float], resolution: float) -> GridSpec:
+        """The smallest grid of whole tiles that holds the world box from `low` to `high`, m."""
+        tile = resolution * TILE
+        row0, col0 = math.floor(low[1] / tile) * TILE, math.floor(low[0] / tile) * TILE
+        return GridSpec(resolution, row0, col0, 0, 0).covering(low, high)
+
+
+def _reach(low: float, high: float, resolution: float, start: int, stop: int) -> tuple[int, int]:
+    tile = resolution * TILE
+    return (
+        min(start, math.floor(low / tile) * TILE),
+        max(stop, (math.floor(high / tile) + 1) * TILE),
+    )
+
+
+def grown(array: np.ndarray, old: GridSpec, new: GridSpec, fill: float) -> np.ndarray:
+    """`array` of grid `old` as an array of the larger grid `new`, the new cells set to `fill`."""
+    result = np.full(new.shape + array.shape[2:], fill, dtype=array.dtype)
+    row, col = old.row0 - new.row0, old.col0 - new.col0
+    result[row : row + old.rows, col : col + old.cols] = array
+    return result
+
+
+@dataclass(frozen=True)
+class OccupancyGrid:
+    """A map as it leaves a SLAM.
+
+    occupied  (rows, cols) h, P(occupied now); the prior where nothing was seen
+    observed  (rows, cols) bool, where anything was seen
+    """
+
+    spec: GridSpec
+    occupied: Array
+    observed: np.ndarray

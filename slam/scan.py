@@ -1,0 +1,66 @@
+"""Scan: what a laser tells a SLAM. The border of the library."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One sweep of a planar laser.
+
+    ranges     (beams,) m; `inf` or anything at or above `max_range` is no echo; NaN and anything
+               below `min_range` is no reading at all
+    angles     (beams,) rad, in the sensor's frame, 0 straight ahead, counter-clockwise
+    max_range  m, beyond it the sensor hears no echo
+    min_range  m, below it a reading is not to be trusted
+    time       s
+    mount      the sensor on the robot (robot_from_sensor)
+    """
+
+    ranges: Array
+    angles: Array
+    max_range: float
+    min_range: float = 0.0
+    time: float = 0.0
+    mount: Pose2 = field(default=Pose2())
+
+    def __post_init__(self) -> None:
+        if self.ranges.ndim != 1 or self.ranges.shape != self.angles.shape:
+            raise InputError(
+                f"a scan has one range and one angle per beam, but ranges have shape "
+                f"{self.ranges.shape} and angles {self.angles.shape}"
+            )
+        if not 0.0 <= self.min_range < self.max_range:
+            raise InputError(
+                f"a scan needs 0 <= min_range < max_range, "
+                f"got min_range={self.min_range}, max_range={self.max_range}"
+            )
+
+    @cached_property
+    def hit(self) -> np.ndarray:
+        """(beams,) bool: an echo came back from within the sensor's reach."""
+        return (self.ranges >= self.min_range) & (self.ranges < self.max_range) & (self.ranges > 0)
+
+    @cached_property
+    def no_echo(self) -> np.ndarray:
+        """(beams,) bool: nothing stood within the sensor's reach."""
+        return self.ranges >= self.max_range
+
+    @cached_property
+    def directions(self) -> Array:
+        """(beams, 2) unit vectors of the beams in the robot's frame."""
+        angles = self.angles + self.mount.theta
+        return np.column_stack([np.cos(angles), np.sin(angles)])
+
+    @cached_property
+    def points(self) -> Array:
+        """(hits, 2) end points of the beams with an echo, m, in the robot's frame."""
+        ranges, directions = self.ranges[self.hit], self.directions[self.hit]
+        return directions * ranges[:, None] + (self.mount.x, self.mount.y)

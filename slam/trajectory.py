@@ -1,0 +1,47 @@
+"""Trajectory: poses at times, from odometry, from the truth, or from a SLAM."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.geometry import Array, compose, wrap_angle
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """times (n,) s, strictly increasing; poses (n, 3) as x, y in m and theta in rad."""
+
+    times: Array
+    poses: Array
+
+    def __post_init__(self) -> None:
+        if self.times.ndim != 1 or self.poses.shape != (len(self.times), 3):
+            raise InputError(
+                f"a trajectory has times (n,) and poses (n, 3), "
+                f"got {self.times.shape} and {self.poses.shape}"
+            )
+        if not (np.isfinite(self.times).all() and np.isfinite(self.poses).all()):
+            raise InputError("a trajectory has finite times and poses, got NaN or infinity")
+        if (np.diff(self.times) <= 0).any():
+            at = int(np.argmax(np.diff(self.times) <= 0))
+            raise InputError(
+                f"the times of a trajectory increase, but row {at + 1} ({self.times[at + 1]:.6f} s) "
+                f"does not come after row {at} ({self.times[at]:.6f} s)"
+            )
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def at(self, times: Array) -> Array:
+        """Poses (m, 3) at `times`, interpolated (the heading the short way); held at the ends."""
+        heading = np.unwrap(self.poses[:, 2])
+        columns = (self.poses[:, 0], self.poses[:, 1], heading)
+        x, y, theta = (np.interp(times, self.times, column) for column in columns)
+        return np.column_stack([x, y, wrap_angle(theta)])
+
+    def moved(self, transform: Array) -> Trajectory:
+        """The whole trajectory moved by a rigid `transform` (3,)."""
+        return Trajectory(self.times, compose(transform, self.poses))
