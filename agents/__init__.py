@@ -1,0 +1,1 @@
+"""What drives the robot; every agent has stable-baselines3 `predict`."""

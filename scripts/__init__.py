@@ -1,0 +1,1 @@
+"""The `dynslam` command, one file a subcommand; imported as `dynslam_cli`."""

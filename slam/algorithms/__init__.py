@@ -1,0 +1,1 @@
+"""Whole SLAM algorithms, made of the parts beside them."""

@@ -1,0 +1,1 @@
+"""Variants x episodes -> results -> statistics."""

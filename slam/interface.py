@@ -1,0 +1,92 @@
+"""The protocols: what a SLAM is, and the four parts that a maximum likelihood SLAM is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from slam.geometry import Array, Pose2
+from slam.grid import GridSpec, OccupancyGrid, Window
+from slam.scan import Scan
+
+
+class Estimate(NamedTuple):
+    """What a SLAM believes after an update.
+
+    pose        the robot in the world
+    covariance  (3, 3) of x, y in m and theta in rad, in the world
+    score       mean log-likelihood per beam of the matched scan, or of the last one matched; 0 before
+    matched     whether this scan was matched and put into the map
+    """
+
+    pose: Pose2
+    covariance: Array
+    score: float
+    matched: bool
+
+
+class Slam(Protocol):
+    """Anything that turns odometry and scans into a pose and a map. One object an episode."""
+
+    pose: Pose2
+
+    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+        """Take in the odometry's displacement since the last update (robot frame), then the scan."""
+        ...
+
+    def map(self) -> OccupancyGrid:
+        """The map as it is believed now."""
+        ...
+
+
+class MapModel(Protocol):
+    """One way to remember what the cells have been. `occupied` is h, P(occupied now)."""
+
+    spec: GridSpec
+    occupied: Array
+    observed: np.ndarray
+
+    def integrate(self, scan: Scan, pose: Pose2) -> Window:
+        """Put a scan taken at `pose` into the map; grow to hold it; say which cells changed."""
+        ...
+
+
+Objective = Callable[[Array], Array]
+"""Poses (n, 3) -> log posterior of each (n,): the product of equation 7 in the log domain."""
+
+
+class Perception(Protocol):
+    """One reading of log p(scan | pose, h)."""
+
+    def refresh(self, grid: MapModel, changed: Window) -> None:
+        """Take notice that `changed` cells of the map have a new h."""
+        ...
+
+    def log_likelihood(self, scan: Scan, poses: Array) -> Array:
+        """(n,) log p(scan | pose, h) of each of the poses (n, 3)."""
+        ...
+
+
+class Motion(Protocol):
+    """p(s | u, s'): where the robot may be after the odometry said `motion`."""
+
+    def covariance(self, motion: Pose2) -> Array:
+        """(3, 3) of the error of `motion`, in the frame of the pose that it leads to."""
+        ...
+
+
+class Search(Protocol):
+    """The argmax of equation 7."""
+
+    def __call__(
+        self, objective: Objective, start: Pose2, covariance: Array, rng: np.random.Generator
+    ) -> Pose2:
+        """The pose of the largest `objective` near `start`, within what `covariance` (the motion's,
+        in the frame of `start`) makes likely."""
+        ...
+
+
+Builder = Callable[[Pose2, np.random.Generator], Slam]
+"""Makes a new SLAM: (start pose in the world, randomness) -> Slam."""

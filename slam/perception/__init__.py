@@ -1,0 +1,1 @@
+"""Readings of a scan: log p(scan | pose, h)."""

@@ -1,0 +1,1 @@
+"""Pose searches: the argmax of equation 7."""
