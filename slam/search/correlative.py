@@ -1,0 +1,47 @@
+"""Correlative search: every pose of a grid around the odometry's, then refined (Olson 2009)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slam.geometry import Array, Pose2, compose
+from slam.interface import Objective
+from slam.search.hill_climb import HillClimb
+
+
+@dataclass(frozen=True)
+class Correlative:
+    """Exhaustive over what the motion model makes likely, so that no peak is missed.
+
+    step, turn  m and rad between neighbouring candidates
+    reach       how many standard deviations of the motion are searched
+    refine      climbs from the best candidate to the top of its peak
+    """
+
+    step: float = 0.03
+    turn: float = math.radians(1.0)
+    reach: float = 2.5
+    refine: HillClimb = field(default_factory=lambda: HillClimb(0.015, math.radians(0.5)))
+
+    def __call__(
+        self, objective: Objective, start: Pose2, covariance: Array, rng: np.random.Generator
+    ) -> Pose2:
+        """The best candidate, refined."""
+        poses = compose(start, self.candidates(covariance))
+        best = poses[objective(poses).argmax()]
+        return Pose2.of(self.refine.climb(objective, best[None])[0])
+
+    def candidates(self, covariance: Array) -> Array:
+        """(n, 3) displacements from the odometry's pose, a full grid with zero at its centre."""
+        reach = self.reach * np.sqrt(np.diag(covariance))
+        steps = (self.step, self.step, self.turn)
+        axes = [_ticks(r, step) for r, step in zip(reach, steps, strict=True)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _ticks(reach: float, step: float) -> Array:
+    n = math.ceil(reach / step)
+    return np.arange(-n, n + 1) * step
