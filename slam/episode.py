@@ -66,7 +66,7 @@ class Episode:
         return np.array([scan.time for scan in self.scans])
 
     def motions(self) -> list[Pose2]:
-        """What the odometry says the robot moved before each scan, in its own frame; first: zero."""
+        """What the odometry says the robot moved before each scan, in its frame; first: zero."""
         poses = self.odometry.at(self.times)
         moved = between(poses[:-1], poses[1:])
         return [Pose2(), *(Pose2(*row) for row in moved.tolist())]

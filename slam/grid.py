@@ -13,15 +13,6 @@ from slam.geometry import Array
 TILE = 64  # a grid's borders lie on multiples of this many cells
 
 
-class Window(NamedTuple):
-    """A rectangle of cells of a grid: rows [row0, row1) and columns [col0, col1)."""
-
-    row0: int
-    row1: int
-    col0: int
-    col1: int
-
-
 class GridSpec(NamedTuple):
     """Which cells of the lattice a grid holds.
 
@@ -53,7 +44,8 @@ class GridSpec(NamedTuple):
         return x, x + self.cols * self.resolution, y, y + self.rows * self.resolution
 
     def cells(self, points: Array) -> np.ndarray:
-        """(n, 2) int rows and columns of the cells that hold the points (n, 2), m; may be outside."""
+        """(n, 2) int rows and columns of the cells that hold points (n, 2), m, in the grid or
+        outside."""
         lattice = np.floor(np.asarray(points)[:, ::-1] / self.resolution).astype(np.int64)
         return lattice - (self.row0, self.col0)
 
@@ -101,5 +93,5 @@ class OccupancyGrid:
     """
 
     spec: GridSpec
-    occupied: Array
+    occupied: np.ndarray
     observed: np.ndarray

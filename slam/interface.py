@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from slam.geometry import Array, Pose2
-from slam.grid import GridSpec, OccupancyGrid, Window
+from slam.grid import GridSpec, OccupancyGrid
 from slam.scan import Scan
 
 
@@ -17,7 +17,7 @@ class Estimate(NamedTuple):
 
     pose        the robot in the world
     covariance  (3, 3) of x, y in m and theta in rad, in the world
-    score       mean log-likelihood per beam of the matched scan, or of the last one matched; 0 before
+    score       mean log-likelihood per beam of the last matched scan; 0 before
     matched     whether this scan was matched and put into the map
     """
 
@@ -33,7 +33,8 @@ class Slam(Protocol):
     pose: Pose2
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        """Take in the odometry's displacement since the last update (robot frame), then the scan."""
+        """Take in the odometry's displacement since the last update, in the robot's frame, then the
+        scan."""
         ...
 
     def map(self) -> OccupancyGrid:
@@ -45,11 +46,15 @@ class MapModel(Protocol):
     """One way to remember what the cells have been. `occupied` is h, P(occupied now)."""
 
     spec: GridSpec
-    occupied: Array
+    prior: float
+    occupied: np.ndarray
     observed: np.ndarray
 
-    def integrate(self, scan: Scan, pose: Pose2) -> Window:
-        """Put a scan taken at `pose` into the map; grow to hold it; say which cells changed."""
+    def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
+        """Put a scan taken at `pose` into the map, which grows to hold it.
+
+        Gives the cells that changed, as flat indices.
+        """
         ...
 
 
@@ -60,7 +65,7 @@ Objective = Callable[[Array], Array]
 class Perception(Protocol):
     """One reading of log p(scan | pose, h)."""
 
-    def refresh(self, grid: MapModel, changed: Window) -> None:
+    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
         """Take notice that `changed` cells of the map have a new h."""
         ...
 
@@ -72,8 +77,8 @@ class Perception(Protocol):
 class Motion(Protocol):
     """p(s | u, s'): where the robot may be after the odometry said `motion`."""
 
-    def covariance(self, motion: Pose2) -> Array:
-        """(3, 3) of the error of `motion`, in the frame of the pose that it leads to."""
+    def deviations(self, motion: Pose2) -> Array:
+        """(3,) standard deviations of the error of `motion`, in the frame that it leads to."""
         ...
 
 
@@ -81,10 +86,12 @@ class Search(Protocol):
     """The argmax of equation 7."""
 
     def __call__(
-        self, objective: Objective, start: Pose2, covariance: Array, rng: np.random.Generator
+        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
     ) -> Pose2:
-        """The pose of the largest `objective` near `start`, within what `covariance` (the motion's,
-        in the frame of `start`) makes likely."""
+        """The pose of the largest `objective` near `start`.
+
+        deviations  (3,) how far off `start` is likely to be, in its own frame: m, m, rad
+        """
         ...
 
 

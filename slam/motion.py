@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from slam.geometry import Array, Pose2
 
@@ -32,17 +33,28 @@ class OdometryMotion:
     rotation_per_rad: float = 0.1
     rotation_floor: float = math.radians(0.5)
 
-    def covariance(self, motion: Pose2) -> Array:
-        """(3, 3) diagonal covariance of x, y in m and theta in rad."""
+    def deviations(self, motion: Pose2) -> Array:
+        """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
         driven, turned = math.hypot(motion.x, motion.y), abs(motion.theta)
-        translation = (
-            (self.translation_per_m * driven) ** 2
-            + (self.translation_per_rad * turned) ** 2
-            + self.translation_floor**2
+        translation = math.hypot(
+            self.translation_per_m * driven,
+            self.translation_per_rad * turned,
+            self.translation_floor,
         )
-        rotation = (
-            (self.rotation_per_m * driven) ** 2
-            + (self.rotation_per_rad * turned) ** 2
-            + self.rotation_floor**2
+        rotation = math.hypot(
+            self.rotation_per_m * driven, self.rotation_per_rad * turned, self.rotation_floor
         )
-        return np.diag([translation, translation, rotation])
+        return np.array([translation, translation, rotation])
+
+
+@njit(cache=True)
+def log_prior(poses, predicted, deviations):
+    """(n,) log p(s | u, s') of poses (n, 3) up to a constant, Gaussian around `predicted`."""
+    c, s = np.cos(predicted[2]), np.sin(predicted[2])
+    result = np.empty(len(poses))
+    for n in range(len(poses)):
+        dx, dy = poses[n, 0] - predicted[0], poses[n, 1] - predicted[1]
+        dtheta = (poses[n, 2] - predicted[2] + np.pi) % (2 * np.pi) - np.pi
+        x, y = (c * dx + s * dy) / deviations[0], (c * dy - s * dx) / deviations[1]
+        result[n] = -0.5 * (x * x + y * y + (dtheta / deviations[2]) ** 2)
+    return result

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.algorithms.dead_reckoning import DeadReckoning
+from slam.algorithms.variants import BUILDERS
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Builder, Slam
 
-_BUILDERS: dict[str, Builder] = {"odometry": lambda start, rng: DeadReckoning(start)}
+_BUILDERS: dict[str, Builder] = dict(BUILDERS)
 
 
 def register(name: str, builder: Builder) -> None:

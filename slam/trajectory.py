@@ -28,8 +28,8 @@ class Trajectory:
         if (np.diff(self.times) <= 0).any():
             at = int(np.argmax(np.diff(self.times) <= 0))
             raise InputError(
-                f"the times of a trajectory increase, but row {at + 1} ({self.times[at + 1]:.6f} s) "
-                f"does not come after row {at} ({self.times[at]:.6f} s)"
+                f"the times of a trajectory increase, but row {at + 1} "
+                f"({self.times[at + 1]:.6f} s) follows row {at} ({self.times[at]:.6f} s)"
             )
 
     def __len__(self) -> int:

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, wrap_angle
+from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, Motion, Objective, Perception, Search
 from slam.maps.static import Static
-from slam.motion import OdometryMotion
+from slam.motion import OdometryMotion, log_prior
 from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
 from slam.search.correlative import Correlative
+from slam.search.laplace import laplace_covariance
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Keyframes:
 
 
 class MaximumLikelihood:
-    """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (equation 5, 7).
+    """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (eq. 5 and 7).
 
     Static and dynamic SLAM differ by one object: `grid`, the memory of what the cells have been.
     """
@@ -62,34 +63,48 @@ class MaximumLikelihood:
         self.search = search or Correlative()
         self.keyframes = keyframes or Keyframes()
         self._moved = Pose2()
+        self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._matched_at = -math.inf
-        self._score = 0.0
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; where the way since the last match asks for it, match and map."""
-        self.pose = self.pose @ motion
         self._moved = self._moved @ motion
-        covariance = self.motion.covariance(self._moved)
+        predicted = self._last.pose @ self._moved
+        deviations = self.motion.deviations(self._moved)
         if not self.keyframes.due(self._moved, scan.time - self._matched_at):
-            return Estimate(self.pose, covariance, self._score, False)
-        if self._matched_at > -math.inf:
-            objective = self.objective(scan, self.pose, covariance)
-            self.pose = self.search(objective, self.pose, covariance, self.rng)
-        changed = self.grid.integrate(scan, self.pose)
+            return self._dead_reckoned(predicted, deviations)
+        estimate = self._matched(scan, predicted, deviations)
+        changed = self.grid.integrate(scan, estimate.pose)
         self.perception.refresh(self.grid, changed)
+        self.pose, self._last = estimate.pose, estimate
         self._moved, self._matched_at = Pose2(), scan.time
-        return Estimate(self.pose, covariance, self._score, True)
+        return estimate
 
-    def objective(self, scan: Scan, predicted: Pose2, covariance: Array) -> Objective:
-        """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant."""
-        information = 1.0 / np.diag(covariance)
+    def _matched(self, scan: Scan, predicted: Pose2, deviations: Array) -> Estimate:
+        """Equation 7, over the map as it was before this scan."""
+        if self._matched_at == -math.inf:
+            return Estimate(predicted, np.zeros((3, 3)), 0.0, True)
+        objective = self.objective(scan, predicted, deviations)
+        pose = self.search(objective, predicted, deviations, self.rng)
+        covariance = laplace_covariance(objective, pose, deviations)
+        likelihood = self.perception.log_likelihood(scan, np.array([pose]))[0]
+        return Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
+
+    def _dead_reckoned(self, predicted: Pose2, deviations: Array) -> Estimate:
+        """Where the odometry leads from the last match, and as much less sure."""
+        self.pose = predicted
         c, s = math.cos(predicted.theta), math.sin(predicted.theta)
+        turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        covariance = self._last.covariance + (turn * deviations**2) @ turn.T
+        return Estimate(predicted, covariance, self._last.score, False)
+
+    def objective(self, scan: Scan, predicted: Pose2, deviations: Array) -> Objective:
+        """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant."""
+        centre = np.array(predicted)
 
         def log_posterior(poses: Array) -> Array:
-            dx, dy = poses[:, 0] - predicted.x, poses[:, 1] - predicted.y
-            dtheta = wrap_angle(poses[:, 2] - predicted.theta)
-            error = np.column_stack([c * dx + s * dy, c * dy - s * dx, dtheta])
-            return self.perception.log_likelihood(scan, poses) - 0.5 * error**2 @ information
+            likelihood = self.perception.log_likelihood(scan, poses)
+            return likelihood + log_prior(poses, centre, deviations)
 
         return log_posterior
 

@@ -1,4 +1,4 @@
-"""Histogram map: how often a cell was how occupied, over windows of time (the paper, section 4.2)."""
+"""Histogram map: how often a cell was how occupied, over windows of time (the paper, 4.2)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.grid import GridSpec, Window, grown
+from slam.grid import GridSpec, grown
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays, covering, trace
 from slam.scan import Scan
@@ -46,6 +46,7 @@ class Histogram:
             )
         self.evidence = evidence
         self.rays = rays
+        self.prior = evidence.prior
         self.delta_t = delta_t
         self.bins = bins
         self.weight = weight
@@ -56,7 +57,7 @@ class Histogram:
         self.occupied = np.zeros(self.spec.shape, np.float32)
         self.observed = np.zeros(self.spec.shape, np.bool_)
 
-    def integrate(self, scan: Scan, pose: Pose2) -> Window:
+    def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the open window of the cells that it saw."""
         sensor, ends, hit = self.rays.ends(scan, pose)
         self._grow(covering(self.spec, sensor, ends))
@@ -72,7 +73,7 @@ class Histogram:
         )
         self.occupied.reshape(-1)[seen.cells] = self._mean(seen.cells)
         self.observed.reshape(-1)[seen.cells] = True
-        return seen.window
+        return seen.cells
 
     def histogram(self, row: int, col: int) -> np.ndarray:
         """(B,) number of windows by occupancy of one cell, the open one counted in."""
@@ -88,7 +89,7 @@ class Histogram:
             self.log_odds.reshape(-1),
             self.counts.reshape(-1, self.bins),
             self.weight,
-            self.evidence.prior,
+            self.prior,
         )
 
     def _grow(self, spec: GridSpec) -> None:
@@ -97,7 +98,7 @@ class Histogram:
         self.counts = grown(self.counts, self.spec, spec, 0)
         self.log_odds = grown(self.log_odds, self.spec, spec, 0.0)
         self.window = grown(self.window, self.spec, spec, NEVER)
-        self.occupied = grown(self.occupied, self.spec, spec, self.evidence.prior)
+        self.occupied = grown(self.occupied, self.spec, spec, self.prior)
         self.observed = grown(self.observed, self.spec, spec, False)
         self.spec = spec
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from slam.geometry import Array, Pose2
-from slam.grid import GridSpec, Window
+from slam.grid import GridSpec
 from slam.scan import Scan
 
 FREE, HIT = np.uint8(1), np.uint8(2)
@@ -18,14 +18,12 @@ FREE, HIT = np.uint8(1), np.uint8(2)
 class Seen(NamedTuple):
     """What one scan says of the cells, each cell once; a hit outweighs the beams that pass it.
 
-    cells   (n,) int flat indices into the grid
-    hit     (n,) bool, occupied rather than free
-    window  the smallest rectangle that holds them all
+    cells  (n,) int flat indices into the grid
+    hit    (n,) bool, occupied rather than free
     """
 
     cells: np.ndarray
     hit: np.ndarray
-    window: Window
 
 
 @dataclass(frozen=True)
@@ -66,10 +64,8 @@ def trace(spec: GridSpec, sensor: Array, ends: Array, hit: np.ndarray) -> Seen:
     All points must lie in the grid (see `covering`). A beam that is no hit frees its last cell too.
     """
     origin = np.array(spec.origin)
-    cells, flags, window = _trace(
-        (sensor - origin) / spec.resolution, (ends - origin) / spec.resolution, hit, spec.cols
-    )
-    return Seen(cells, flags, Window(*window))
+    scale = 1 / spec.resolution
+    return Seen(*_trace((sensor - origin) * scale, (ends - origin) * scale, hit, spec.cols))
 
 
 @njit(cache=True)
@@ -94,7 +90,7 @@ def _trace(sensor, ends, hit, stride):
                 cells[n] = (row + row0) * stride + col + col0
                 flags[n] = marks[row, col] == HIT
                 n += 1
-    return cells, flags, (row0, row1 + 1, col0, col1 + 1)
+    return cells, flags
 
 
 @njit(cache=True)

@@ -1,18 +1,18 @@
-"""Static map: per cell the sum of all log-odds (Elfes 1989; Thrun, Burgard, Fox 2005, table 9.1)."""
+"""Static map: per cell the sum of all log-odds (Elfes 1989; Thrun, Burgard, Fox 2005, 9.2)."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from slam.geometry import Pose2
-from slam.grid import GridSpec, Window, grown
+from slam.grid import GridSpec, grown
 from slam.maps.log_odds import Evidence, probability
 from slam.maps.rays import Rays, covering, trace
 from slam.scan import Scan
 
 
 class Static:
-    """Believes that the world never changes: what was seen a hundred times takes as long to unlearn.
+    """Believes that the world never changes: seen a hundred times takes as long to unlearn.
 
     resolution  m, side of a cell
     limit       nats, log-odds are clamped to +- this; infinite here, finite in `Clamped`
@@ -27,13 +27,14 @@ class Static:
     ):
         self.evidence = evidence
         self.rays = rays
+        self.prior = evidence.prior
         self.limit = limit
         self.spec = GridSpec(resolution, 0, 0, 0, 0)
         self.log_odds = np.zeros(self.spec.shape, np.float32)
         self.occupied = np.zeros(self.spec.shape, np.float32)
         self.observed = np.zeros(self.spec.shape, np.bool_)
 
-    def integrate(self, scan: Scan, pose: Pose2) -> Window:
+    def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the cells that it saw (equations 3 and 4)."""
         sensor, ends, hit = self.rays.ends(scan, pose)
         self._grow(covering(self.spec, sensor, ends))
@@ -44,12 +45,12 @@ class Static:
         log_odds[seen.cells] = updated
         self.occupied.reshape(-1)[seen.cells] = probability(updated + self.evidence.prior_log_odds)
         self.observed.reshape(-1)[seen.cells] = True
-        return seen.window
+        return seen.cells
 
     def _grow(self, spec: GridSpec) -> None:
         if spec == self.spec:
             return
         self.log_odds = grown(self.log_odds, self.spec, spec, 0.0)
-        self.occupied = grown(self.occupied, self.spec, spec, self.evidence.prior)
+        self.occupied = grown(self.occupied, self.spec, spec, self.prior)
         self.observed = grown(self.observed, self.spec, spec, False)
         self.spec = spec

@@ -1,4 +1,4 @@
-"""Endpoint reading: each echo should lie on something occupied (THEORY 2; Thrun et al. 2005, 6.4)."""
+"""Endpoint reading: each echo should lie on something occupied (Thrun et al. 2005, 6.4)."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Array
-from slam.grid import GridSpec, Window, grown
+from slam.grid import GridSpec, grown
 from slam.interface import MapModel
 from slam.scan import Scan
+
+BLOCK = 8  # cells; side of the squares in which the field is brought up to date
 
 
 class Endpoint:
@@ -26,7 +28,7 @@ class Endpoint:
     z_rand  floor of an echo that it does not
     """
 
-    H_MIN, H_MAX = 0.02, 0.98
+    H_MIN, H_MAX = 0.02, 0.98  # h is clipped to these
 
     def __init__(
         self, beta: float = 0.2, sigma: float = 0.06, z_hit: float = 0.95, z_rand: float = 0.05
@@ -41,27 +43,35 @@ class Endpoint:
         self.z_hit = z_hit
         self.z_rand = z_rand
         self.spec = GridSpec(1.0, 0, 0, 0, 0)
-        self.field = np.zeros((0, 0), np.float32)
-        self.unknown = math.log(z_rand)
+        self.known = np.zeros(self.spec.shape, np.float32)
+        self.field = np.zeros(self.spec.shape, np.float32)
 
-    def refresh(self, grid: MapModel, changed: Window) -> None:
-        """Bring the field up to date around the `changed` cells of the map."""
+    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
+        """Bring the field up to date around the `changed` cells (flat indices) of the map."""
         if grid.spec != self.spec:
             self._grow(grid)
-        radius = math.ceil(3 * self.sigma / grid.spec.resolution)
-        offsets = np.arange(-radius, radius + 1) * grid.spec.resolution
-        kernel = np.exp(-0.5 * (offsets / self.sigma) ** 2).astype(np.float32)
-        _refresh(self.field, grid.occupied, changed, kernel, (self.z_hit, self.z_rand),
-                 (self.H_MIN, self.H_MAX))  # fmt: skip
+        _refresh(
+            self.field,
+            self.known,
+            grid.occupied,
+            changed,
+            self._kernel,
+            (self.z_hit, self.z_rand),
+            (self.H_MIN, self.H_MAX),
+        )
 
     def _grow(self, grid: MapModel) -> None:
-        """A new field of the map's size; what is new in it is refreshed as unknown."""
-        if self.spec.resolution != grid.spec.resolution:
-            self.spec = GridSpec(grid.spec.resolution, grid.spec.row0, grid.spec.col0, 0, 0)
-        prior = float(grid.occupied[~grid.observed][0]) if not grid.observed.all() else 0.0
-        self.unknown = math.log(self.z_hit * prior + self.z_rand)
-        self.field = grown(self.field, self.spec, grid.spec, self.unknown)
-        self.spec = grid.spec
+        """A field of the map's size. Its new cells are as far from anything occupied as can be."""
+        spec, resolution = grid.spec, grid.spec.resolution
+        if self.spec.resolution != resolution:
+            self.spec = GridSpec(resolution, spec.row0, spec.col0, 0, 0)
+            radius = math.ceil(3 * self.sigma / resolution)
+            offsets = np.arange(-radius, radius + 1) * resolution
+            self._kernel = np.exp(-0.5 * (offsets / self.sigma) ** 2).astype(np.float32)
+            self.unknown = math.log(self.z_hit * max(grid.prior, self.H_MIN) + self.z_rand)
+        self.known = grown(self.known, self.spec, spec, max(grid.prior, self.H_MIN))
+        self.field = grown(self.field, self.spec, spec, self.unknown)
+        self.spec = spec
 
     def log_likelihood(self, scan: Scan, poses: Array) -> Array:
         """(n,) log p(scan | pose, h) of the poses (n, 3)."""
@@ -71,25 +81,43 @@ class Endpoint:
 
 
 @njit(cache=True)
-def _refresh(field, h, changed, kernel, z, limits):
-    """field = log(z_hit F + z_rand), F = max_c h_c exp(-d^2 / 2 sigma^2), rows first, then columns.
-
-    The Gaussian of the distance is the product of one over rows and one over columns, and so is
-    the maximum.
-    """
-    row0, row1, col0, col1 = changed
+def _refresh(field, known, h, changed, kernel, z, limits):
+    """Recompute the blocks of the field that a cell with another clipped h than before reaches."""
     rows, cols = h.shape
     radius = len(kernel) // 2
-    r0, r1 = max(row0 - radius, 0), min(row1 + radius, rows)
-    c0, c1 = max(col0 - radius, 0), min(col1 + radius, cols)
+    stale = np.zeros((rows // BLOCK + 1, cols // BLOCK + 1), np.bool_)
+    for cell in changed:
+        row, col = cell // cols, cell % cols
+        value = min(max(h[row, col], np.float32(limits[0])), np.float32(limits[1]))
+        if value == known[row, col]:
+            continue
+        known[row, col] = value
+        for i in range(max(row - radius, 0) // BLOCK, min(row + radius, rows - 1) // BLOCK + 1):
+            for j in range(max(col - radius, 0) // BLOCK, min(col + radius, cols - 1) // BLOCK + 1):
+                stale[i, j] = True
+    across = np.empty((BLOCK + 2 * radius, BLOCK), np.float32)
+    for i in range(stale.shape[0]):
+        for j in range(stale.shape[1]):
+            if stale[i, j]:
+                _refresh_block(field, known, i * BLOCK, j * BLOCK, kernel, z, across)
+
+
+@njit(cache=True)
+def _refresh_block(field, known, r0, c0, kernel, z, across):
+    """field = log(z_hit F + z_rand), F = max_c h_c exp(-d^2 / 2 sigma^2), rows first, then columns.
+
+    The Gaussian of a distance is the product of one over rows and one over columns, and so is its
+    maximum.
+    """
+    rows, cols = known.shape
+    radius = len(kernel) // 2
+    r1, c1 = min(r0 + BLOCK, rows), min(c0 + BLOCK, cols)
     top, bottom = max(r0 - radius, 0), min(r1 + radius, rows)
-    across = np.empty((bottom - top, c1 - c0), np.float32)
     for r in range(top, bottom):
         for c in range(c0, c1):
             best = np.float32(0.0)
             for k in range(max(c - radius, 0), min(c + radius + 1, cols)):
-                value = min(max(h[r, k], limits[0]), limits[1]) * kernel[k - c + radius]
-                best = max(best, np.float32(value))
+                best = max(best, known[r, k] * kernel[k - c + radius])
             across[r - top, c - c0] = best
     for r in range(r0, r1):
         for c in range(c0, c1):

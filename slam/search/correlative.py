@@ -18,25 +18,28 @@ class Correlative:
 
     step, turn  m and rad between neighbouring candidates
     reach       how many standard deviations of the motion are searched
-    refine      climbs from the best candidate to the top of its peak
+    peaks       how many of the best candidates are refined
+    refine      climbs from a candidate to the top of its peak
     """
 
     step: float = 0.03
     turn: float = math.radians(1.0)
     reach: float = 2.5
+    peaks: int = 5
     refine: HillClimb = field(default_factory=lambda: HillClimb(0.015, math.radians(0.5)))
 
     def __call__(
-        self, objective: Objective, start: Pose2, covariance: Array, rng: np.random.Generator
+        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
     ) -> Pose2:
         """The best candidate, refined."""
-        poses = compose(start, self.candidates(covariance))
-        best = poses[objective(poses).argmax()]
-        return Pose2.of(self.refine.climb(objective, best[None])[0])
+        poses = compose(start, self.candidates(deviations))
+        best = np.argsort(-objective(poses), kind="stable")[: self.peaks]
+        tops = self.refine.climb(objective, poses[best])
+        return Pose2.of(tops[objective(tops).argmax()])
 
-    def candidates(self, covariance: Array) -> Array:
+    def candidates(self, deviations: Array) -> Array:
         """(n, 3) displacements from the odometry's pose, a full grid with zero at its centre."""
-        reach = self.reach * np.sqrt(np.diag(covariance))
+        reach = (self.reach * deviations).tolist()
         steps = (self.step, self.step, self.turn)
         axes = [_ticks(r, step) for r, step in zip(reach, steps, strict=True)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -44,4 +47,4 @@ class Correlative:
 
 def _ticks(reach: float, step: float) -> Array:
     n = math.ceil(reach / step)
-    return np.arange(-n, n + 1) * step
+    return np.arange(-n, n + 1, dtype=np.float64) * step

@@ -26,7 +26,7 @@ class HillClimb:
     precision: float = 0.0005
 
     def __call__(
-        self, objective: Objective, start: Pose2, covariance: Array, rng: np.random.Generator
+        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
     ) -> Pose2:
         """Climb from `start`."""
         return Pose2.of(self.climb(objective, np.array([start]))[0])

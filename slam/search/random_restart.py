@@ -1,4 +1,4 @@
-"""Hill climbing with random restarts, for likelihoods with several peaks (the paper, section 4.3)."""
+"""Hill climbing with random restarts, for likelihoods with several peaks (the paper, 4.3)."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class RandomRestart:
     climber: HillClimb = field(default_factory=HillClimb)
 
     def __call__(
-        self, objective: Objective, start: Pose2, covariance: Array, rng: np.random.Generator
+        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
     ) -> Pose2:
         """The highest of the peaks that were reached."""
-        errors = rng.standard_normal((self.restarts, 3)) * np.sqrt(np.diag(covariance))
+        errors = rng.standard_normal((self.restarts, 3)) * deviations
         starts = np.vstack([[start], compose(start, errors)])
         ends = self.climber.climb(objective, starts)
         return Pose2.of(ends[objective(ends).argmax()])
