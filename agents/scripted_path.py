@@ -1,0 +1,110 @@
+"""ScriptedPath: drives along waypoints by the true pose, for paired experiments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from dynslam_env import DoorCorridorEnv, Doors, Robot, record
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+
+TURN_FIRST = math.radians(60)  # a target further aside than this is turned to on the spot
+GAIN = 1.5  # 1/s, of the turn on the spot
+
+
+class ScriptedPath:
+    """Pure pursuit (Coulter 1992) along a polyline, leg by leg; stands still at its end.
+
+    It looks at no observation: two worlds in which nothing touches the robot see the same drive.
+
+    waypoints  (p, 2) m, world
+    pose       gives the true pose
+    robot      its limits; actions are normalised by them (default: Pioneer 3-DX)
+    speed      m/s, on the way
+    lookahead  m, distance of the point on the path that is steered to
+    reach      m, so near a waypoint counts as there
+    """
+
+    def __init__(
+        self,
+        waypoints: Array,
+        pose: Callable[[], Pose2],
+        robot: Robot | None = None,
+        speed: float = 0.55,
+        lookahead: float = 0.5,
+        reach: float = 0.1,
+    ):
+        self._waypoints = np.asarray(waypoints, dtype=np.float64)
+        if self._waypoints.ndim != 2 or self._waypoints.shape[1:] != (2,):
+            raise InputError(f"waypoints have shape (p, 2), got {self._waypoints.shape}")
+        self._pose, self._robot, self._speed = pose, robot or Robot(), speed
+        self._lookahead, self._reach, self._next = lookahead, reach, 0
+
+    @property
+    def finished(self) -> bool:
+        """All waypoints were reached."""
+        return self._next >= len(self._waypoints)
+
+    def predict(
+        self,
+        observation: Any = None,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[np.float32], Any]:
+        """The next action (2,), in -1 .. 1; `state` is handed through."""
+        v, omega = self._command(self._pose())
+        action = v / self._robot.max_speed, omega / self._robot.max_turn
+        return np.array(action, dtype=np.float32), state
+
+    def _command(self, pose: Pose2) -> tuple[float, float]:
+        while not self.finished and self._away(pose) < self._reach:
+            self._next += 1
+        if self.finished:
+            return 0.0, 0.0
+        x, y = self._carrot(pose)
+        aside = math.atan2(y - pose.y, x - pose.x) - pose.theta
+        aside = math.remainder(aside, math.tau)
+        if abs(aside) > TURN_FIRST:
+            return 0.0, GAIN * aside
+        v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._away(pose)))
+        return v, 2.0 * v * math.sin(aside) / self._lookahead
+
+    def _away(self, pose: Pose2) -> float:
+        x, y = self._waypoints[self._next]
+        return math.hypot(x - pose.x, y - pose.y)
+
+    def _carrot(self, pose: Pose2) -> tuple[float, float]:
+        """The point of the present leg `lookahead` m beyond the foot of the perpendicular."""
+        end = self._waypoints[self._next]
+        start = self._waypoints[max(self._next - 1, 0)]
+        leg = end - start
+        length = float(np.hypot(*leg))
+        if length == 0.0:
+            return end[0], end[1]
+        along = float((np.array([pose.x, pose.y]) - start) @ leg) / length
+        x, y = start + leg * ((along + self._lookahead) / length)
+        return x, y
+
+
+def record_corridor(
+    seed: int, doors: str | Doors = "moving", speed: float = 0.55, **parameters: Any
+) -> Episode:
+    """One drive along the passage and back in DoorCorridor-v0, recorded.
+
+    `parameters` are the environment's. With the same seed, `doors="static"` and `doors="moving"`
+    give a pair: the same place, drive, and noise; the doors alone differ.
+    """
+    env = gym.make("dynslam_env:DoorCorridor-v0", doors=doors, **parameters)
+    env.reset(seed=seed)  # to learn the path; `record` begins this very episode again
+    world = env.unwrapped
+    assert isinstance(world, DoorCorridorEnv)
+    driver = ScriptedPath(world.layout.path, lambda: world.pose, world.robot, speed)
+    return record(env, driver, seed)

@@ -1,0 +1,226 @@
+"""SlamWrapper: runs any SLAM inside the environment, and scores it against the truth."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+import slam as slam_library
+from dynslam_env.checked import positive_number, whole_number
+from dynslam_env.env import DoorCorridorEnv, Observation
+from dynslam_env.render import Belief
+from slam.errors import InputError
+from slam.geometry import Array, Pose2, transform_points
+from slam.grid import OccupancyGrid
+from slam.interface import Builder, Slam
+from slam.metrics.change import TrueOccupancy
+from slam.metrics.mapping import score_map
+from slam.metrics.surface import SeenSurface
+
+FAR = 1000.0  # m, bound of the pose estimate in the observation
+SMALLEST_CROP = 36  # cells: what stable-baselines3's image network needs at least
+
+
+class SlamWrapper(
+    gym.Wrapper[Observation, NDArray[np.float32], Observation, NDArray[np.float32]],
+    gym.utils.RecordConstructorArgs,
+):
+    """Runs a SLAM on what the environment's robot perceives.
+
+    `info["slam"]` after every reset and step:
+
+    | key              | what                                                        | unit      |
+    |------------------|-------------------------------------------------------------|-----------|
+    | `pose`           | (3,) estimated x, y, theta; it begins at the true start     | m, m, rad |
+    | `position_error` | distance to the true position                               | m         |
+    | `heading_error`  | estimate minus truth, wrapped                               | rad       |
+    | `matched`        | whether the SLAM matched this scan                          |           |
+    | `f1_5cm`, `f1_10cm`, ... | every score of `slam.metrics.mapping.MapScores` and `slam.metrics.change.ChangeScores`, against the world as it stands now and as it was so far; at reset, at every `score_every`-th step, and at the end of the episode | |
+
+    Arguments:
+        env: a DoorCorridor environment, wrapped or not.
+        slam: the name of a registered variant, or a builder (start, rng) -> Slam.
+        score_every: steps between two scorings of the map; 0 for never.
+        map_crop: m, side of a square of the map around the robot that the observation then carries
+            as `map`: uint8 (1, n, n), 0 free, 255 occupied, 128 unknown; the robot is in the middle
+            and looks up.
+        map_cell: m, side of a cell of that square.
+        pose_estimate: the observation carries the estimated pose as `pose_estimate`, float32 (3,).
+        seed: of the SLAM's own randomness; every episode begins with it.
+
+    With a `render_mode`, the map is drawn beside the world (in a "human" window one step late).
+    """  # noqa: E501
+
+    def __init__(
+        self,
+        env: gym.Env[Observation, NDArray[np.float32]],
+        slam: str | Builder = "dynamic-ml",
+        *,
+        score_every: int = 10,
+        map_crop: float | None = None,
+        map_cell: float = 0.05,
+        pose_estimate: bool = False,
+        seed: int = 0,
+    ):
+        gym.utils.RecordConstructorArgs.__init__(
+            self, slam=slam, score_every=score_every, map_crop=map_crop, map_cell=map_cell,
+            pose_estimate=pose_estimate, seed=seed,
+        )  # fmt: skip
+        super().__init__(env)
+        world = env.unwrapped
+        if not isinstance(world, DoorCorridorEnv):
+            raise InputError(f"SlamWrapper needs an environment of dynslam_env, got {world}")
+        whole_number("score_every", score_every, 0)
+        self._world, self._score_every = world, score_every
+        self._name = slam if isinstance(slam, str) else "slam"
+        self._build = _builder(slam, seed)
+        self._build(Pose2())  # an unknown name is refused now, not at the first reset
+        self._crop = _ego_grid(map_crop, map_cell) if map_crop is not None else None
+        self._with_pose = pose_estimate
+        self.observation_space = self._widened(env.observation_space)
+        self._slam: Slam | None = None
+        world.belief = self._belief
+
+    @property
+    def slam(self) -> Slam:
+        """The SLAM of this episode."""
+        if self._slam is None:
+            raise gym.error.ResetNeeded("SlamWrapper has no SLAM before reset()")
+        return self._slam
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """A new episode: a new SLAM, which takes in the first scan from the true start."""
+        self._slam = None
+        observation, info = self.env.reset(seed=seed, options=options)
+        self._slam = self._build(self._world.pose)
+        self._seen: SeenSurface | None = None
+        self._doors: list[Array] = []
+        self._trail: list[Pose2] = []
+        self._steps = 0
+        return self._extended(observation, info, self._score_every > 0)
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
+        """Step the environment, then the SLAM."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        self._steps += 1
+        every = self._score_every
+        due = every > 0 and (self._steps % every == 0 or terminated or truncated)
+        observation, info = self._extended(observation, info, due)
+        return observation, reward, terminated, truncated, info
+
+    def _extended(
+        self, observation: Observation, info: dict[str, Any], scored: bool
+    ) -> tuple[Observation, dict[str, Any]]:
+        """The observation and info with what the SLAM makes of them."""
+        world, scan = self._world, self._world.scan
+        estimate = self.slam.update(world.motion, scan)
+        self._trail.append(estimate.pose)
+        result = _errors(estimate.pose, world.pose) | {"matched": estimate.matched}
+        if self._score_every:
+            self._witness()
+        if scored:
+            result |= self._scores(self.slam.map())
+        return self._observed(observation, estimate.pose), info | {"slam": result}
+
+    # -- scores --------------------------------------------------------------------------------
+
+    def _witness(self) -> None:
+        """Take down what the map is to be judged by."""
+        world = self._world
+        if self._seen is None:
+            self._seen = SeenSurface(world.layout.walls)
+        self._seen.see(world.scan, world.pose)
+        self._doors.append(world.outline())
+
+    def _scores(self, grid: OccupancyGrid) -> dict[str, Any]:
+        assert self._seen is not None
+        walls, doors = self._world.layout.walls, np.array(self._doors)
+        truth = slam_library.Truth(np.empty((0, 3)), walls, doors)
+        change = TrueOccupancy(truth, grid.spec.resolution).score(grid)
+        return score_map(grid, self._seen.now(doors[-1])).as_dict() | change.as_dict()
+
+    # -- observation ---------------------------------------------------------------------------
+
+    def _widened(self, space: spaces.Space[Any]) -> spaces.Dict:
+        assert isinstance(space, spaces.Dict)
+        keys = dict(space.spaces)
+        if self._crop is not None:
+            keys["map"] = spaces.Box(0, 255, (1, *self._crop.shape[:2]), np.uint8)
+        if self._with_pose:
+            high = np.array([FAR, FAR, np.pi], dtype=np.float32)
+            keys["pose_estimate"] = spaces.Box(-high, high, dtype=np.float32)
+        return spaces.Dict(keys)
+
+    def _observed(self, observation: Observation, pose: Pose2) -> Observation:
+        extra: Observation = {}
+        if self._crop is not None:
+            extra["map"] = crop(self.slam.map(), pose, self._crop)[None]
+        if self._with_pose:
+            wrapped = math.remainder(pose.theta, math.tau)
+            clipped = np.clip((pose.x, pose.y), -FAR, FAR)
+            extra["pose_estimate"] = np.array([*clipped, wrapped], dtype=np.float32)
+        return observation | extra
+
+    def _belief(self) -> Belief | None:
+        if self._slam is None:
+            return None
+        error = _errors(self._slam.pose, self._world.pose)
+        off, turned = error["position_error"], abs(math.degrees(error["heading_error"]))
+        title = f"{self._name}   off by {off:.2f} m, {turned:.1f} deg"
+        return Belief(self._slam.map(), self._slam.pose, self._trail, title)
+
+
+def crop(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
+    """The map at `points` (n, n, 2), m, of the robot's frame: 0 free, 255 occupied, 128 unknown."""
+    cells = grid.spec.cells(transform_points(pose, points).reshape(-1, 2))
+    rows, cols = cells.T
+    inside = (rows >= 0) & (rows < grid.spec.rows) & (cols >= 0) & (cols < grid.spec.cols)
+    rows, cols = rows[inside], cols[inside]
+    shades = np.full(len(cells), 128, dtype=np.uint8)
+    known = np.clip(grid.occupied[rows, cols], 0.0, 1.0) * 255
+    shades[inside] = np.where(grid.observed[rows, cols], known.astype(np.uint8), 128)
+    return shades.reshape(points.shape[:2])
+
+
+def _ego_grid(side: float, cell: float) -> Array:
+    """(n, n, 2) m, centres of the crop's cells in the robot's frame: ahead is up, left is left."""
+    positive_number("map_crop", side)
+    positive_number("map_cell", cell)
+    n = round(side / cell)
+    if n < SMALLEST_CROP:
+        raise InputError(
+            f"map_crop must span at least {SMALLEST_CROP} cells of map_cell, "
+            f"got {side:g} m / {cell:g} m = {n}"
+        )
+    along = (np.arange(n)[::-1] - (n - 1) / 2) * cell
+    points = np.empty((n, n, 2))
+    points[:, :, 0], points[:, :, 1] = along[:, None], along
+    return points
+
+
+def _builder(slam: str | Builder, seed: int) -> Any:
+    if isinstance(slam, str):
+        return lambda start: slam_library.make(slam, start, seed)
+    if not callable(slam):
+        raise InputError(
+            f"slam must be a builder (start, rng) -> Slam or one of "
+            f"{', '.join(slam_library.variants())}, got {slam!r}"
+        )
+    return lambda start: slam(start, np.random.default_rng(seed))
+
+
+def _errors(estimate: Pose2, truth: Pose2) -> dict[str, Any]:
+    return {
+        "pose": np.array(estimate),
+        "position_error": math.hypot(estimate.x - truth.x, estimate.y - truth.y),
+        "heading_error": math.remainder(estimate.theta - truth.theta, math.tau),
+    }

@@ -1,0 +1,37 @@
+"""Text files of numbers in columns, comments after `#`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.geometry import Array
+from slam.io.files import AnyPath, text_lines
+
+
+def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
+    """Rows (n, k) of finite numbers, k names in `columns`, and each row's line number.
+
+    Raises InputError that names file, line and what was expected.
+    """
+    width = len(columns.split())
+    rows: list[list[float]] = []
+    numbers: list[int] = []
+    for number, text in text_lines(path):
+        try:
+            row = [float(word) for word in text.split()]
+        except ValueError:
+            row = []
+        if len(row) != width or not all(map(math.isfinite, row)):
+            raise InputError(
+                f"{path}:{number}: expected {width} numbers `{columns}`, got {_cut(text)}"
+            )
+        rows.append(row)
+        numbers.append(number)
+    return np.array(rows, dtype=np.float64).reshape(-1, width), numbers
+
+
+def _cut(text: str) -> str:
+    return repr(text if len(text) <= 60 else text[:57] + "...")

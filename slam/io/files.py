@@ -1,0 +1,88 @@
+"""Files in and out: lines of plain or gzip text, and writing that never leaves half a file."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from slam.errors import InputError
+
+AnyPath = str | os.PathLike[str]
+LONGEST_LINE = 1 << 20  # bytes; the rest of a longer line is passed over
+GZIP_MAGIC = b"\x1f\x8b"
+
+
+class CutShortError(InputError):
+    """A compressed file ends early or is damaged; the lines before were good."""
+
+
+def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
+    """Line numbers (from 1) and lines of a text file, compressed or not, in bounded memory.
+
+    Raises InputError where the file cannot be opened, CutShortError where a compressed one breaks.
+    """
+    with reading(path) as raw:
+        packed = raw.peek(2)[:2] == GZIP_MAGIC  # pyright: ignore[reportAttributeAccessIssue]
+        file = gzip.GzipFile(fileobj=raw) if packed else raw
+        number = 0
+        try:
+            while line := file.readline(LONGEST_LINE):
+                number += 1
+                yield number, line
+                while len(line) == LONGEST_LINE and not line.endswith(b"\n"):
+                    line = file.readline(LONGEST_LINE)
+        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+            raise CutShortError(
+                f"{path}:{number + 1}: a complete gzip file was expected, this one is "
+                f"cut short or damaged ({error})"
+            ) from None
+
+
+def text_lines(path: AnyPath) -> Iterator[tuple[int, str]]:
+    """The same as text, without blank lines and comments (#), stripped."""
+    for number, line in lines(path):
+        text = line.decode(errors="replace").strip()
+        if text and not text.startswith("#"):
+            yield number, text
+
+
+@contextmanager
+def reading(path: AnyPath) -> Iterator[IO[bytes]]:
+    """A file open for reading; what the system refuses becomes an InputError."""
+    try:
+        with _opened(Path(path), "rb") as file:
+            yield file
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: a file was expected, this is a directory") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+@contextmanager
+def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
+    """A temporary file that takes the place of `path` when all is written, and vanishes if not."""
+    path = Path(path)
+    temporary = path.parent / f".{path.name}.{os.getpid()}.tmp"
+    try:
+        try:
+            with _opened(temporary, "wb") as file:
+                yield file
+            temporary.replace(path)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+def _opened(path: Path, mode: str) -> IO[bytes]:
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r}: not a file name")
+    return path.open(mode)

@@ -1,0 +1,88 @@
+"""Map against change: the Brier score of h against how often a cell is really occupied, and now.
+
+Brier (1950). q is the share of the scans' times at which something stands in the cell. World frame.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.episode import Truth
+from slam.errors import InputError
+from slam.geometry import Array
+from slam.grid import GridSpec, OccupancyGrid
+from slam.metrics.flat import Number, flat
+from slam.metrics.raster import rasterise, times_touched
+
+DOOR_SHARE = (0.02, 0.98)  # a cell between these shares of time is a door's
+
+
+class ChangeScores(NamedTuple):
+    """Mean squared difference over the observed cells of a kind; NaN if the map has none of it.
+
+    brier_share_*  of h and q, the true share of time that the cell is occupied
+    brier_now_*    of h and the truth now (0 or 1)
+    *_all, *_door, *_static  all cells, those with 0.02 < q < 0.98, and the others
+    """
+
+    brier_share_all: float
+    brier_share_door: float
+    brier_share_static: float
+    brier_now_all: float
+    brier_now_door: float
+    brier_now_static: float
+
+    def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
+        """Flat, for JSON; a score that cannot be had is None."""
+        return flat(self._asdict(), suffix)
+
+
+class TrueOccupancy:
+    """The truth as cells: q and the state at the last scan. Built once an episode."""
+
+    def __init__(self, truth: Truth, resolution: float = 0.05) -> None:
+        ends = np.concatenate([truth.walls.reshape(-1, 2), truth.doors.reshape(-1, 2)])
+        low, high = (ends.min(axis=0), ends.max(axis=0)) if len(ends) else (np.zeros(2),) * 2
+        self.spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), resolution)
+        walls = rasterise(truth.walls, self.spec)
+        moments = len(truth.doors)
+        self.share: Array = times_touched(truth.doors, self.spec) / max(moments, 1)
+        self.share[walls] = 1.0
+        self.now: np.ndarray = walls | rasterise(truth.doors[-1], self.spec)
+
+    def score(self, grid: OccupancyGrid) -> ChangeScores:
+        """Brier scores of a map on the same lattice. Beyond the truth's walls nothing stands."""
+        if grid.spec.resolution != self.spec.resolution:
+            raise InputError(
+                f"the map's cells are {grid.spec.resolution} m, "
+                f"but the truth was made for {self.spec.resolution} m"
+            )
+        observed = grid.observed
+        h = grid.occupied[observed]
+        q = _placed(self.share, self.spec, grid.spec)[observed]
+        now = _placed(self.now.astype(np.float64), self.spec, grid.spec)[observed]
+        door = (q > DOOR_SHARE[0]) & (q < DOOR_SHARE[1])
+        return ChangeScores(*_by_kind(h, q, door), *_by_kind(h, now, door))
+
+
+def _by_kind(h: Array, target: Array, door: np.ndarray) -> tuple[float, float, float]:
+    squared = (h - target) ** 2
+    return _mean(squared), _mean(squared[door]), _mean(squared[~door])
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean()) if len(values) else math.nan
+
+
+def _placed(array: Array, of: GridSpec, on: GridSpec) -> Array:
+    """`array` of grid `of` on the cells of grid `on`; 0 where `of` does not reach."""
+    result = np.zeros(on.shape)
+    row, col = of.row0 - on.row0, of.col0 - on.col0
+    row0, row1 = max(row, 0), min(row + of.rows, on.rows)
+    col0, col1 = max(col, 0), min(col + of.cols, on.cols)
+    if row0 < row1 and col0 < col1:
+        result[row0:row1, col0:col1] = array[row0 - row : row1 - row, col0 - col : col1 - col]
+    return result

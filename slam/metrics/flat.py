@@ -1,0 +1,15 @@
+"""Scores as one flat dict that JSON can hold."""
+
+from __future__ import annotations
+
+import math
+
+Number = float | int | bool
+
+
+def flat(names_and_values: dict[str, Number], suffix: str = "") -> dict[str, Number | None]:
+    """The same with `suffix` after every name; NaN and infinity, which JSON lacks, become None."""
+    return {
+        name + suffix: value if math.isfinite(value) else None
+        for name, value in names_and_values.items()
+    }

@@ -1,0 +1,86 @@
+"""The true surface that a robot could have seen: what a map can be asked to show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from slam.episode import Truth
+from slam.geometry import Array, Pose2, transform_points
+from slam.grid import GridSpec
+from slam.scan import Scan
+
+MARGIN = 2.0  # m around the walls in which doors may swing
+
+
+class Surface(NamedTuple):
+    """What stands at one moment.
+
+    segments  (w, 4) m, all of it
+    points    (n, 2) m, samples of the part that was seen so far, equally dense
+    """
+
+    segments: Array
+    points: Array
+
+
+class SeenSurface:
+    """Which part of the true surface scans have touched, from the true poses. Grows with each scan.
+
+    A piece of surface counts as seen where a beam ended in its cell of the lattice or one next to
+    it: the unseen corners of a room are not held against a map. What moves counts as seen where
+    anything was ever seen at the place where it stands now.
+    """
+
+    def __init__(self, walls: Array, resolution: float = 0.05) -> None:
+        self._walls = walls
+        ends = walls.reshape(-1, 2) if len(walls) else np.zeros((1, 2))
+        low, high = ends.min(axis=0) - MARGIN, ends.max(axis=0) + MARGIN
+        self.spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), resolution)
+        self._seen = np.zeros(self.spec.shape, dtype=np.bool_)
+        self._wall_points = sampled(walls, resolution / 2)
+
+    def see(self, scan: Scan, pose: Pose2) -> None:
+        """Take in a scan made at the true `pose`."""
+        _mark(self.spec.cells(transform_points(pose, scan.points)), self._seen)
+
+    def now(self, doors: Array) -> Surface:
+        """The surface with the `doors` (d, 4) as they stand."""
+        points = np.concatenate([self._wall_points, sampled(doors, self.spec.resolution / 2)])
+        rows, cols = self.spec.cells(points).T
+        inside = (rows >= 0) & (rows < self.spec.rows) & (cols >= 0) & (cols < self.spec.cols)
+        points, rows, cols = points[inside], rows[inside], cols[inside]
+        return Surface(np.concatenate([self._walls, doors]), points[self._seen[rows, cols]])
+
+
+def visible_truth(truth: Truth, scans: Sequence[Scan], resolution: float = 0.05) -> Surface:
+    """The surface at the time of the last scan, and what all scans together saw of it."""
+    seen = SeenSurface(truth.walls, resolution)
+    for scan, pose in zip(scans, truth.poses.tolist(), strict=True):
+        seen.see(scan, Pose2(*pose))
+    return seen.now(truth.doors[-1])
+
+
+def sampled(segments: Array, spacing: float) -> Array:
+    """(n, 2) points on segments (w, 4), in the middles of equal pieces no longer than `spacing`."""
+    if not len(segments):
+        return np.empty((0, 2))
+    lengths = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
+    pieces = np.ceil(lengths / spacing - 1e-9).astype(np.int64)
+    owner = np.repeat(np.arange(len(segments)), pieces)
+    first = np.repeat(np.cumsum(pieces) - pieces, pieces)
+    t = (np.arange(len(owner)) - first + 0.5) / pieces[owner]
+    return segments[owner, :2] + t[:, None] * (segments[owner, 2:] - segments[owner, :2])
+
+
+@njit(cache=True)
+def _mark(cells, seen):
+    """Set the cells (n, 2) and their eight neighbours."""
+    rows, cols = seen.shape
+    for i in range(len(cells)):
+        for row in range(max(cells[i, 0] - 1, 0), min(cells[i, 0] + 2, rows)):
+            for col in range(max(cells[i, 1] - 1, 0), min(cells[i, 1] + 2, cols)):
+                seen[row, col] = True
