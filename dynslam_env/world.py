@@ -15,6 +15,7 @@ from slam.geometry import Array, Pose2
 
 CONTROL_DT = 0.1  # s, one step of the environment
 SUBSTEPS = 10  # physics steps in it
+PHYSICS_DT = CONTROL_DT / SUBSTEPS
 FIXED, LEAF, ROBOT = 1, 2, 4  # kinds of shapes, as bits
 SKIN = 0.003  # m around walls and leaves: what the robot dents in one physics step stays outside
 HEAVY = 1e30  # kg: a leaf turns, and its hinge never moves, with no joint that could give way
@@ -25,8 +26,9 @@ class World:
 
     The robot is driven as a body that wheels pull along: a kinematic body with the commanded
     velocity drags it by two joints of limited force (setting the robot's own velocity would press
-    it into walls). Within a control step the velocity keeps one direction, that of the arc's
-    chord, and the robot turns, so that every control step ends on the exact arc.
+    it into walls). Within a control step its velocity keeps one direction, the arc's chord, while
+    the robot turns. pymunk moves bodies before it solves for their velocities: what is asked for
+    takes hold one physics step later.
     """
 
     def __init__(self, layout: Layout, robot: Robot, doors: Doors, rng: np.random.Generator):
@@ -84,14 +86,15 @@ class World:
         """Ask the wheels for `v` m/s and `omega` rad/s, and let CONTROL_DT seconds pass."""
         v, omega = self.robot.accelerated(self._velocity, (v, omega), CONTROL_DT)
         half = omega * CONTROL_DT / 2
+        heading = self.pose.theta + self._velocity[1] * PHYSICS_DT + half  # in mid-arc
         chord = math.sin(half) / half if half else 1.0
-        dx, dy = math.cos(self.pose.theta + half) * chord, math.sin(self.pose.theta + half) * chord
+        dx, dy = math.cos(heading) * chord, math.sin(heading) * chord
         self._wheels.velocity = v * dx, v * dy
         self._wheels.angular_velocity = omega
         self._move_doors()
         self._touched = self._contacts > 0
         for _ in range(SUBSTEPS):
-            self._space.step(CONTROL_DT / SUBSTEPS)
+            self._space.step(PHYSICS_DT)
         self.steps += 1
         self.collided = self._touched
         vx, vy = self._body.velocity

@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec, OccupancyGrid
+from slam.maps.centroids import Centroids
 from slam.scan import Scan
 
 
@@ -49,6 +50,7 @@ class MapModel(Protocol):
     prior: float
     occupied: np.ndarray
     observed: np.ndarray
+    centroids: Centroids
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Put a scan taken at `pose` into the map, which grows to hold it.

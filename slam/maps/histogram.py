@@ -8,6 +8,7 @@ from numba import njit
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, grown
+from slam.maps.centroids import Centroids
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays, covering, trace
 from slam.scan import Scan
@@ -56,6 +57,7 @@ class Histogram:
         self.window = np.zeros(self.spec.shape, np.int32)
         self.occupied = np.zeros(self.spec.shape, np.float32)
         self.observed = np.zeros(self.spec.shape, np.bool_)
+        self.centroids = Centroids(self.spec)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the open window of the cells that it saw."""
@@ -73,6 +75,7 @@ class Histogram:
         )
         self.occupied.reshape(-1)[seen.cells] = self._mean(seen.cells)
         self.observed.reshape(-1)[seen.cells] = True
+        self.centroids.add(self.spec, ends[hit])
         return seen.cells
 
     def histogram(self, row: int, col: int) -> np.ndarray:
@@ -100,6 +103,7 @@ class Histogram:
         self.window = grown(self.window, self.spec, spec, NEVER)
         self.occupied = grown(self.occupied, self.spec, spec, self.prior)
         self.observed = grown(self.observed, self.spec, spec, False)
+        self.centroids.grow(self.spec, spec)
         self.spec = spec
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from slam.geometry import Pose2
 from slam.grid import GridSpec, grown
+from slam.maps.centroids import Centroids
 from slam.maps.log_odds import Evidence, probability
 from slam.maps.rays import Rays, covering, trace
 from slam.scan import Scan
@@ -33,6 +34,7 @@ class Static:
         self.log_odds = np.zeros(self.spec.shape, np.float32)
         self.occupied = np.zeros(self.spec.shape, np.float32)
         self.observed = np.zeros(self.spec.shape, np.bool_)
+        self.centroids = Centroids(self.spec)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the cells that it saw (equations 3 and 4)."""
@@ -45,6 +47,7 @@ class Static:
         log_odds[seen.cells] = updated
         self.occupied.reshape(-1)[seen.cells] = probability(updated + self.evidence.prior_log_odds)
         self.observed.reshape(-1)[seen.cells] = True
+        self.centroids.add(self.spec, ends[hit])
         return seen.cells
 
     def _grow(self, spec: GridSpec) -> None:
@@ -53,4 +56,5 @@ class Static:
         self.log_odds = grown(self.log_odds, self.spec, spec, 0.0)
         self.occupied = grown(self.occupied, self.spec, spec, self.prior)
         self.observed = grown(self.observed, self.spec, spec, False)
+        self.centroids.grow(self.spec, spec)
         self.spec = spec

@@ -14,13 +14,17 @@ from slam.interface import MapModel
 from slam.scan import Scan
 
 BLOCK = 8  # cells; side of the squares in which the field is brought up to date
+MOVED = 0.001  # m; a centroid that moved less is where it was
 
 
 class Endpoint:
-    """log p(z | s, h) = beta sum_k log(z_hit max_c h_c exp(-d(e_k, c)^2 / 2 sigma^2) + z_rand).
+    """log p(z | s, h) = beta sum_k log(z_hit F(e_k) + z_rand) over the echoes e_k of a scan.
 
-    The logarithm is kept as a field over the cells, brought up to date where the map changed, and
-    read between their centres (bilinear), so that the robot does not stick to the grid.
+    F(e) = max_c h_c exp(-d(e, c)^2 / 2 sigma^2) over the cells c that ever gave an echo, d being
+    the distance to the centroid of c's echoes; and no less than the h of the cell that e lies in.
+    The logarithm is kept as a field, sampled at the centres of the cells, brought up to date where
+    the map changed, and read between the samples with a quadratic B-spline: a bilinear reading
+    would have its peaks at the samples, and the robot would stick to the grid.
 
     beta    weight of the beams, which are not independent given a grid; 1 is the paper's
     sigma   m, how far an echo may lie from what it hit
@@ -31,7 +35,7 @@ class Endpoint:
     H_MIN, H_MAX = 0.02, 0.98  # h is clipped to these
 
     def __init__(
-        self, beta: float = 0.2, sigma: float = 0.06, z_hit: float = 0.95, z_rand: float = 0.05
+        self, beta: float = 0.2, sigma: float = 0.05, z_hit: float = 0.95, z_rand: float = 0.05
     ):
         if min(beta, sigma, z_hit, z_rand) <= 0:
             raise InputError(
@@ -43,33 +47,35 @@ class Endpoint:
         self.z_hit = z_hit
         self.z_rand = z_rand
         self.spec = GridSpec(1.0, 0, 0, 0, 0)
-        self.known = np.zeros(self.spec.shape, np.float32)
-        self.field = np.zeros(self.spec.shape, np.float32)
+        self.known = np.zeros((0, 0, 3), np.float32)
+        self.field = np.zeros((0, 0), np.float32)
 
     def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
         """Bring the field up to date around the `changed` cells (flat indices) of the map."""
         if grid.spec != self.spec:
             self._grow(grid)
-        _refresh(
-            self.field,
-            self.known,
-            grid.occupied,
+        stale = _take_notice(
             changed,
-            self._kernel,
-            (self.z_hit, self.z_rand),
+            grid.occupied,
+            grid.centroids.offset,
+            self.known,
             (self.H_MIN, self.H_MAX),
+            self._radius,
         )
+        model = self.sigma, self.z_hit, self.z_rand
+        _refresh(stale, self.known, grid.centroids.count, self.field, self.spec.resolution,
+                 self._radius, model)  # fmt: skip
 
     def _grow(self, grid: MapModel) -> None:
-        """A field of the map's size. Its new cells are as far from anything occupied as can be."""
+        """A field of the map's size, unknown where it is new."""
         spec, resolution = grid.spec, grid.spec.resolution
         if self.spec.resolution != resolution:
             self.spec = GridSpec(resolution, spec.row0, spec.col0, 0, 0)
-            radius = math.ceil(3 * self.sigma / resolution)
-            offsets = np.arange(-radius, radius + 1) * resolution
-            self._kernel = np.exp(-0.5 * (offsets / self.sigma) ** 2).astype(np.float32)
-            self.unknown = math.log(self.z_hit * max(grid.prior, self.H_MIN) + self.z_rand)
-        self.known = grown(self.known, self.spec, spec, max(grid.prior, self.H_MIN))
+            self._radius = math.ceil(3 * self.sigma / resolution)
+        prior = max(grid.prior, self.H_MIN)
+        self.unknown = math.log(self.z_hit * prior + self.z_rand)
+        self.known = grown(self.known, self.spec, spec, 0.0)
+        self.known[self.known[..., 0] == 0.0, 0] = prior
         self.field = grown(self.field, self.spec, spec, self.unknown)
         self.spec = spec
 
@@ -81,73 +87,78 @@ class Endpoint:
 
 
 @njit(cache=True)
-def _refresh(field, known, h, changed, kernel, z, limits):
-    """Recompute the blocks of the field that a cell with another clipped h than before reaches."""
+def _take_notice(changed, h, offset, known, limits, radius):
+    """Copy clipped h and centroids of the changed cells to `known`; the blocks that they reach."""
     rows, cols = h.shape
-    radius = len(kernel) // 2
     stale = np.zeros((rows // BLOCK + 1, cols // BLOCK + 1), np.bool_)
     for cell in changed:
-        row, col = cell // cols, cell % cols
-        value = min(max(h[row, col], np.float32(limits[0])), np.float32(limits[1]))
-        if value == known[row, col]:
+        r, c = cell // cols, cell % cols
+        value = min(max(h[r, c], np.float32(limits[0])), np.float32(limits[1]))
+        dx, dy = offset[r, c, 0] - known[r, c, 1], offset[r, c, 1] - known[r, c, 2]
+        if value == known[r, c, 0] and abs(dx) < MOVED and abs(dy) < MOVED:
             continue
-        known[row, col] = value
-        for i in range(max(row - radius, 0) // BLOCK, min(row + radius, rows - 1) // BLOCK + 1):
-            for j in range(max(col - radius, 0) // BLOCK, min(col + radius, cols - 1) // BLOCK + 1):
+        known[r, c, 0], known[r, c, 1], known[r, c, 2] = value, offset[r, c, 0], offset[r, c, 1]
+        for i in range(max(r - radius, 0) // BLOCK, min(r + radius, rows - 1) // BLOCK + 1):
+            for j in range(max(c - radius, 0) // BLOCK, min(c + radius, cols - 1) // BLOCK + 1):
                 stale[i, j] = True
-    across = np.empty((BLOCK + 2 * radius, BLOCK), np.float32)
-    for i in range(stale.shape[0]):
-        for j in range(stale.shape[1]):
-            if stale[i, j]:
-                _refresh_block(field, known, i * BLOCK, j * BLOCK, kernel, z, across)
+    return stale
 
 
 @njit(cache=True)
-def _refresh_block(field, known, r0, c0, kernel, z, across):
-    """field = log(z_hit F + z_rand), F = max_c h_c exp(-d^2 / 2 sigma^2), rows first, then columns.
-
-    The Gaussian of a distance is the product of one over rows and one over columns, and so is its
-    maximum.
-    """
-    rows, cols = known.shape
-    radius = len(kernel) // 2
-    r1, c1 = min(r0 + BLOCK, rows), min(c0 + BLOCK, cols)
-    top, bottom = max(r0 - radius, 0), min(r1 + radius, rows)
-    for r in range(top, bottom):
-        for c in range(c0, c1):
-            best = np.float32(0.0)
-            for k in range(max(c - radius, 0), min(c + radius + 1, cols)):
-                best = max(best, known[r, k] * kernel[k - c + radius])
-            across[r - top, c - c0] = best
-    for r in range(r0, r1):
-        for c in range(c0, c1):
-            best = np.float32(0.0)
-            for k in range(max(r - radius, 0), min(r + radius + 1, rows)):
-                best = max(best, across[k - top, c - c0] * kernel[k - r + radius])
-            field[r, c] = np.log(z[0] * best + z[1])
+def _refresh(stale, known, echoes, field, resolution, radius, model):
+    """log(z_hit F + z_rand) at the centres of the cells of all stale blocks."""
+    sigma, z_hit, z_rand = model
+    rows, cols = field.shape
+    scale = -0.5 / (sigma * sigma)
+    sources = np.empty(((BLOCK + 2 * radius) ** 2, 3), np.float32)
+    for i in range(stale.shape[0]):
+        for j in range(stale.shape[1]):
+            if not stale[i, j]:
+                continue
+            r0, c0 = i * BLOCK, j * BLOCK
+            r1, c1 = min(r0 + BLOCK, rows), min(c0 + BLOCK, cols)
+            n = 0
+            for r in range(max(r0 - radius, 0), min(r1 + radius, rows)):
+                for c in range(max(c0 - radius, 0), min(c1 + radius, cols)):
+                    if echoes[r, c]:
+                        sources[n, 0] = np.log(known[r, c, 0])
+                        sources[n, 1] = (c - c0) * resolution + known[r, c, 1]
+                        sources[n, 2] = (r - r0) * resolution + known[r, c, 2]
+                        n += 1
+            for r in range(r0, r1):
+                for c in range(c0, c1):
+                    x, y = (c - c0) * resolution, (r - r0) * resolution
+                    best = np.log(known[r, c, 0])
+                    for k in range(n):
+                        dx, dy = sources[k, 1] - x, sources[k, 2] - y
+                        best = max(best, sources[k, 0] + scale * (dx * dx + dy * dy))
+                    field[r, c] = np.log(z_hit * np.exp(best) + z_rand)
 
 
 @njit(cache=True)
 def _scores(poses, points, field, origin, resolution, unknown):
-    """Sum of the field at the points seen from each pose, between the centres of four cells."""
+    """Sum of the field at the points seen from each pose, by quadratic B-splines."""
     rows, cols = field.shape
     scale = 1.0 / resolution
     scores = np.empty(len(poses))
     for n in range(len(poses)):
         c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
-        x0 = (poses[n, 0] - origin[0]) * scale - 0.5
-        y0 = (poses[n, 1] - origin[1]) * scale - 0.5
+        x0, y0 = (poses[n, 0] - origin[0]) * scale, (poses[n, 1] - origin[1]) * scale
         total = 0.0
         for k in range(len(points)):
             x = x0 + c * points[k, 0] - s * points[k, 1]
             y = y0 + s * points[k, 0] + c * points[k, 1]
-            if x < 0.0 or y < 0.0 or x >= cols - 1 or y >= rows - 1:
+            if x < 1.0 or y < 1.0 or x >= cols - 1 or y >= rows - 1:
                 total += unknown
                 continue
             i, j = int(y), int(x)
             fy, fx = y - i, x - j
-            total += (1.0 - fy) * ((1.0 - fx) * field[i, j] + fx * field[i, j + 1]) + fy * (
-                (1.0 - fx) * field[i + 1, j] + fx * field[i + 1, j + 1]
+            u0, u1, u2 = 0.5 * (1 - fx) ** 2, 0.5 + fx * (1 - fx), 0.5 * fx * fx
+            v0, v1, v2 = 0.5 * (1 - fy) ** 2, 0.5 + fy * (1 - fy), 0.5 * fy * fy
+            total += (
+                v0 * (u0 * field[i - 1, j - 1] + u1 * field[i - 1, j] + u2 * field[i - 1, j + 1])
+                + v1 * (u0 * field[i, j - 1] + u1 * field[i, j] + u2 * field[i, j + 1])
+                + v2 * (u0 * field[i + 1, j - 1] + u1 * field[i + 1, j] + u2 * field[i + 1, j + 1])
             )
         scores[n] = total
     return scores

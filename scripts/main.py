@@ -1,0 +1,77 @@
+"""The command `dynslam`: its subcommands, and one line instead of a traceback for a mistake."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+EXIT_INTERRUPTED = 130
+EXIT_MISTAKE = 2
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run `dynslam ARGUMENTS` and leave with its exit status."""
+    sys.exit(status(arguments))
+
+
+def status(arguments: list[str] | None = None) -> int:
+    """Run `dynslam ARGUMENTS`; 0, or 2 after a mistake, or 130 after Ctrl-C."""
+    mistake = foreign_packages()
+    if mistake:
+        print(f"dynslam: {mistake}", file=sys.stderr)
+        return EXIT_MISTAKE
+    from slam.errors import InputError
+
+    try:
+        return _command(arguments)
+    except InputError as error:
+        print(f"dynslam: {error}", file=sys.stderr)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"dynslam: {where}{error.strerror or error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        print("dynslam: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return EXIT_MISTAKE
+
+
+def _command(arguments: list[str] | None) -> int:
+    import tyro
+
+    from . import demo, run
+
+    known = (
+        Annotated[demo.Demo, tyro.conf.subcommand("demo")]
+        | Annotated[run.Run, tyro.conf.subcommand("run")]
+    )
+    config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitSubcommandPrefixes)
+    description = "2D laser SLAM in places that change."
+    command = tyro.cli(
+        known, prog="dynslam", description=description, args=arguments, config=config
+    )
+    return command()
+
+
+def foreign_packages() -> str:
+    """What to say if somebody else's `slam` or `agents` was found in place of ours, else empty.
+
+    They lie beside this folder in a checkout and in site-packages alike.
+    """
+    import agents
+    import dynslam_env
+    import slam
+
+    home = Path(__file__).resolve().parent.parent
+    for package in (slam, dynslam_env, agents):
+        found = Path(package.__file__ or "").resolve().parent
+        if found.parent != home:
+            return (
+                f"the package `{package.__name__}` was found at {found}, which is not dynslam's; "
+                f"uninstall the other, or use an environment of its own"
+            )
+    return ""
+
+
+if __name__ == "__main__":
+    main()

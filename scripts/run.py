@@ -1,0 +1,121 @@
+"""`dynslam run LOG`: a map and a trajectory out of a recorded log."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tyro
+
+import slam
+from slam.benchmark.results import versions
+from slam.benchmark.run import Playback, warm_up
+from slam.benchmark.run import Run as SlamRun
+from slam.episode import Episode
+from slam.io.carmen import read_carmen
+from slam.io.relations import read_relations
+from slam.io.ros_map import write_ros_map
+from slam.io.tum import write_tum
+from slam.metrics.relations import Relations, score_relations
+from slam.trajectory import Trajectory
+
+from .figures.map_figure import map_figure
+from .output import output_directory, write_json, write_png
+from .progress import progress_bar
+
+EXIT_INTERRUPTED = 130
+
+
+@dataclass
+class Run:
+    """Map a CARMEN log: writes trajectory.tum, map.pgm + map.yaml, map.png and metrics.json."""
+
+    log: tyro.conf.Positional[Path]
+    """CARMEN log, plain or .gz, with ODOM and FLASER or ROBOTLASER1 lines."""
+    slam: str = "dynamic-ml"
+    """SLAM variant."""
+    relations: Path | None = None
+    """Known relations between poses (Kuemmerle et al. 2009) to score the trajectory with."""
+    out: Path | None = None
+    """Directory to write to. Default: out/LOG-VARIANT."""
+    seed: int = 0
+    """Of the variants that draw random numbers."""
+    json: bool = False
+    """Print the metrics as one JSON object, the last line of standard output."""
+
+    def __call__(self) -> int:
+        """Read, run, write, print."""
+        slam.make(self.slam)  # an unknown name is told before anything is read or written
+        relations = read_relations(self.relations) if self.relations else None
+        episode, warnings = read_carmen(self.log)
+        out = output_directory(self.out or self._default_out())
+        for warning in warnings:
+            print(f"{self.log}: warning: {warning}", file=sys.stderr)
+        run, interrupted = self._run(episode)
+        done = Trajectory(episode.times[: len(run.poses)], run.poses)
+        metrics = self._metrics(run) | {"warnings": [str(warning) for warning in warnings]}
+        if relations is not None and len(done):
+            metrics |= score_relations(relations, done, _until(done, episode)).as_dict()
+        write_tum(done, out / "trajectory.tum")
+        write_ros_map(run.grid, out / "map.yaml")
+        write_json(metrics | {"interrupted": interrupted}, out / "metrics.json")
+        write_png(self._picture(run), out / "map.png")
+        self._tell(metrics, out, relations)
+        return EXIT_INTERRUPTED if interrupted else 0
+
+    def _default_out(self) -> Path:
+        return Path("out") / f"{self.log.name.split('.')[0]}-{self.slam.replace('/', '-')}"
+
+    def _run(self, episode: Episode) -> tuple[SlamRun, bool]:
+        """The run, and whether Ctrl-C ended it early: what was done by then is kept."""
+        playback = Playback(slam.make(self.slam, seed=self.seed), episode)
+        try:
+            warm_up(self.slam, episode)
+            with progress_bar() as progress:
+                for _ in progress.track(playback, len(episode.scans), description=self.slam):
+                    pass
+        except KeyboardInterrupt:
+            print(f"{self.log}: interrupted, writing what is done", file=sys.stderr)
+            return playback.result(), True
+        return playback.result(), False
+
+    def _metrics(self, run: SlamRun) -> dict[str, Any]:
+        return {
+            "log": self.log.name,
+            "slam": self.slam,
+            "seed": self.seed,
+            "scans": len(run.poses),
+            "matched": run.matched,
+            "seconds": run.seconds,
+            "ms_per_matched_scan": run.ms_per_matched_scan,
+            "versions": versions(),
+        }
+
+    def _picture(self, run: SlamRun) -> Any:
+        return map_figure(run.grid, run.poses, title=f"{self.log.name}, {self.slam}")
+
+    def _tell(self, metrics: dict[str, Any], out: Path, relations: Relations | None) -> None:
+        print(
+            f"{metrics['scans']} scans, {metrics['matched']} matched, in "
+            f"{metrics['seconds']:.1f} s: {metrics['ms_per_matched_scan']:.2f} ms a matched scan"
+        )
+        if relations is not None and metrics.get("relations"):
+            print(
+                f"error on {metrics['relations']} relations ({metrics['left_out']} left out): "
+                f"{metrics['translation_mean']:.4f} +- {metrics['translation_std']:.4f} m, "
+                f"{metrics['rotation_mean_deg']:.2f} +- {metrics['rotation_std_deg']:.2f} deg"
+            )
+        print(f"written to {out}: trajectory.tum, map.pgm, map.yaml, map.png, metrics.json")
+        if self.json:
+            print(json.dumps(metrics))
+
+
+def _until(done: Trajectory, episode: Episode) -> Trajectory:
+    """The odometry up to the last pose of a run that may have been interrupted."""
+    if len(done) == len(episode.scans):
+        return episode.odometry
+    known = episode.odometry.times <= done.times[-1]
+    return Trajectory(episode.odometry.times[known], episode.odometry.poses[known])

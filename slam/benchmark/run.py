@@ -1,0 +1,85 @@
+"""One variant on one episode: its poses, its map, its time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.episode import Episode
+from slam.geometry import Array, Pose2
+from slam.grid import OccupancyGrid
+from slam.interface import Estimate, Slam
+from slam.registry import make
+
+WARM_UP_SCANS = 30
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a SLAM made of the scans that it was given.
+
+    poses    (n, 3) as believed at each scan
+    grid     the map after the last one
+    matched  scans that were matched
+    seconds  wall time of all updates
+    """
+
+    poses: Array
+    grid: OccupancyGrid
+    matched: int
+    seconds: float
+
+    @property
+    def ms_per_matched_scan(self) -> float:
+        """All time, spread over the scans that were matched (over all where none was)."""
+        return 1e3 * self.seconds / (self.matched or len(self.poses) or 1)
+
+
+class Playback:
+    """Feeds an episode to a SLAM, scan by scan; what was done so far can be had at any time."""
+
+    def __init__(self, slam: Slam, episode: Episode):
+        self.slam = slam
+        self.episode = episode
+        self._poses: list[Pose2] = []
+        self._matched = 0
+        self._seconds = 0.0
+
+    def __iter__(self) -> Iterator[Estimate]:
+        """One estimate a scan."""
+        motions = self.episode.motions()
+        for motion, scan in zip(motions, self.episode.scans, strict=True):
+            begun = time.perf_counter()
+            estimate = self.slam.update(motion, scan)
+            self._seconds += time.perf_counter() - begun
+            self._poses.append(estimate.pose)
+            self._matched += estimate.matched
+            yield estimate
+
+    def result(self) -> Run:
+        """The run so far."""
+        poses = np.array(self._poses).reshape(-1, 3)
+        return Run(poses, self.slam.map(), self._matched, self._seconds)
+
+
+def run(slam: Slam, episode: Episode) -> Run:
+    """Run `slam` over the whole episode."""
+    playback = Playback(slam, episode)
+    for _ in playback:
+        pass
+    return playback.result()
+
+
+def warm_up(variant: str, episode: Episode) -> None:
+    """Compile what `variant` needs (numba, cached on disk), so that its time is its own."""
+    slam = make(variant, true_start(episode))
+    for motion, scan in zip(episode.motions(), episode.scans[:WARM_UP_SCANS], strict=False):
+        slam.update(motion, scan)
+
+
+def true_start(episode: Episode) -> Pose2:
+    """Where the robot truly began; the origin where nobody knows."""
+    return Pose2() if episode.truth is None else Pose2.of(episode.truth.poses[0])

@@ -1,0 +1,175 @@
+import math
+import warnings
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from dynslam_env import DoorCorridorEnv, Laser, Odometry, SlamWrapper
+from dynslam_env.slam_wrapper import crop
+from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2
+
+FORWARD = np.array([0.5, 0.02], dtype=np.float32)
+PERFECT = Odometry(bias=0.0, alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
+SPEC = GridSpec(0.05, -64, -64, 128, 128)
+
+
+class Fixed:
+    """A SLAM that believes its odometry and has always the same map."""
+
+    def __init__(self, start, rng):
+        self.pose, self.updates = start, []
+        self.drawn = rng.random()
+
+    def update(self, motion, scan):
+        self.updates.append((motion, scan))
+        self.pose = self.pose @ motion
+        return Estimate(self.pose, np.zeros((3, 3)), 0.0, True)
+
+    def map(self):
+        occupied, observed = np.full(SPEC.shape, 0.5), np.zeros(SPEC.shape, dtype=bool)
+        occupied[:, :74], observed[:, :74] = 0.0, True  # free and seen up to x = 0.5 m
+        occupied[:, 73] = 1.0
+        return OccupancyGrid(SPEC, occupied, observed)
+
+
+def wrapped(slam: Any = "odometry", env: Any = None, **parameters: Any) -> SlamWrapper:
+    return SlamWrapper(env or DoorCorridorEnv(), slam, **parameters)
+
+
+def test_perfect_odometry_makes_dead_reckoning_perfect():
+    env = wrapped(env=DoorCorridorEnv(odometry=PERFECT))
+    _, info = env.reset(seed=0)
+    for _ in range(50):
+        _, _, _, _, info = env.step(FORWARD)
+    assert info["slam"]["position_error"] == pytest.approx(0.0, abs=1e-9)
+    assert info["slam"]["heading_error"] == pytest.approx(0.0, abs=1e-9)
+    assert info["slam"]["pose"] == pytest.approx(info["pose"])
+
+
+def test_errors_are_those_of_the_pose():
+    env = wrapped()
+    _, info = env.reset(seed=0)
+    for _ in range(40):
+        _, _, _, _, info = env.step(FORWARD)
+    estimate, truth = info["slam"]["pose"], info["pose"]
+    assert info["slam"]["position_error"] == pytest.approx(math.dist(estimate[:2], truth[:2]))
+    assert info["slam"]["heading_error"] == pytest.approx(
+        math.remainder(estimate[2] - truth[2], math.tau)
+    )
+    assert info["slam"]["position_error"] > 0.1  # the bias bends the way
+
+
+def test_the_map_is_scored_at_the_interval_and_at_the_end():
+    env = wrapped(env=gym.make("DoorCorridor-v0", max_episode_steps=8), score_every=3)
+    _, info = env.reset(seed=0)
+    scored = ["f1_5cm" in info["slam"]]
+    for _ in range(8):
+        info = env.step(FORWARD)[4]
+        scored.append("f1_5cm" in info["slam"])
+    assert scored == [True, False, False, True, False, False, True, False, True]
+    expected = {"f1_5cm", "f1_10cm", "adnn_map_to_truth", "adnn_truth_to_map"}
+    expected |= {"brier_now_all", "brier_share_all"}
+    assert expected <= set(info["slam"])
+
+
+def test_never_scored_if_not_asked_for():
+    env = wrapped(score_every=0)
+    env.reset(seed=0)
+    assert "f1_5cm" not in env.step(FORWARD)[4]["slam"]
+
+
+def test_a_good_map_scores_well():
+    perfect = DoorCorridorEnv(odometry=PERFECT, doors="static", laser=Laser(sigma=0.001))
+    env = wrapped(env=perfect, score_every=60)
+    _, info = env.reset(seed=0)
+    for _ in range(60):
+        info = env.step(FORWARD)[4]
+    assert info["slam"]["f1_10cm"] > 0.8
+    assert info["slam"]["adnn_map_to_truth"] < 0.05
+
+
+def test_a_builder_of_ones_own_sees_every_scan_from_the_true_start():
+    env = wrapped(Fixed, seed=7)
+    env.reset(seed=0)
+    for _ in range(4):
+        env.step(FORWARD)
+    fixed = env.slam
+    assert isinstance(fixed, Fixed)
+    assert [scan.time for _, scan in fixed.updates] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4])
+    assert fixed.updates[0][0] == Pose2()
+    assert fixed.drawn == np.random.default_rng(7).random()
+
+
+def test_a_new_episode_has_a_new_slam():
+    env = wrapped(Fixed)
+    env.reset(seed=0)
+    first = env.slam
+    env.reset(seed=0)
+    assert env.slam is not first
+
+
+def test_the_wrapper_changes_nothing_of_the_episode():
+    alone, env = DoorCorridorEnv(), wrapped()
+    for seed in (0, None):
+        a, b = alone.reset(seed=seed), env.reset(seed=seed)
+        assert a[0]["scan"].tobytes() == b[0]["scan"].tobytes()
+        for _ in range(5):
+            a, b = alone.step(FORWARD), env.step(FORWARD)
+            assert a[0]["scan"].tobytes() == b[0]["scan"].tobytes()
+            assert a[1:4] == b[1:4]
+
+
+def test_the_observation_carries_map_and_pose_if_asked():
+    env = wrapped(map_crop=4.0, pose_estimate=True)
+    observation, _ = env.reset(seed=0)
+    assert observation["map"].shape == (1, 80, 80)
+    assert observation["pose_estimate"] == pytest.approx([0.8, 0.0, 0.0])
+    observation = env.step(FORWARD)[0]
+    assert observation in env.observation_space
+    assert set(observation) == {"scan", "odometry", "velocity", "map", "pose_estimate"}
+
+
+def test_in_the_crop_ahead_is_up_and_left_is_left():
+    along = (np.arange(40)[::-1] - 19.5) * 0.05
+    points = np.array([[(ahead, left) for left in along] for ahead in along])
+    grid = Fixed(Pose2(), np.random.default_rng(0)).map()
+    ahead = crop(grid, Pose2(0, 0, 0), points)  # the wall at x = 0.45 .. 0.5 m is 9 cells ahead
+    assert (ahead[10] == 255).all()
+    assert (ahead[:10] == 128).all()
+    assert (ahead[11:] == 0).all()
+    left = crop(grid, Pose2(0, 0, -math.pi / 2), points)
+    assert (left[:, 10] == 255).all()
+    assert (left[:, :10] == 128).all()
+
+
+def test_checkers_have_no_complaint():
+    checker = pytest.importorskip("stable_baselines3.common.env_checker")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        checker.check_env(wrapped(map_crop=4.0, pose_estimate=True))
+
+
+def test_an_unknown_variant_is_refused_with_the_known_ones():
+    with pytest.raises(InputError, match=r"unknown SLAM variant 'magic'; known: odometry"):
+        wrapped("magic")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"slam": 3}, "slam must be a builder"),
+        ({"score_every": -1}, "score_every must be a whole number of at least 0"),
+        ({"map_crop": 0.0}, "map_crop must be a finite number above 0"),
+        ({"map_crop": 1.0}, "at least 36 cells"),
+    ],
+)
+def test_wrong_parameters_are_refused(wrong, message):
+    with pytest.raises(InputError, match=message):
+        wrapped(**wrong)
+
+
+def test_another_environment_is_refused():
+    with pytest.raises(InputError, match="needs an environment of dynslam_env"):
+        SlamWrapper(gym.make("CartPole-v1"), "odometry")  # type: ignore[arg-type]

@@ -1,0 +1,102 @@
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slam.errors import InputError
+from slam.grid import GridSpec, OccupancyGrid
+from slam.io.ros_map import read_ros_map, write_ros_map
+
+
+def grid_of(states: np.ndarray, spec: GridSpec) -> OccupancyGrid:
+    """States: 0 unknown, 1 free, 2 occupied."""
+    occupied = np.select([states == 1, states == 2], [0.0, 1.0], 0.5)
+    return OccupancyGrid(spec, occupied, states > 0)
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(0, 10_000),
+    st.sampled_from([0.05, 0.1, 0.025, 1 / 3]),
+    st.integers(-5000, 5000),
+    st.integers(-5000, 5000),
+)
+def test_round_trip_is_exact(seed: int, resolution: float, row0: int, col0: int) -> None:
+    rng = np.random.default_rng(seed)
+    spec = GridSpec(resolution, row0, col0, *rng.integers(1, 30, 2).tolist())
+    grid = grid_of(rng.integers(0, 3, spec.shape), spec)
+    with tempfile.TemporaryDirectory() as folder:
+        write_ros_map(grid, Path(folder) / "map")
+        back = read_ros_map(Path(folder) / "map.yaml")
+    assert back.spec == spec
+    assert (back.occupied == grid.occupied).all()
+    assert (back.observed == grid.observed).all()
+
+
+def test_the_files_by_hand(tmp_path: Path) -> None:
+    spec = GridSpec(0.05, -2, -4, 2, 3)
+    write_ros_map(grid_of(np.array([[0, 1, 2], [1, 1, 1]]), spec), tmp_path / "map")
+    pixels = bytes([254, 254, 254, 205, 254, 0])  # the upper row, y from -0.05 on, comes first
+    assert (tmp_path / "map.pgm").read_bytes() == b"P5\n3 2\n255\n" + pixels
+    yaml = (tmp_path / "map.yaml").read_text().splitlines()
+    assert "image: map.pgm" in yaml
+    assert "origin: [-0.2, -0.1, 0.0]" in yaml
+    assert "free_thresh: 0.196" in yaml
+
+
+def test_a_map_of_another_program(tmp_path: Path) -> None:
+    (tmp_path / "m.pgm").write_bytes(b"P5\n# CREATOR: map_saver\n2 1\n255\n" + bytes([0, 205]))
+    (tmp_path / "m.yaml").write_text(
+        'image: "m.pgm"  # a comment\nresolution: 0.050000\norigin: [-10.01, 5.0, 0.000000]\n'
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    grid = read_ros_map(tmp_path / "m.yaml")
+    assert grid.spec == GridSpec(0.05, 100, -200, 1, 2)
+    assert grid.occupied.tolist() == [[1, 0.5]]
+    assert grid.observed.tolist() == [[True, False]]
+
+
+GOOD = {
+    "image": "map.pgm",
+    "resolution": "0.05",
+    "origin": "[0, 0, 0]",
+    "occupied_thresh": "0.65",
+    "free_thresh": "0.196",
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("image", "none.pgm", "no such file"),
+        ("image", "map.yaml", "binary PGM"),
+        ("image", "short.pgm", "9 x 9 pixels"),
+        ("image", "huge.pgm", "999999999 x 999999999 pixels"),
+        ("image", "deep.pgm", "8 bits"),
+        ("resolution", "wide", "a number for `resolution`"),
+        ("resolution", "-1", "positive"),
+        ("resolution", None, "`resolution: ...`"),
+        ("origin", "[0, 0]", r"\[x, y, yaw\]"),
+        ("origin", "[0, 0, 0.5]", "not turned"),
+        ("mode", "scale", "trinary"),
+        ("free thresh", "1", "map.yaml:6: expected `key: value`"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path: Path, key: str, value: str | None, message: str) -> None:
+    (tmp_path / "map.pgm").write_bytes(b"P5\n1 1\n255\n\0")
+    (tmp_path / "short.pgm").write_bytes(b"P5\n9 9\n255\n\0")
+    (tmp_path / "huge.pgm").write_bytes(b"P5\n999999999 999999999\n255\n\0")
+    (tmp_path / "deep.pgm").write_bytes(b"P5\n1 1\n65535\n\0\0")
+    fields = GOOD | {key: value}
+    text = "".join(f"{name}: {field}\n" for name, field in fields.items() if field is not None)
+    (tmp_path / "map.yaml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_ros_map(tmp_path / "map.yaml")
+
+
+def test_an_unwritable_place_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        write_ros_map(grid_of(np.zeros((1, 1)), GridSpec(1, 0, 0, 1, 1)), tmp_path / "none" / "map")
