@@ -80,7 +80,7 @@ class SlamWrapper(
         self._name = slam if isinstance(slam, str) else "slam"
         self._build = _builder(slam, seed)
         self._build(Pose2())  # an unknown name is refused now, not at the first reset
-        self._crop = _ego_grid(map_crop, map_cell) if map_crop is not None else None
+        self._crop = ego_points(map_crop, map_cell) if map_crop is not None else None
         self._with_pose = pose_estimate
         self.observation_space = self._widened(env.observation_space)
         self._slam: Slam | None = None
@@ -191,7 +191,7 @@ def crop(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
     return shades.reshape(points.shape[:2])
 
 
-def _ego_grid(side: float, cell: float) -> Array:
+def ego_points(side: float, cell: float) -> Array:
     """(n, n, 2) m, centres of the crop's cells in the robot's frame: ahead is up, left is left."""
     positive_number("map_crop", side)
     positive_number("map_cell", cell)

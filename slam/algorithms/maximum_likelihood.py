@@ -19,18 +19,18 @@ from slam.search.laplace import laplace_covariance
 
 
 @dataclass(frozen=True)
-class Keyframes:
-    """When a scan is matched: after so much way, turn or time by the odometry and the clock.
+class Spacing:
+    """How far apart two events are: after so much way, turn or time, whichever comes first.
 
     distance m; turn rad; time s
     """
 
-    distance: float = 0.1
-    turn: float = math.radians(10.0)
-    time: float = 2.0
+    distance: float
+    turn: float
+    time: float
 
     def due(self, moved: Pose2, waited: float) -> bool:
-        """Whether `moved` or `waited` (s) since the last match ask for the next."""
+        """Whether having `moved` or `waited` (s) since the last one asks for the next."""
         return (
             math.hypot(moved.x, moved.y) >= self.distance
             or abs(moved.theta) >= self.turn
@@ -38,10 +38,16 @@ class Keyframes:
         )
 
 
+MATCHES = Spacing(distance=0.03, turn=math.radians(2.0), time=2.0)
+KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)
+
+
 class MaximumLikelihood:
     """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (eq. 5 and 7).
 
     Static and dynamic SLAM differ by one object: `grid`, the memory of what the cells have been.
+    The robot finds itself in the map at every `matches`, and adds to the map at every `keyframes`,
+    which lie farther apart: whatever is put into the map brings its pose error with it.
     """
 
     def __init__(
@@ -53,36 +59,41 @@ class MaximumLikelihood:
         perception: Perception | None = None,
         motion: Motion | None = None,
         search: Search | None = None,
-        keyframes: Keyframes | None = None,
+        matches: Spacing = MATCHES,
+        keyframes: Spacing = KEYFRAMES,
     ):
-        self.pose = start
         self.rng = rng or np.random.default_rng(0)
         self.grid = grid or Static()
         self.perception = perception or Endpoint()
         self.motion = motion or OdometryMotion()
         self.search = search or Correlative()
-        self.keyframes = keyframes or Keyframes()
+        self.matches = matches
+        self.keyframes = keyframes
+        self.pose = start
+        self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
+        self._matched_at = self._mapped_at = -math.inf
+        self._mapped = start
         self._moved = Pose2()
-        self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
-        self._matched_at = -math.inf
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        """Move by the odometry; where the way since the last match asks for it, match and map."""
+        """Move by the odometry; match where that has led far enough; map where it is time to."""
         self._moved = self._moved @ motion
-        predicted = self._last.pose @ self._moved
+        predicted = self._matched.pose @ self._moved
         deviations = self.motion.deviations(self._moved)
-        if not self.keyframes.due(self._moved, scan.time - self._matched_at):
+        if not self.matches.due(self._moved, scan.time - self._matched_at):
             return self._dead_reckoned(predicted, deviations)
-        estimate = self._matched(scan, predicted, deviations)
-        changed = self.grid.integrate(scan, estimate.pose)
-        self.perception.refresh(self.grid, changed)
-        self.pose, self._last = estimate.pose, estimate
-        self._moved, self._matched_at = Pose2(), scan.time
+        estimate = self._match(scan, predicted, deviations)
+        self.pose, self._matched, self._moved = estimate.pose, estimate, Pose2()
+        self._matched_at = scan.time
+        if self.keyframes.due(self._mapped.between(self.pose), scan.time - self._mapped_at):
+            changed = self.grid.integrate(scan, self.pose)
+            self.perception.refresh(self.grid, changed)
+            self._mapped, self._mapped_at = self.pose, scan.time
         return estimate
 
-    def _matched(self, scan: Scan, predicted: Pose2, deviations: Array) -> Estimate:
-        """Equation 7, over the map as it was before this scan."""
-        if self._matched_at == -math.inf:
+    def _match(self, scan: Scan, predicted: Pose2, deviations: Array) -> Estimate:
+        """Equation 7, over the map as it was before this scan; the first scan finds none."""
+        if self._mapped_at == -math.inf:
             return Estimate(predicted, np.zeros((3, 3)), 0.0, True)
         objective = self.objective(scan, predicted, deviations)
         pose = self.search(objective, predicted, deviations, self.rng)
@@ -95,8 +106,8 @@ class MaximumLikelihood:
         self.pose = predicted
         c, s = math.cos(predicted.theta), math.sin(predicted.theta)
         turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        covariance = self._last.covariance + (turn * deviations**2) @ turn.T
-        return Estimate(predicted, covariance, self._last.score, False)
+        covariance = self._matched.covariance + (turn * deviations**2) @ turn.T
+        return Estimate(predicted, covariance, self._matched.score, False)
 
     def objective(self, scan: Scan, predicted: Pose2, deviations: Array) -> Objective:
         """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant."""

@@ -24,7 +24,7 @@ class Correlative:
 
     step: float = 0.03
     turn: float = math.radians(1.0)
-    reach: float = 2.5
+    reach: float = 1.5
     peaks: int = 5
     refine: HillClimb = field(default_factory=lambda: HillClimb(0.015, math.radians(0.5)))
 

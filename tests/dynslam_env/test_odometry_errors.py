@@ -62,6 +62,7 @@ def spread(moved, samples=20_000, **alphas):
     [
         (Pose2(0.1, 0, 0), {"alpha3": 0.01}, 0, 0.1 * 0.1),
         (Pose2(0, 0, 0.5), {"alpha1": 0.04}, 2, 0.2 * 0.5),
+        (Pose2(1e-6, 1e-6, 0.5), {"alpha1": 0.04}, 2, 0.2 * 0.5),
         (Pose2(0, 0, 0.5), {"alpha4": 0.0004}, 0, 0.02 * 0.5),
         # both turns err, each by sqrt(alpha2) * trans
         (Pose2(0.1, 0, 0), {"alpha2": 0.01}, 2, math.sqrt(2) * 0.1 * 0.1),
@@ -74,6 +75,10 @@ def test_deviations_are_those_of_table_5_6(moved, alphas, column, expected):
     assert readings[:, column].std() == pytest.approx(expected, rel=5 / math.sqrt(2 * n))
     errors = readings[:, column] - moved[column]
     assert abs(errors.mean()) < 5 * expected / math.sqrt(n) + 1e-4  # a bent chord is shorter
+
+
+def test_backwards_is_no_turn():
+    assert spread(Pose2(-0.1, 0, 0), samples=100, alpha1=1.0, alpha4=1.0).std(0).max() < 1e-12
 
 
 @pytest.mark.parametrize("wrong", [{"bias": math.nan}, {"alpha2": -1.0}, {"alpha4": "much"}])

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from dynslam_env import DoorCorridorEnv, SlamWrapper
-from dynslam_env.render import BLUE, ORANGE, PAPER, SOLID, VERMILION
+from dynslam_env.canvas import BLUE, ORANGE, PAPER, SOLID, VERMILION
 
 
 def pixels(frame, colour):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dynslam_env import DoorCorridorEnv, Laser, Odometry, SlamWrapper
-from dynslam_env.slam_wrapper import crop
+from dynslam_env.slam_wrapper import crop, ego_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2
 
 FORWARD = np.array([0.5, 0.02], dtype=np.float32)
@@ -132,8 +132,8 @@ def test_the_observation_carries_map_and_pose_if_asked():
 
 
 def test_in_the_crop_ahead_is_up_and_left_is_left():
-    along = (np.arange(40)[::-1] - 19.5) * 0.05
-    points = np.array([[(ahead, left) for left in along] for ahead in along])
+    points = ego_points(2.0, 0.05)
+    assert points.shape == (40, 40, 2)
     grid = Fixed(Pose2(), np.random.default_rng(0)).map()
     ahead = crop(grid, Pose2(0, 0, 0), points)  # the wall at x = 0.45 .. 0.5 m is 9 cells ahead
     assert (ahead[10] == 255).all()

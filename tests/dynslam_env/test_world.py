@@ -39,6 +39,27 @@ def test_the_robot_never_enters_a_wall_by_more_than_1_cm(heading):
     assert 0 < driven.pose.y < 6
 
 
+def test_nor_at_full_speed_wherever_the_physics_steps_fall():
+    for start in np.arange(0.0, 0.12, 0.002):
+        driven = world(Pose2(4.5 + start, 1.5, 0.0))
+        for _ in range(20):
+            driven.step(1.2, 0.0)
+            assert dent(driven) < 0.01
+        assert driven.collided
+        assert abs(dent(driven)) < 0.004  # pressed on, it stands at the surface
+
+
+def test_a_collision_is_over_when_the_robot_has_backed_off():
+    driven = world(Pose2(5.7, 1.5, 0.0))
+    collided = []
+    for v in (0.8, 0.8, 0.8, -0.8, -0.8, -0.8):
+        driven.step(v, 0.0)
+        collided.append(driven.collided)
+    assert collided[0] is False
+    assert collided[2] is True
+    assert collided[-1] is False
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_nor_in_the_corridor_with_its_doors(seed):
     layout = Corridor().layout(np.random.default_rng(seed))
@@ -166,6 +187,15 @@ def test_static_and_moving_doors_begin_alike():
     ]
     assert begin[0].tobytes() == begin[1].tobytes()
     assert 0 < (begin[0] > 1).sum() < 8
+
+
+@pytest.mark.parametrize("command", [(1.2, 5.2), (-0.5, 4.0), (0.1, 0.1), (0.0, 0.0)])
+def test_a_command_too_fast_for_a_wheel_is_slowed_on_the_same_arc(command):
+    v, omega = Robot().feasible(*command)
+    assert abs(v) + abs(omega) * 0.33 / 2 <= 1.2 + 1e-12
+    assert v * command[1] == pytest.approx(omega * command[0])
+    if abs(command[0]) + abs(command[1]) * 0.33 / 2 <= 1.2:
+        assert (v, omega) == command
 
 
 @pytest.mark.parametrize(("name", "value"), [("radius", 0), ("max_speed", -1), ("traction", None)])

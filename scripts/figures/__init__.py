@@ -1,0 +1,1 @@
+"""The pictures of `dynslam`: one file each, each function gives a figure and saves nothing."""

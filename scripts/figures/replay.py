@@ -1,0 +1,157 @@
+"""The replay: the truth and several SLAMs on the same episode, side by side, as an animated GIF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageColor
+
+from slam.episode import Episode, Truth
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.io.files import replacing
+from slam.metrics.trajectory import ate
+
+from .canvas import Canvas, fan
+from .known_poses import known
+from .map_panel import Box
+from .snapshots import Snapshot
+from .style import DOORS, ESTIMATE, FAINT, INK, PAPER, TRUTH, UNKNOWN, WALLS
+
+REACH = 2.3  # m around the true path that is shown
+BORDER = 0.3  # m outside the walls
+FLAT = 0.6  # height / width below which panels are stacked
+GAP = 4  # pixels between panels
+BLENDS = 48  # colours in the palette beside our own
+NEAR = 8  # levels: Pillow confuses colours no farther apart
+HOLD = 2.5  # s that the last frame stays
+BEAMS, SOLID = "#DDEFFA", "#E4E6EA"
+EXACT = (PAPER, INK, FAINT, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, SOLID)
+
+
+def write_replay(
+    path: str | PathLike[str],
+    episode: Episode,
+    runs: Mapping[str, Sequence[Snapshot]],
+    fps: float = 10.0,
+    width: int = 800,
+) -> None:
+    """Write the animation as a GIF: a frame a snapshot, the truth first, then a panel a run.
+
+    episode  with its truth
+    runs     title -> snapshots (`take_snapshots`), at the same scans in every run
+    fps      frames a second
+    width    of the picture, pixels
+    """
+    truth = known(episode)
+    scans = _common_scans(runs)
+    frames = [_frame(panels, width) for panels in _panels(episode, truth, runs, scans, width)]
+    palette = _palette(frames)
+    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    durations = [round(1000 / fps)] * len(frames)
+    durations[-1] += round(1000 * HOLD)
+    with replacing(Path(path)) as file:
+        indexed[0].save(
+            file,
+            format="GIF",
+            save_all=True,
+            append_images=indexed[1:],
+            duration=durations,
+            loop=0,
+            optimize=False,  # it would look for a palette of its own for each frame
+        )
+
+
+def _common_scans(runs: Mapping[str, Sequence[Snapshot]]) -> list[int]:
+    numbers = [[snapshot.scan for snapshot in run] for run in runs.values()]
+    if not numbers or not numbers[0]:
+        raise InputError("a replay needs at least one run with at least one snapshot")
+    if any(other != numbers[0] for other in numbers):
+        raise InputError("the runs of a replay need snapshots at the same scans")
+    return numbers[0]
+
+
+def _panels(
+    episode: Episode,
+    truth: Truth,
+    runs: Mapping[str, Sequence[Snapshot]],
+    scans: Sequence[int],
+    width: int,
+) -> Iterator[list[Image.Image]]:
+    """The panels of each frame, all of one size."""
+    box = _shown(truth)
+    columns = 1 if box.height < FLAT * box.width else len(runs) + 1
+    blank = Canvas(box, (width - GAP * (columns - 1)) // columns)
+    floor = blank.copy()
+    floor.shade_behind(truth.walls, Pose2.of(truth.poses[0]), SOLID)
+    for index, scan in enumerate(scans):
+        beliefs = [_belief(blank.copy(), truth, title, run[index]) for title, run in runs.items()]
+        yield [_true_world(floor.copy(), episode, truth, scan), *beliefs]
+
+
+def _shown(truth: Truth) -> Box:
+    """The surroundings of the true path, as far as there are walls."""
+    ends = truth.walls.reshape(-1, 2)
+    low = np.maximum(truth.poses[:, :2].min(axis=0) - REACH, ends.min(axis=0) - BORDER)
+    high = np.minimum(truth.poses[:, :2].max(axis=0) + REACH, ends.max(axis=0) + BORDER)
+    return Box(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+
+
+def _true_world(canvas: Canvas, episode: Episode, truth: Truth, number: int) -> Image.Image:
+    scan, pose = episode.scans[number], Pose2.of(truth.poses[number])
+    ranges = np.nan_to_num(scan.ranges, nan=0.0, posinf=scan.max_range)
+    beams = fan(pose @ scan.mount, ranges, scan.angles)
+    canvas.polygon(beams, BEAMS)
+    canvas.lines(truth.walls, INK, 2)
+    canvas.lines(truth.doors[number], DOORS, 3)
+    canvas.path(truth.poses[: number + 1, :2], TRUTH, 2)
+    canvas.dots(beams[1:][scan.hit], ESTIMATE, 1.5)
+    canvas.robot(pose, TRUTH)
+    legend = [("", INK), ("doors  ", DOORS), ("echoes  ", ESTIMATE), ("true path", TRUTH)]
+    canvas.title([(f"Truth, {scan.time:.1f} s", INK), *legend])
+    return canvas.finished()
+
+
+def _belief(canvas: Canvas, truth: Truth, title: str, snapshot: Snapshot) -> Image.Image:
+    estimated, true = snapshot.poses, truth.poses[: snapshot.scan + 1]
+    canvas.grid(snapshot.grid)
+    canvas.lines(truth.walls, WALLS, 1)
+    canvas.lines(truth.doors[snapshot.scan], DOORS, 1)
+    canvas.path(true[:, :2], TRUTH, 2.5)
+    canvas.path(estimated[:, :2], ESTIMATE, 1.5)
+    canvas.robot(Pose2.of(estimated[-1]), ESTIMATE)
+    canvas.ring(Pose2.of(true[-1]), TRUTH)
+    off = 1000 * float(np.hypot(*(estimated[-1, :2] - true[-1, :2])))
+    errors = f"off by {off:.0f} mm, ATE {1000 * ate(estimated, true):.0f} mm"
+    canvas.title([(f"{title}:  {errors}", INK), ("", INK), ("estimated path", ESTIMATE)])
+    return canvas.finished()
+
+
+def _frame(panels: Sequence[Image.Image], width: int) -> Image.Image:
+    """The panels below or beside one another."""
+    across, down = panels[0].size
+    columns = max(width // across, 1)
+    rows = -(-len(panels) // columns)
+    frame = Image.new("RGB", (width, rows * down + (rows - 1) * GAP), FAINT)
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, columns)
+        frame.paste(panel, (column * (across + GAP), row * (down + GAP)))
+    return frame
+
+
+def _palette(frames: Sequence[Image.Image]) -> Image.Image:
+    """Our own colours to the letter, and the blends of the first, the middle and the last frame."""
+    chosen = [frames[0], frames[len(frames) // 2], frames[-1]]
+    sheet = Image.new("RGB", (frames[0].width, frames[0].height * len(chosen)))
+    for number, frame in enumerate(chosen):
+        sheet.paste(frame, (0, number * frame.height))
+    blends = sheet.quantize(BLENDS, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    blends = np.array(blends[: 3 * BLENDS]).reshape(-1, 3)
+    exact = np.array([ImageColor.getrgb(colour) for colour in EXACT])
+    apart = np.abs(blends[:, None] - exact).max(axis=2).min(axis=1) > NEAR
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.concatenate([exact, blends[apart]]).ravel().tolist())
+    return palette

@@ -1,0 +1,35 @@
+"""How the pictures look: colours that any eyes tell apart (Okabe and Ito 2008), and blank figures.
+
+Figures are made without pyplot, so that they share no state and need no display.
+"""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+PAPER, INK, FAINT = "#FFFFFF", "#282A30", "#B0B4BC"
+UNKNOWN = "#C8D1DE"  # what no beam has reached: bluish, no grey of a half occupied cell
+TRUTH, ESTIMATE = "#0072B2", "#D55E00"
+WALLS, DOORS = "#56B4E9", "#E69F00"
+STATIC, DYNAMIC = "#CC79A7", "#009E73"
+
+SMALL, MEDIUM, LARGE = 8.0, 9.5, 11.0  # points
+DPI = 130.0
+
+
+def blank_figure(width: float, height: float, dpi: float = DPI, arrange: bool = True) -> Figure:
+    """An empty figure of `width` x `height` inches, that arranges its own parts if `arrange`."""
+    figure = Figure(figsize=(width, height), dpi=dpi, facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    if arrange:
+        figure.set_layout_engine("compressed", h_pad=0.08)
+    return figure
+
+
+def plain_axes(axes: Axes) -> None:
+    """Small, quiet ticks and frame."""
+    axes.tick_params(labelsize=SMALL, colors=INK, length=3, width=0.6)
+    for spine in axes.spines.values():
+        spine.set(color=FAINT, linewidth=0.8)
