@@ -21,7 +21,7 @@ from .style import INK, PAPER, UNKNOWN
 FINE = 2  # drawn this much larger than shown, and smoothed down
 TITLE = 26  # pixels, strip above
 ROBOT_RADIUS = 0.22  # m, Pioneer 3-DX
-SHADES = 8  # of grey in a map: fewer make a smaller file
+GREYS = np.round(np.linspace(0, 255, 8)).astype(int)  # of a map: fewer make a smaller file
 
 
 class Canvas:
@@ -101,7 +101,8 @@ class Canvas:
         barrier = Canvas(self.box, self.width)
         barrier.lines(walls, INK, 2)
         free = np.asarray(barrier.image)[:, :, 0] > 128
-        regions, _ = ndimage.label(free)
+        regions = np.empty(free.shape, dtype=np.int32)
+        ndimage.label(free, output=regions)
         ((x, y),) = self.pixels(np.array([inside[:2]]))
         behind = free & (regions != regions[int(y), int(x)])
         behind[: TITLE * FINE] = False
@@ -132,10 +133,10 @@ def fan(pose: Pose2, ranges: Array, angles: Array) -> Array:
 
 
 def _few_shades(image: np.ndarray) -> np.ndarray:
-    """An image with its greys, not its colours, rounded to `SHADES` of them."""
-    table = np.round(np.round(np.arange(256) / 255 * (SHADES - 1)) * 255 / (SHADES - 1))
+    """An image with its greys, not its colours, rounded to `GREYS`."""
+    nearest = np.abs(np.arange(256)[:, None] - GREYS).argmin(axis=1)
     grey = image[:, :, :1] == image[:, :, 2:]
-    return np.where(grey, table.astype(np.uint8)[image], image)
+    return np.where(grey, GREYS[nearest].astype(np.uint8)[image], image)
 
 
 def _length(text: str) -> float:

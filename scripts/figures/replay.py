@@ -15,7 +15,7 @@ from slam.geometry import Pose2
 from slam.io.files import replacing
 from slam.metrics.trajectory import ate
 
-from .canvas import Canvas, fan
+from .canvas import GREYS, Canvas, fan
 from .known_poses import known
 from .map_panel import Box
 from .snapshots import Snapshot
@@ -29,7 +29,7 @@ BLENDS = 48  # colours in the palette beside our own
 NEAR = 8  # levels: Pillow confuses colours no farther apart
 HOLD = 2.5  # s that the last frame stays
 BEAMS, SOLID = "#DDEFFA", "#E4E6EA"
-EXACT = (PAPER, INK, FAINT, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, SOLID)
+EXACT = (PAPER, INK, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, SOLID)
 
 
 def write_replay(
@@ -148,10 +148,18 @@ def _palette(frames: Sequence[Image.Image]) -> Image.Image:
     sheet = Image.new("RGB", (frames[0].width, frames[0].height * len(chosen)))
     for number, frame in enumerate(chosen):
         sheet.paste(frame, (0, number * frame.height))
-    blends = sheet.quantize(BLENDS, method=Image.Quantize.MEDIANCUT).getpalette() or []
-    blends = np.array(blends[: 3 * BLENDS]).reshape(-1, 3)
-    exact = np.array([ImageColor.getrgb(colour) for colour in EXACT])
+    found = sheet.quantize(BLENDS, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    blends = np.array(found[: 3 * BLENDS]).reshape(-1, 3)
+    exact = np.vstack([np.repeat(GREYS[:, None], 3, axis=1), _exact_colours()])
     apart = np.abs(blends[:, None] - exact).max(axis=2).min(axis=1) > NEAR
     palette = Image.new("P", (1, 1))
     palette.putpalette(np.concatenate([exact, blends[apart]]).ravel().tolist())
     return palette
+
+
+def _exact_colours() -> np.ndarray:
+    """(n, 3) our colours, and those of lines half over a map."""
+    own = np.array([ImageColor.getrgb(colour) for colour in EXACT])
+    lines = np.array([ImageColor.getrgb(colour) for colour in (TRUTH, ESTIMATE, WALLS, DOORS)])
+    below = np.array([ImageColor.getrgb(colour) for colour in (PAPER, "#000000", UNKNOWN)])
+    return np.vstack([own, ((lines[:, None] + below) // 2).reshape(-1, 3)])

@@ -46,8 +46,8 @@ class MaximumLikelihood:
     """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (eq. 5 and 7).
 
     Static and dynamic SLAM differ by one object: `grid`, the memory of what the cells have been.
-    The robot finds itself in the map at every `matches`, and adds to the map at every `keyframes`,
-    which lie farther apart: whatever is put into the map brings its pose error with it.
+    Scans go into the map at `keyframes`; those between them, at `matches`, are matched from the
+    last keyframe on and leave no trace, since whatever enters the map brings its error with it.
     """
 
     def __init__(
@@ -70,44 +70,54 @@ class MaximumLikelihood:
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
-        self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
-        self._matched_at = self._mapped_at = -math.inf
-        self._mapped = start
-        self._moved = Pose2()
+        self._keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
+        self._keyframe_at = self._matched_at = -math.inf
+        self._since_keyframe = self._since_match = Pose2()
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        """Move by the odometry; match where that has led far enough; map where it is time to."""
-        self._moved = self._moved @ motion
-        predicted = self._matched.pose @ self._moved
-        deviations = self.motion.deviations(self._moved)
-        if not self.matches.due(self._moved, scan.time - self._matched_at):
-            return self._dead_reckoned(predicted, deviations)
-        estimate = self._match(scan, predicted, deviations)
-        self.pose, self._matched, self._moved = estimate.pose, estimate, Pose2()
-        self._matched_at = scan.time
-        if self.keyframes.due(self._mapped.between(self.pose), scan.time - self._mapped_at):
-            changed = self.grid.integrate(scan, self.pose)
-            self.perception.refresh(self.grid, changed)
-            self._mapped, self._mapped_at = self.pose, scan.time
+        """Move by the odometry; match and map the scan where that has led far enough."""
+        self._since_keyframe = self._since_keyframe @ motion
+        self._since_match = self._since_match @ motion
+        if self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
+            estimate = self._match(scan)
+            self._map(scan, estimate)
+        elif self.matches.due(self._since_match, scan.time - self._matched_at):
+            estimate = self._match(scan)
+        else:
+            estimate = self._dead_reckoned()
+        self.pose = estimate.pose
         return estimate
 
-    def _match(self, scan: Scan, predicted: Pose2, deviations: Array) -> Estimate:
-        """Equation 7, over the map as it was before this scan; the first scan finds none."""
-        if self._mapped_at == -math.inf:
-            return Estimate(predicted, np.zeros((3, 3)), 0.0, True)
-        objective = self.objective(scan, predicted, deviations)
-        pose = self.search(objective, predicted, deviations, self.rng)
-        covariance = laplace_covariance(objective, pose, deviations)
-        likelihood = self.perception.log_likelihood(scan, np.array([pose]))[0]
-        return Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
+    def _match(self, scan: Scan) -> Estimate:
+        """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
+        predicted = self._keyframe.pose @ self._since_keyframe
+        deviations = self.motion.deviations(self._since_keyframe)
+        if self._keyframe_at == -math.inf:
+            estimate = Estimate(predicted, np.zeros((3, 3)), 0.0, True)
+        else:
+            objective = self.objective(scan, predicted, deviations)
+            pose = self.search(objective, predicted, deviations, self.rng)
+            covariance = laplace_covariance(objective, pose, deviations)
+            score = self.perception.log_likelihood(scan, np.array([pose]))[0]
+            estimate = Estimate(pose, covariance, score / max(len(scan.points), 1), True)
+        self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
+        return estimate
 
-    def _dead_reckoned(self, predicted: Pose2, deviations: Array) -> Estimate:
+    def _map(self, scan: Scan, estimate: Estimate) -> None:
+        """Put the scan into the map, where it was matched: a keyframe."""
+        changed = self.grid.integrate(scan, estimate.pose)
+        self.perception.refresh(self.grid, changed)
+        self._keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
+
+    def _dead_reckoned(self) -> Estimate:
         """Where the odometry leads from the last match, and as much less sure."""
-        self.pose = predicted
-        c, s = math.cos(predicted.theta), math.sin(predicted.theta)
+        pose = self._matched.pose @ self._since_match
+        c, s = math.cos(pose.theta), math.sin(pose.theta)
         turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        covariance = self._matched.covariance + (turn * deviations**2) @ turn.T
-        return Estimate(predicted, covariance, self._matched.score, False)
+        spread = (turn * self.motion.deviations(self._since_match) ** 2) @ turn.T
+        return self._matched._replace(
+            pose=pose, covariance=self._matched.covariance + spread, matched=False
+        )
 
     def objective(self, scan: Scan, predicted: Pose2, deviations: Array) -> Objective:
         """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant."""

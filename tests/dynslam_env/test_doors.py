@@ -1,12 +1,12 @@
 import math
 
-import naive_cast
 import numpy as np
 import pytest
 
 from dynslam_env import Corridor, Doors
 from dynslam_env.doors import Leaves, schedule
 from slam import InputError
+from tests.dynslam_env import naive
 
 
 def flips(doors, count=8, until=2000.0, step=0.1, seed=0):
@@ -47,7 +47,7 @@ def test_outlines_agree_with_the_naive_reference():
     doors = Corridor().layout(np.random.default_rng(0)).doors
     angles = np.random.default_rng(1).uniform(-4, 4, len(doors))
     out = Leaves(doors).outline(angles.tolist(), np.empty((4 * len(doors), 4)))
-    expected = [naive_cast.leaf(door, angle) for door, angle in zip(doors, angles, strict=True)]
+    expected = [naive.leaf(door, angle) for door, angle in zip(doors, angles, strict=True)]
     assert out == pytest.approx(np.concatenate(expected))
 
 

@@ -1,12 +1,12 @@
 import math
 
-import naive_cast
 import numpy as np
 import pytest
 
 from dynslam_env import Corridor, Laser
 from dynslam_env.laser import Scanner
 from slam import InputError, Pose2
+from tests.dynslam_env import naive
 
 SQUARE = np.array([(-2.0, -1, 3, -1), (3, -1, 3, 1), (3, 1, -2, 1), (-2, 1, -2, -1)])
 EXACT = Laser(sigma=0.0)
@@ -20,9 +20,7 @@ def worlds():
     rng = np.random.default_rng(0)
     for seed in range(4):
         layout = Corridor().layout(np.random.default_rng(seed))
-        leaves = [
-            naive_cast.leaf(d, d.closed + d.swing * rng.uniform(0, 1.5)) for d in layout.doors
-        ]
+        leaves = [naive.leaf(d, d.closed + d.swing * rng.uniform(0, 1.5)) for d in layout.doors]
         segments = np.concatenate([layout.walls, *leaves])
         yield Pose2(rng.uniform(0.5, 11.5), rng.uniform(-0.9, 0.9), rng.uniform(-4, 4)), segments
     for _ in range(8):
@@ -32,7 +30,7 @@ def worlds():
 @pytest.mark.parametrize(("pose", "segments"), list(worlds()))
 def test_ranges_agree_with_the_naive_reference(pose, segments):
     x, y, theta = pose
-    expected = naive_cast.cast(x, y, theta, EXACT.angles, segments, EXACT.max_range)
+    expected = naive.cast(x, y, theta, EXACT.angles, segments, EXACT.max_range)
     ranges = scanner().exact(pose, segments)
     assert (np.isinf(ranges) == np.isinf(expected)).all()
     hit = np.isfinite(expected)

@@ -2,10 +2,10 @@ import math
 
 import numpy as np
 import pytest
-from naive_cast import leaf
 
 from dynslam_env import Corridor
 from slam import InputError
+from tests.dynslam_env.naive import leaf
 
 
 @pytest.fixture(params=range(20))
