@@ -22,6 +22,7 @@ from .style import ESTIMATE, INK, LARGE, MEDIUM, PAPER, SMALL, blank_figure, pla
 REACH, STEP = 0.4, 0.01  # m: how far around the true pose, and how fine
 PEAK = 0.1  # m: a local maximum is the largest this far around
 RIVAL = 0.7  # of the way from the lowest to the highest value: a lower peak is no rival
+CLOSE, FREE = 0.1, 0.3  # m and h: less likely than FREE within CLOSE of it, a cell is surely free
 COLOURS = "viridis"
 
 
@@ -94,14 +95,14 @@ def surprise(episode: Episode, variant: str = "static-ml/beta1") -> int:
 
 
 def _contradicted(grid: MapModel, scan: Scan, pose: Pose2) -> int:
-    """Echoes in cells that were observed, and around which (2 cells) nothing is occupied."""
+    """Echoes in cells that were observed, and with nothing occupied within `CLOSE`."""
     cells = grid.spec.cells(transform_points(pose, scan.points))
     cells = cells[((cells >= 0) & (cells < grid.spec.shape)).all(axis=1)]
     if not len(cells):
         return 0
-    nearby = ndimage.maximum_filter(grid.occupied, 5)
+    nearby = ndimage.maximum_filter(grid.occupied, 2 * round(CLOSE / grid.spec.resolution) + 1)
     rows, cols = cells.T
-    return int((grid.observed[rows, cols] & (nearby[rows, cols] < 0.3)).sum())
+    return int((grid.observed[rows, cols] & (nearby[rows, cols] < FREE)).sum())
 
 
 def _surface_at(variant: str, episode: Episode, moment: int) -> Surface:

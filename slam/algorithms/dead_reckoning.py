@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from slam.geometry import Pose2
@@ -9,28 +11,31 @@ from slam.grid import OccupancyGrid
 from slam.interface import Estimate
 from slam.maps.static import Static
 from slam.scan import Scan
+from slam.spacing import Spacing
+
+KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)
 
 
 class DeadReckoning:
-    """Adds up the odometry and maps the scans where it says they were taken."""
+    """Adds up the odometry, and maps the scans where it says that they were taken."""
 
-    def __init__(self, start: Pose2, spacing: float = 0.1):
+    def __init__(self, start: Pose2 = Pose2(), keyframes: Spacing = KEYFRAMES):
         self.pose = start
-        self.spacing = spacing
-        self._mapped_at: Pose2 | None = None
+        self.keyframes = keyframes
+        self._since_keyframe = Pose2()
+        self._keyframe_at = -math.inf
         self._grid = Static()
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        """Move by `motion`; map the scan if the robot has come `spacing` m since the last."""
+        """Move by `motion`; map the scan if it is a keyframe. Nothing is ever matched."""
         self.pose = self.pose @ motion
-        if self._mapped_at is None or self._far(self._mapped_at.between(self.pose)):
+        self._since_keyframe = self._since_keyframe @ motion
+        if self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
             self._grid.integrate(scan, self.pose)
-            self._mapped_at = self.pose
+            self._since_keyframe, self._keyframe_at = Pose2(), scan.time
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
-
-    def _far(self, moved: Pose2) -> bool:
-        return moved.x**2 + moved.y**2 >= self.spacing**2 or abs(moved.theta) >= self.spacing
 
     def map(self) -> OccupancyGrid:
         """The scans as the odometry lays them out."""
-        return OccupancyGrid(self._grid.spec, self._grid.occupied, self._grid.observed)
+        grid = self._grid
+        return OccupancyGrid(grid.spec, grid.occupied.copy(), grid.observed.copy())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,27 +15,7 @@ from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace_covariance
-
-
-@dataclass(frozen=True)
-class Spacing:
-    """How far apart two events are: after so much way, turn or time, whichever comes first.
-
-    distance m; turn rad; time s
-    """
-
-    distance: float
-    turn: float
-    time: float
-
-    def due(self, moved: Pose2, waited: float) -> bool:
-        """Whether having `moved` or `waited` (s) since the last one asks for the next."""
-        return (
-            math.hypot(moved.x, moved.y) >= self.distance
-            or abs(moved.theta) >= self.turn
-            or waited >= self.time
-        )
-
+from slam.spacing import Spacing
 
 MATCHES = Spacing(distance=0.03, turn=math.radians(2.0), time=2.0)
 KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)

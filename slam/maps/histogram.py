@@ -48,6 +48,7 @@ class Histogram:
         self.evidence = evidence
         self.rays = rays
         self.prior = evidence.prior
+        self.resolution = resolution
         self.delta_t = delta_t
         self.bins = bins
         self.weight = weight

@@ -30,6 +30,7 @@ class Static:
         self.rays = rays
         self.prior = evidence.prior
         self.limit = limit
+        self.resolution = resolution
         self.spec = GridSpec(resolution, 0, 0, 0, 0)
         self.log_odds = np.zeros(self.spec.shape, np.float32)
         self.occupied = np.zeros(self.spec.shape, np.float32)

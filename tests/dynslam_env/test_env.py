@@ -2,6 +2,7 @@ import hashlib
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -35,9 +36,10 @@ def test_same_seed_same_bytes():
 
 
 def test_same_seed_same_bytes_in_another_process():
-    code = "from test_env import digest; print(digest(1))"
+    code = f"from {__name__} import digest; print(digest(1))"
     run = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path[:0] = {sys.path!r}; {code}"],
+        [sys.executable, "-c", code],
+        cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,
         check=True,

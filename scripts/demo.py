@@ -1,0 +1,90 @@
+"""`dynslam demo`: the paper's experiment end to end, with its table, its pictures and a film."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+import slam
+from agents import record_corridor
+from slam.benchmark.results import append
+from slam.benchmark.run import warm_up
+from slam.errors import InputError
+
+from .album import write_album
+from .output import output_directory
+from .progress import progress_bar
+from .table import Result, markdown, terminal
+from .trials import results, trials
+
+EXIT_INTERRUPTED = 130
+PICTURED = 1  # the seed of the pair in the pictures: its doors mislead static ML's map
+
+
+@dataclass
+class Demo:
+    """The paper's experiment: paired drives past static and moving doors, every variant on each.
+
+    Writes results.jsonl, table.md, the paper's figures as PNG, and replay.gif.
+    """
+
+    out: Path = Path("out/demo")
+    """Directory to write to; results of an earlier demo there are replaced."""
+    seeds: int = 30
+    """Number of pairs of episodes."""
+    jobs: int = 2
+    """Number of episodes that are run at the same time; -1 takes all cores."""
+
+    def __call__(self) -> int:
+        """Run, print, draw."""
+        if self.seeds < 1 or self.jobs < -1 or self.jobs == 0:
+            raise InputError(
+                f"demo needs seeds >= 1 and jobs >= 1 (or -1), "
+                f"got seeds={self.seeds} and jobs={self.jobs}"
+            )
+        out = output_directory(self.out)
+        console = Console()
+        collected: list[Result] = []
+        try:
+            self._measure(out / "results.jsonl", collected)
+            interrupted = False
+        except KeyboardInterrupt:
+            print("demo: interrupted, keeping the episodes that are done", file=sys.stderr)
+            interrupted = True
+        if collected:
+            (out / "table.md").write_text(markdown(collected), encoding="utf-8")
+            console.print(terminal(collected, self._title(collected)))
+        if not interrupted:
+            self._draw(out)
+        console.print(f"written to {out}", highlight=False, soft_wrap=True)
+        return EXIT_INTERRUPTED if interrupted else 0
+
+    def _measure(self, path: Path, collected: list[Result]) -> None:
+        """All results, appended to `path` as they come."""
+        path.unlink(missing_ok=True)
+        variants, todo = slam.variants(), trials(self.seeds)
+        with progress_bar() as progress:
+            bar = progress.add_task("compiling (once)", total=len(todo))
+            short = record_corridor(PICTURED, "moving")
+            for variant in variants:
+                warm_up(variant, short)
+            progress.update(bar, description=f"{len(variants)} variants x episodes")
+            for rows in results(todo, variants, self.jobs):
+                for row in rows:
+                    append(path, row)
+                collected.extend(rows)
+                progress.advance(bar)
+
+    def _draw(self, out: Path) -> None:
+        with progress_bar() as progress:
+            static, moving = (record_corridor(PICTURED, doors) for doors in ("static", "moving"))
+            pictures = write_album(static, moving, out)
+            for _ in progress.track(pictures, total=None, description="drawing"):
+                pass
+
+    def _title(self, collected: list[Result]) -> str:
+        pairs = len({row["seed"] for row in collected})
+        return f"DoorCorridor-v0, {pairs} pairs of episodes: medians, 95 % bootstrap intervals"

@@ -1,0 +1,27 @@
+"""What a SLAM is made of, as JSON: saved beside every result."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from typing import Any
+
+import numpy as np
+
+
+def configuration(part: Any) -> Any:
+    """The parameters of an object by the names of its constructor, and those of its parts in turn.
+
+    As in scikit-learn, a parameter counts where the object keeps it under the same name.
+    """
+    if part is None or isinstance(part, bool | int | str):
+        return part
+    if isinstance(part, float):
+        return part if math.isfinite(part) else str(part)
+    if isinstance(part, tuple | list):
+        return [configuration(item) for item in part]
+    if isinstance(part, np.random.Generator):
+        return "random"
+    names = inspect.signature(type(part).__init__).parameters
+    kept = {name: getattr(part, name) for name in names if hasattr(part, name)}
+    return {"type": type(part).__name__} | {k: configuration(v) for k, v in kept.items()}

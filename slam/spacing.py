@@ -1,0 +1,28 @@
+"""Spacing: how far apart along the way a SLAM does things."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from slam.geometry import Pose2
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """How far apart two events are: after so much way, turn or time, whichever comes first.
+
+    distance m; turn rad; time s
+    """
+
+    distance: float
+    turn: float
+    time: float
+
+    def due(self, moved: Pose2, waited: float) -> bool:
+        """Whether having `moved` or `waited` (s) since the last one asks for the next."""
+        return (
+            math.hypot(moved.x, moved.y) >= self.distance
+            or abs(moved.theta) >= self.turn
+            or waited >= self.time
+        )
