@@ -14,6 +14,7 @@ from slam.interface import MapModel
 from slam.scan import Scan
 
 BLOCK = 8  # cells; side of the squares in which the field is brought up to date
+HALF, ONE = np.float32(0.5), np.float32(1.0)
 MOVED = 0.001  # m; a centroid that moved less is where it was
 
 
@@ -148,13 +149,14 @@ def _scores(poses, points, field, origin, resolution, unknown):
         for k in range(len(points)):
             x = x0 + c * points[k, 0] - s * points[k, 1]
             y = y0 + s * points[k, 0] + c * points[k, 1]
-            if x < 1.0 or y < 1.0 or x >= cols - 1 or y >= rows - 1:
+            if not (x >= 1.0 and y >= 1.0 and x < cols - 1 and y < rows - 1):
                 total += unknown
                 continue
-            i, j = int(y), int(x)
-            fy, fx = y - i, x - j
-            u0, u1, u2 = 0.5 * (1 - fx) ** 2, 0.5 + fx * (1 - fx), 0.5 * fx * fx
-            v0, v1, v2 = 0.5 * (1 - fy) ** 2, 0.5 + fy * (1 - fy), 0.5 * fy * fy
+            i, j = np.int32(y), np.int32(x)
+            fy, fx = np.float32(y - i), np.float32(x - j)
+            u2, v2 = HALF * fx * fx, HALF * fy * fy
+            u0, v0 = HALF - fx + u2, HALF - fy + v2
+            u1, v1 = ONE - u0 - u2, ONE - v0 - v2
             total += (
                 v0 * (u0 * field[i - 1, j - 1] + u1 * field[i - 1, j] + u2 * field[i - 1, j + 1])
                 + v1 * (u0 * field[i, j - 1] + u1 * field[i, j] + u2 * field[i, j + 1])

@@ -25,7 +25,7 @@ class Correlative:
     step: float = 0.03
     turn: float = math.radians(1.0)
     reach: float = 1.5
-    peaks: int = 5
+    peaks: int = 3
     refine: HillClimb = field(default_factory=lambda: HillClimb(0.015, math.radians(0.5)))
 
     def __call__(

@@ -6,24 +6,25 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
-from slam.geometry import Array, Pose2, compose
+from slam.geometry import Array, Pose2
 from slam.interface import Objective
 
-NEIGHBOURS = np.vstack([np.eye(3), -np.eye(3)])
+NEIGHBOURS = 6  # to and fro along x, y and theta of the robot's frame
 
 
 @dataclass(frozen=True)
 class HillClimb:
     """Coordinate-wise hill climbing; what the paper uses where doors do not move (section 4.3).
 
-    step, turn            m and rad, first steps
-    precision             m, the last step; the turn shrinks in proportion
+    step, turn  m and rad, first steps
+    precision   m, the last step; the turn shrinks in proportion
     """
 
     step: float = 0.04
     turn: float = math.radians(2.0)
-    precision: float = 0.0005
+    precision: float = 0.001
 
     def __call__(
         self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
@@ -34,18 +35,48 @@ class HillClimb:
     def climb(self, objective: Objective, starts: Array) -> Array:
         """Climb from all `starts` (n, 3) at once; where each ended (n, 3)."""
         poses, scores = starts.copy(), objective(starts)
-        scale = np.full(len(starts), 1.0)
+        scale = np.ones(len(starts))
+        steps = np.array([self.step, self.step, self.turn])
         active = np.arange(len(starts))
         while len(active):
-            steps = NEIGHBOURS * (self.step, self.step, self.turn)
-            around = compose(poses[active, None], steps * scale[active, None, None])
-            values = objective(around.reshape(-1, 3)).reshape(len(active), -1)
-            best = values.argmax(axis=1)
-            value = np.take_along_axis(values, best[:, None], axis=1)[:, 0]
-            better = value > scores[active]
-            moved = active[better]
-            poses[moved] = around[better, best[better]]
-            scores[moved] = value[better]
-            scale[active[~better]] /= 2
+            around = _around(poses, scale, active, steps)
+            _move(poses, scores, scale, active, around, objective(around))
             active = active[scale[active] * self.step >= self.precision]
         return poses
+
+
+@njit(cache=True)
+def _around(poses, scale, active, steps):
+    """(len(active) * NEIGHBOURS, 3) the neighbours of the active poses, one after the other."""
+    around = np.empty((len(active) * NEIGHBOURS, 3))
+    for n in range(len(active)):
+        x, y, theta = poses[active[n]]
+        c, s = np.cos(theta), np.sin(theta)
+        for axis in range(3):
+            by = steps[axis] * scale[active[n]]
+            for k in range(2):
+                moved = around[n * NEIGHBOURS + 2 * axis + k]
+                moved[:] = x, y, theta
+                if axis == 0:
+                    moved[0] += by * c
+                    moved[1] += by * s
+                elif axis == 1:
+                    moved[0] -= by * s
+                    moved[1] += by * c
+                else:
+                    moved[2] = (theta + by + np.pi) % (2 * np.pi) - np.pi
+                by = -by
+    return around
+
+
+@njit(cache=True)
+def _move(poses, scores, scale, active, around, values):
+    """Each active pose to its best neighbour; where none is better, its steps are halved."""
+    for n in range(len(active)):
+        i, first = active[n], n * NEIGHBOURS
+        best = first + np.argmax(values[first : first + NEIGHBOURS])
+        if values[best] > scores[i]:
+            poses[i] = around[best]
+            scores[i] = values[best]
+        else:
+            scale[i] /= 2
