@@ -19,12 +19,13 @@ NEVER = -1  # the window of a cell that nothing was seen of
 class Histogram:
     """Keeps per cell a histogram of its occupancy in past windows of time, and matches against all.
 
-    Time is cut into windows of `delta_t`. Within one a cell gathers log-odds like a static map
-    (equation 6); when it is next seen in a later one, the occupancy it had reached is counted in
-    one of B bins. h is the histogram's mean (equation 9, over windows that saw the cell), the open
-    window counting as one more, with the prior as weak evidence.
+    Time is cut into windows of `delta_t`. Within one a cell gathers log-odds, from the prior on,
+    like a static map (equation 6); when it is next seen in a later one, the occupancy that it had
+    reached is counted in one of B bins. h is the histogram's mean (equation 9, over the windows
+    that saw the cell), the open window counting as one more, with the prior as weak evidence.
 
     resolution  m, side of a cell
+    evidence    its hit outweighs the prior, so that a window with a single hit counts as occupied
     delta_t     s, length of a window
     bins        B; 2 is equation 9 to the letter (occupied or free), 10 is the paper's figure 1
     weight      a, how many windows the prior is worth
@@ -34,7 +35,7 @@ class Histogram:
     def __init__(
         self,
         resolution: float = 0.05,
-        evidence: Evidence = Evidence(),
+        evidence: Evidence = Evidence(hit=1.5),
         rays: Rays = Rays(),
         delta_t: float = 4.0,
         bins: int = 10,
@@ -73,6 +74,7 @@ class Histogram:
             self.window.reshape(-1),
             self.log_odds.reshape(-1),
             self.counts.reshape(-1, self.bins),
+            self.evidence.prior_log_odds,
         )
         self.occupied.reshape(-1)[seen.cells] = self._mean(seen.cells)
         self.observed.reshape(-1)[seen.cells] = True
@@ -115,14 +117,14 @@ def _bin(log_odds, bins):
 
 
 @njit(cache=True)
-def _observe(cells, evidence, now, window, log_odds, counts):
+def _observe(cells, evidence, now, window, log_odds, counts, start):
     """Close the windows of cells last seen in an earlier one, then add the evidence."""
     for k in range(len(cells)):
         i = cells[k]
         if window[i] != now:
             if window[i] != NEVER:
                 counts[i, _bin(log_odds[i], counts.shape[1])] += 1
-            log_odds[i] = 0.0
+            log_odds[i] = start
             window[i] = now
         log_odds[i] += evidence[k]
 

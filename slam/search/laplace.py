@@ -9,6 +9,12 @@ from slam.interface import Objective
 
 STEPS = np.array([0.02, 0.02, 0.01])  # m, m, rad: wider than the kinks of an interpolated field
 PAIRS = ((0, 1), (0, 2), (1, 2))
+UNIT = np.eye(3)
+STENCIL = np.array(
+    [np.zeros(3)]
+    + [sign * UNIT[i] for i in range(3) for sign in (1, -1)]
+    + [sign * (UNIT[i] + UNIT[j]) for i, j in PAIRS for sign in (1, -1)]
+)
 
 
 def laplace_covariance(objective: Objective, pose: Pose2, deviations: Array) -> Array:
@@ -17,12 +23,7 @@ def laplace_covariance(objective: Objective, pose: Pose2, deviations: Array) -> 
     A direction in which the posterior does not fall off keeps the widest of the motion's own
     `deviations` (3,): the scan said nothing about it.
     """
-    offsets = [np.zeros(3)]
-    for i in range(3):
-        offsets += [_unit(i), -_unit(i)]
-    for i, j in PAIRS:
-        offsets += [_unit(i) + _unit(j), -_unit(i) - _unit(j)]
-    values = objective(np.array(pose) + np.array(offsets) * STEPS)
+    values = objective(np.array(pose) + STENCIL * STEPS)
     hessian = np.zeros((3, 3))
     for i in range(3):
         hessian[i, i] = values[1 + 2 * i] + values[2 + 2 * i] - 2 * values[0]
@@ -32,7 +33,3 @@ def laplace_covariance(objective: Objective, pose: Pose2, deviations: Array) -> 
     curvature, axes = np.linalg.eigh(-hessian)
     variance = 1.0 / np.maximum(curvature, 1.0 / np.max(deviations / STEPS) ** 2)
     return (axes * variance) @ axes.T * np.outer(STEPS, STEPS)
-
-
-def _unit(i: int) -> Array:
-    return np.eye(3)[i]

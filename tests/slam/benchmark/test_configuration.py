@@ -1,0 +1,31 @@
+import json
+
+import slam
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.benchmark.configuration import configuration
+from slam.maps.histogram import Histogram
+from slam.search.random_restart import RandomRestart
+
+
+def test_every_part_is_told_with_its_parameters() -> None:
+    made = MaximumLikelihood(grid=Histogram(delta_t=2.5, bins=2), search=RandomRestart(7))
+    found = configuration(made)
+    assert found["type"] == "MaximumLikelihood"
+    assert found["grid"]["type"] == "Histogram"
+    assert (found["grid"]["delta_t"], found["grid"]["bins"]) == (2.5, 2)
+    assert found["grid"]["evidence"] == {
+        "type": "Evidence", "hit": 0.85, "free": -0.4, "prior": 0.2
+    }  # fmt: skip
+    assert found["search"]["restarts"] == 7
+    assert found["search"]["climber"]["type"] == "HillClimb"
+    assert found["perception"]["beta"] == 0.2
+    assert found["motion"]["type"] == "OdometryMotion"
+
+
+def test_the_configuration_of_every_variant_is_json_and_tells_them_apart() -> None:
+    found = [
+        json.dumps(configuration(slam.make(name)), allow_nan=False)
+        for name in ("odometry", "static-ml", "clamped-ml", "dynamic-ml", "static-ml/beta1")
+    ]
+    assert len(set(found)) == 5
+    assert '"limit": "inf"' in found[1]

@@ -1,0 +1,221 @@
+"""Static, clamped and histogram maps against their references, and by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.grid import GridSpec
+from slam.maps.clamped import Clamped
+from slam.maps.histogram import Histogram
+from slam.maps.log_odds import Evidence
+from slam.maps.rays import Rays
+from slam.maps.static import Static
+from tests.slam import naive
+from tests.slam.worlds import ROOM, beam, loop, scan_at
+
+MODELS = [Static, Clamped, Histogram]
+RAYS = Rays(reach=3.0, no_echo_reach=1.0)
+
+
+def drive(n: int = 12, seed: int = 0):
+    """(scan, pose) of a drive in which part of the room's walls come and go."""
+    rng = np.random.default_rng(seed)
+    result = []
+    for k, pose in enumerate(loop(n)):
+        walls = ROOM[rng.random(len(ROOM)) < 0.7]
+        angles = np.sort(rng.uniform(-3, 3, 15))
+        scan = scan_at(Pose2.of(pose), time=1.3 * k, angles=angles, walls=walls)
+        result.append((scan, Pose2.of(pose)))
+    return result
+
+
+def integrated(grid, history):
+    for scan, pose in history:
+        grid.integrate(scan, pose)
+    return grid
+
+
+def seen(history):
+    return [(s.time, naive.seen(s, p, 0.05, RAYS.reach, RAYS.no_echo_reach)) for s, p in history]
+
+
+def at(spec: GridSpec, cell: tuple[int, int]) -> tuple[int, int]:
+    return cell[0] - spec.row0, cell[1] - spec.col0
+
+
+@pytest.mark.parametrize("limit", [math.inf, 1.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_static_and_clamped_are_sums_of_log_odds(limit: float, seed: int) -> None:
+    history = drive(seed=seed)
+    grid = integrated(Static(rays=RAYS, limit=limit), history)
+    expected = naive.static(seen(history), limit=limit)
+    assert grid.observed.sum() == len(expected)
+    for cell, log_odds in expected.items():
+        assert grid.log_odds[at(grid.spec, cell)] == pytest.approx(log_odds, abs=1e-5)
+        h = 1 / (1 + math.exp(-log_odds) * 4)
+        assert grid.occupied[at(grid.spec, cell)] == pytest.approx(h, abs=1e-6)
+    assert (grid.occupied[~grid.observed] == np.float32(0.2)).all()
+
+
+@pytest.mark.parametrize("bins", [2, 10])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_histogram_keeps_what_the_full_history_keeps(bins: int, seed: int) -> None:
+    history = drive(seed=seed)
+    history += [(scan_at(pose, time=200 + s.time), pose) for s, pose in history[:4]]
+    grid = integrated(Histogram(rays=RAYS, delta_t=3.0, bins=bins), history)
+    expected = naive.temporal(seen(history), 3.0, bins)
+    assert grid.observed.sum() == len(expected)
+    for cell, (h, histogram) in expected.items():
+        assert grid.histogram(*at(grid.spec, cell)).tolist() == histogram
+        assert grid.occupied[at(grid.spec, cell)] == pytest.approx(h, abs=1e-6)
+    assert (grid.occupied[~grid.observed] == np.float32(0.2)).all()
+    unseen = np.argwhere(~grid.observed)[0]
+    assert not grid.histogram(*unseen).any()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_centroids_are_those_of_all_echoes(model) -> None:
+    history = drive()
+    grid = integrated(model(), history)
+    expected = naive.centroids(history, 0.05)
+    assert np.count_nonzero(grid.centroids.count) == len(expected)
+    for cell, offset in expected.items():
+        found = grid.centroids.offset[at(grid.spec, cell)]
+        np.testing.assert_allclose(found, offset, atol=1e-6)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_changed_cells_are_those_seen(model) -> None:
+    grid = model()
+    for scan, pose in drive(6):
+        before, old = grid.occupied, grid.spec
+        changed = grid.integrate(scan, pose)
+        cells = np.column_stack(np.divmod(changed, grid.spec.cols))
+        lattice = {tuple(c) for c in (cells + (grid.spec.row0, grid.spec.col0)).tolist()}
+        assert lattice == set(naive.seen(scan, pose, 0.05))
+        if old == grid.spec:
+            assert set(np.flatnonzero(before != grid.occupied)) <= set(changed)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_growing_in_all_directions_equals_starting_large(model) -> None:
+    far = [Pose2(3.0 * x, 3.0 * y, 1.0 * k) for k, (x, y) in
+           enumerate([(0, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (0, 0)])]  # fmt: skip
+    history = [(scan_at(Pose2(0.1, 0.1), time=k), pose) for k, pose in enumerate(far)]
+    growing, large = model(), model()
+    large._grow(GridSpec.around((-12, -12), (12, 12), 0.05))
+    integrated(growing, history)
+    integrated(large, history)
+    spec = growing.spec
+    assert spec.row0 < 0 < spec.row0 + spec.rows
+    assert spec != large.spec
+    row, col = at(large.spec, (spec.row0, spec.col0))
+    window = np.s_[row : row + spec.rows, col : col + spec.cols]
+    for name in ("occupied", "observed"):
+        np.testing.assert_array_equal(getattr(growing, name), getattr(large, name)[window])
+    np.testing.assert_array_equal(growing.centroids.offset, large.centroids.offset[window])
+    np.testing.assert_array_equal(growing.centroids.count, large.centroids.count[window])
+    assert large.observed.sum() == growing.observed.sum()
+
+
+def test_static_and_histogram_agree_where_nothing_changes() -> None:
+    poses = [Pose2.of(pose) for pose in loop(5)]
+    history = [(scan_at(pose), pose) for pose in poses]
+    history = [
+        (scan_at(pose, time=float(5 * k + n)), pose)
+        for k, (_, pose) in enumerate(history)
+        for n in range(4)
+    ]
+    static, histogram = integrated(Static(), history), integrated(Histogram(), history)
+    np.testing.assert_array_equal(static.observed, histogram.observed)
+    apart = (static.occupied > 0.5) != (histogram.occupied > 0.5)
+    assert (static.occupied > 0.5).sum() > 100
+    assert apart.sum() < 0.01 * static.observed.sum()
+
+
+# A robot in the cell (0, 0) of a 1 m grid looks along x at a door in the cell (0, 3); a wall
+# stands behind it in (0, 6). What h of the door must be is worked out by hand.
+ROBOT, DOOR, WALL = Pose2(0.5, 0.5), (0, 3), (0, 6)
+CLOSED, OPEN = 3.0, 6.0
+
+
+def watched(grid, *readings: tuple[float, float]):
+    """h of the door's cell after each of the readings (time, range)."""
+    result = []
+    for time, length in readings:
+        grid.integrate(beam(length, time), ROBOT)
+        result.append(float(grid.occupied[DOOR]))
+    return result
+
+
+def test_a_door_by_hand_static() -> None:
+    found = watched(Static(1.0), (0, CLOSED), (1, CLOSED), (2, OPEN))
+    # log-odds ln(0.2 / 0.8) = -1.3863, + 0.85, + 0.85, - 0.4
+    assert found == pytest.approx([0.3691, 0.5778, 0.4784], abs=1e-4)
+
+
+def test_the_other_cells_by_hand() -> None:
+    grid = Static(1.0)
+    watched(grid, (0, CLOSED), (1, OPEN))
+    log_odds = [grid.log_odds[0, col] for col in range(8)]
+    expected = [-0.8, -0.8, -0.8, 0.45, -0.4, -0.4, 0.85, 0.0]
+    np.testing.assert_allclose(log_odds, expected, atol=1e-6)
+    assert grid.observed[0, :8].tolist() == [True] * 7 + [False]
+
+
+def test_a_door_by_hand_histogram_of_two_bins() -> None:
+    grid = Histogram(1.0, delta_t=10.0, bins=2)
+    found = watched(grid, (0, CLOSED), (9, CLOSED), (10, OPEN), (25, CLOSED), (26, OPEN))
+    # windows: 1 | 1, 0 | 1, 0, 1 | the same, as 0.85 - 0.4 is still occupied; and 0.1 x prior 0.2
+    expected = [1.02 / 1.1, 1.02 / 1.1, 1.02 / 2.1, 2.02 / 3.1, 2.02 / 3.1]
+    assert found == pytest.approx(expected, abs=1e-6)
+    assert grid.histogram(*DOOR).tolist() == [1, 2]
+
+
+def test_a_door_by_hand_histogram_of_ten_bins() -> None:
+    grid = Histogram(1.0, delta_t=10.0, bins=10)
+    found = watched(grid, (0, CLOSED), (1, CLOSED), (12, OPEN))
+    # sigma(0.85) = 0.701: bin 7; sigma(1.7) = 0.846: bin 8; sigma(-0.4) = 0.401: bin 4
+    expected = [(7 / 9 + 0.02) / 1.1, (8 / 9 + 0.02) / 1.1, (8 / 9 + 4 / 9 + 0.02) / 2.1]
+    assert found == pytest.approx(expected, abs=1e-6)
+    assert grid.histogram(*DOOR).tolist() == [0, 0, 0, 0, 1, 0, 0, 0, 1, 0]
+
+
+def test_windows_in_which_a_cell_was_not_seen_do_not_count() -> None:
+    grid = Histogram(1.0, delta_t=10.0, bins=2)
+    readings = (0, CLOSED), (10, 1.0), (20, 1.0), (35, CLOSED)
+    assert watched(grid, *readings)[-1] == pytest.approx(2.02 / 2.1)
+    assert grid.histogram(*DOOR).tolist() == [0, 2]
+
+
+def scans_until_free(grid, closed_for: int) -> int:
+    """How many scans through the open door it takes until its log-odds are below zero."""
+    watched(grid, *[(k, CLOSED) for k in range(closed_for)])
+    for n in range(1, 1000):
+        grid.integrate(beam(OPEN, closed_for + n), ROBOT)
+        if grid.log_odds[DOOR] < 0:
+            return n
+    raise AssertionError("never")
+
+
+def test_static_needs_as_long_to_forget_as_it_saw_and_clamped_does_not() -> None:
+    # static: closed_for x 0.85 / 0.4, rounded up; clamped to 2.1: 2.1 / 0.4 = 5.25, so 6
+    assert [scans_until_free(Static(1.0), n) for n in (1, 10, 100)] == [3, 22, 213]
+    clamped = [scans_until_free(Clamped(1.0, limit=2.1), n) for n in (1, 10, 100)]
+    assert clamped == [3, 6, 6]
+
+
+def test_clamped_is_clamped_below_too() -> None:
+    grid = Clamped(1.0, Evidence(prior=0.5), limit=1.5)
+    found = watched(grid, *[(k, OPEN) for k in range(50)], (50, CLOSED), (51, CLOSED))
+    assert found[49] == pytest.approx(1 / (1 + math.exp(1.5)), abs=1e-6)
+    assert found[-1] == pytest.approx(1 / (1 + math.exp(-0.2)), abs=1e-6)
+
+
+@pytest.mark.parametrize("wrong", [{"delta_t": 0.0}, {"bins": 1}, {"weight": 0.0}])
+def test_a_histogram_without_windows_bins_or_prior_is_refused(wrong: dict) -> None:
+    with pytest.raises(InputError, match="Histogram needs"):
+        Histogram(**wrong)

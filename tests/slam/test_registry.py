@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+import slam
+from slam import registry
+from slam.algorithms.dead_reckoning import DeadReckoning
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.maps.histogram import Histogram
+from slam.maps.static import Static
+
+
+@pytest.fixture
+def own_names(monkeypatch):
+    """What a test registers is gone after it."""
+    monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
+
+
+def test_the_known_variants_differ_by_what_they_name() -> None:
+    assert isinstance(slam.make("odometry"), DeadReckoning)
+    grids = {"static-ml": Static, "clamped-ml": Static, "dynamic-ml": Histogram}
+    for name, grid in grids.items():
+        tempered, paper = slam.make(name), slam.make(f"{name}/beta1")
+        for made in (tempered, paper):
+            assert isinstance(made, MaximumLikelihood)
+            assert isinstance(made.grid, grid)
+        assert (tempered.perception.beta, paper.perception.beta) == (0.2, 1.0)  # pyright: ignore
+    assert slam.make("static-ml").grid.limit == np.inf  # pyright: ignore
+    assert slam.make("clamped-ml").grid.limit == 2.0  # pyright: ignore
+
+
+def test_each_one_made_is_new_and_begins_at_the_start() -> None:
+    a, b = slam.make("static-ml", Pose2(1, 2, 3)), slam.make("static-ml")
+    assert a.pose == Pose2(1, 2, 3)
+    assert b.pose == Pose2()
+    assert a.grid is not b.grid  # pyright: ignore
+
+
+def test_an_unknown_name_lists_the_known_ones() -> None:
+    with pytest.raises(InputError) as refused:
+        slam.make("dynamik-ml")
+    for word in ("'dynamik-ml'", *slam.variants()):
+        assert word in str(refused.value)
+
+
+def test_a_variant_of_ones_own_is_made_by_name(own_names) -> None:
+    class Own:
+        def __init__(self, start, rng):
+            self.pose, self.drawn = start, rng.random()
+
+    slam.register("own", Own)  # pyright: ignore
+    assert slam.variants()[-1] == "own"
+    one, same, other = (slam.make("own", Pose2(1.0), seed) for seed in (4, 4, 5))
+    assert isinstance(one, Own)
+    assert one.pose == Pose2(1.0)
+    assert one.drawn == same.drawn != other.drawn  # pyright: ignore
+
+
+@pytest.mark.parametrize("name", ["", "my slam", "a,b", "tab\t", "line\n"])
+def test_names_that_a_command_could_not_hold_are_refused(own_names, name: str) -> None:
+    with pytest.raises(InputError, match="no spaces or commas"):
+        slam.register(name, lambda start, rng: DeadReckoning(start))
+    assert name not in slam.variants()

@@ -1,0 +1,50 @@
+import math
+
+import numpy as np
+import pytest
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.scan import Scan
+
+RANGES = np.array([1.0, 0.05, 0.0, -1.0, math.nan, math.inf, 4.9, 5.0, 6.0, -math.inf])
+
+
+def test_every_kind_of_reading_is_an_echo_no_echo_or_nothing() -> None:
+    scan = Scan(RANGES, np.zeros(10), max_range=5.0, min_range=0.1)
+    assert np.flatnonzero(scan.hit).tolist() == [0, 6]
+    assert np.flatnonzero(scan.no_echo).tolist() == [5, 7, 8]
+
+
+def test_a_range_of_zero_is_no_echo_even_without_a_minimum() -> None:
+    scan = Scan(RANGES, np.zeros(10), max_range=5.0)
+    assert np.flatnonzero(scan.hit).tolist() == [0, 1, 6]
+
+
+def test_points_lie_in_the_robots_frame() -> None:
+    mount = Pose2(0.2, 0.1, math.pi / 2)
+    ranges, angles = np.array([2.0, math.nan, 1.0]), np.array([0.0, 0.5, math.pi / 2])
+    scan = Scan(ranges, angles, 5.0, mount=mount)
+    np.testing.assert_allclose(scan.points, [[0.2, 2.1], [-0.8, 0.1]], atol=1e-12)
+    assert scan.directions.shape == (3, 2)
+
+
+def test_a_scan_without_echo_has_no_points() -> None:
+    assert Scan(np.array([math.inf]), np.zeros(1), 5.0).points.shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "angles"),
+    [(np.ones(3), np.ones(2)), (np.ones((2, 2)), np.ones((2, 2))), (np.float64(1), np.float64(1))],
+)
+def test_other_shapes_are_refused(ranges, angles) -> None:
+    with pytest.raises(InputError, match="one range and one angle per beam"):
+        Scan(ranges, angles, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(0.0, 0.0), (2.0, 1.0), (-0.1, 1.0), (math.nan, 1.0), (0.0, math.nan)]
+)
+def test_limits_that_hold_no_range_are_refused(low: float, high: float) -> None:
+    with pytest.raises(InputError, match="min_range"):
+        Scan(np.ones(1), np.zeros(1), max_range=high, min_range=low)
