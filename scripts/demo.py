@@ -15,6 +15,7 @@ from slam.benchmark.run import warm_up
 from slam.errors import InputError
 
 from .album import write_album
+from .comparison import comparison
 from .output import output_directory
 from .progress import progress_bar
 from .table import Result, markdown, terminal
@@ -57,6 +58,7 @@ class Demo:
         if collected:
             (out / "table.md").write_text(markdown(collected), encoding="utf-8")
             console.print(terminal(collected, self._title(collected)))
+            self._compare(collected, console)
         if not interrupted:
             self._draw(out)
         console.print(f"written to {out}", highlight=False, soft_wrap=True)
@@ -84,6 +86,14 @@ class Demo:
             pictures = write_album(static, moving, out)
             for _ in progress.track(pictures, total=None, description="drawing"):
                 pass
+
+    def _compare(self, collected: list[Result], console: Console) -> None:
+        for tail, meaning in (("", "tempered, the default"), ("/beta1", "beta 1, the paper's")):
+            first, second = f"static-ml{tail}", f"dynamic-ml{tail}"
+            console.print(f"\n{first} minus {second}, moving doors, same episodes ({meaning}):")
+            for line in comparison(collected, first, second):
+                console.print(f"  {line}", highlight=False)
+        console.print()
 
     def _title(self, collected: list[Result]) -> str:
         pairs = len({row["seed"] for row in collected})

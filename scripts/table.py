@@ -1,67 +1,111 @@
-"""The table of an experiment: variant x {static, moving doors}, each figure with its interval."""
+"""The table of an experiment: variant x {static, moving doors}, medians over the episodes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
+from rich.box import HORIZONTALS
 from rich.table import Table
 
 from slam.benchmark.statistics import Interval, median, share
 
 Result = dict[str, Any]
-HEADINGS = (
+MARKDOWN_HEADINGS = (
     "variant",
     "doors",
-    "ATE, mm (95 %)",
+    "ATE, mm",
     "largest heading error, deg",
     "F1 at 5 cm",
-    "failed",
+    "Brier of doors",
+    "failed, %",
     "ms a match",
+)
+LEGEND = (
+    "deg: largest heading error; F1: of the walls, within 5 cm; doors: Brier score of the map "
+    "against the share of time that the doors' cells were occupied (less is better; none moved, "
+    "no score); fail: ATE above 0.3 m; ms: a matched scan"
 )
 
 
-def rows(results: Sequence[Result]) -> list[tuple[str, ...]]:
+class Row(NamedTuple):
+    """The figures of one variant under one door law."""
+
+    variant: str
+    doors: str
+    ate_mm: Interval
+    heading_deg: Interval
+    f1: Interval
+    brier: Interval
+    failed_percent: Interval
+    ms: Interval
+
+
+def summary(results: Sequence[Result]) -> list[Row]:
     """One row a variant and door law, in the order in which they first came up."""
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
         groups.setdefault((result["variant"], result["doors"]), []).append(result)
     order = list(dict.fromkeys(variant for variant, _ in groups))
     keys = sorted(groups, key=lambda key: order.index(key[0]))
-    return [(variant, doors, *_cells(groups[variant, doors])) for variant, doors in keys]
+    return [_row(*key, groups[key]) for key in keys]
 
 
-def _cells(group: Sequence[Result]) -> tuple[str, ...]:
-    def of(name: str) -> Interval:
-        return median([math.nan if row[name] is None else row[name] for row in group])
+def _row(variant: str, doors: str, group: Sequence[Result]) -> Row:
+    def of(name: str, scale: float = 1.0) -> Interval:
+        return median([math.nan if row[name] is None else scale * row[name] for row in group])
 
     failed = share([row["failed"] for row in group])
-    return (
-        _interval(of("ate"), lambda metres: f"{1e3 * metres:.0f}"),
-        _interval(of("heading_max"), lambda radians: f"{math.degrees(radians):.1f}"),
-        _interval(of("f1_5cm"), lambda value: f"{value:.2f}"),
-        f"{sum(row['failed'] for row in group)}/{len(group)} (< {100 * failed.high:.0f} %)",
-        f"{of('ms_per_matched_scan').value:.2f}",
+    return Row(
+        variant,
+        doors,
+        of("ate", 1e3),
+        of("heading_max", math.degrees(1.0)),
+        of("f1_5cm"),
+        of("brier_share_door"),
+        Interval(*(100 * number for number in failed)),
+        of("ms_per_matched_scan"),
     )
 
 
-def _interval(interval: Interval, text: Callable[[float], str]) -> str:
-    value, low, high = (text(number) for number in interval)
-    return f"{value} ({low} to {high})"
-
-
 def markdown(results: Sequence[Result]) -> str:
-    """The table for a README."""
-    lines = [HEADINGS, ("---",) * len(HEADINGS), *rows(results)]
+    """The table for a README, every median with its 95 % interval."""
+    digits = (0, 1, 2, 2, 0)
+    lines = [MARKDOWN_HEADINGS, ("---",) * len(MARKDOWN_HEADINGS)]
+    for row in summary(results):
+        intervals = [_interval(i, d) for i, d in zip(row[2:7], digits, strict=True)]
+        lines.append((row.variant, row.doors, *intervals, f"{row.ms.value:.2f}"))
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 def terminal(results: Sequence[Result], title: str) -> Table:
-    """The table for a terminal."""
-    table = Table(title=title, title_justify="left")
-    for heading in HEADINGS:
-        table.add_column(heading)
-    for cells in rows(results):
-        table.add_row(*cells, end_section=cells[1] == "moving")
+    """The table for a terminal of 80 columns."""
+    table = Table(title=title, title_justify="left", box=HORIZONTALS, padding=0)
+    table.caption, table.caption_justify = LEGEND, "left"
+    for heading in ("variant", "doors", "ATE, mm (95 %)", "deg", "F1", "doors", "fail", "ms"):
+        table.add_column(heading, no_wrap=True)
+    for row in summary(results):
+        table.add_row(
+            row.variant,
+            row.doors,
+            _interval(row.ate_mm, 0, "-"),
+            f"{row.heading_deg.value:.1f}",
+            f"{row.f1.value:.2f}",
+            _number(row.brier.value, 2),
+            f"{row.failed_percent.value:.0f}%",
+            f"{row.ms.value:.2f}",
+            end_section=row.doors == "moving",
+        )
     return table
+
+
+def _interval(interval: Interval, digits: int, to: str = " to ") -> str:
+    if math.isnan(interval.value):
+        return "-"
+    value, low, high = (_number(number, digits) for number in interval)
+    return f"{value} ({low}{to}{high})"
+
+
+def _number(value: float, digits: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}f}"

@@ -40,3 +40,20 @@ def share(events: Sequence[bool]) -> Interval:
         return Interval(np.nan, np.nan, np.nan)
     interval = stats.binomtest(k, n).proportion_ci(method="wilson")
     return Interval(k / n, float(interval.low), float(interval.high))
+
+
+class Paired(NamedTuple):
+    """The median difference of two series over the same episodes, and Wilcoxon's p of no shift."""
+
+    difference: Interval
+    p: float
+
+
+def paired(a: Sequence[float], b: Sequence[float]) -> Paired:
+    """a - b, episode by episode: median with its interval, and the signed rank test.
+
+    p is 1 where no pair differs.
+    """
+    differences = np.asarray(a, dtype=np.float64) - np.asarray(b, dtype=np.float64)
+    p = float(stats.wilcoxon(differences).pvalue) if differences.any() else 1.0
+    return Paired(median(differences.tolist()), p)

@@ -103,7 +103,8 @@ def static(history, hit=0.85, free=-0.4, limit=math.inf) -> dict[tuple[int, int]
 
 def temporal(history, delta_t, bins, hit=0.85, free=-0.4, prior=0.2, weight=0.1):
     """{cell: (h, histogram)} from every window that ever was, none forgotten (eq. 6 and 9)."""
-    windows: dict = defaultdict(lambda: defaultdict(float))
+    start = math.log(prior / (1 - prior))
+    windows: dict = defaultdict(lambda: defaultdict(lambda: start))
     for time, cells in history:
         for at, occupied in cells.items():
             windows[at][math.floor(time / delta_t)] += hit if occupied else free

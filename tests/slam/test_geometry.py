@@ -47,10 +47,11 @@ def test_between_leads_from_one_pose_to_the_other(a: Pose2, b: Pose2) -> None:
 
 @given(st.lists(poses, min_size=1, max_size=5), poses)
 def test_arrays_agree_with_single_poses(many: list[Pose2], one: Pose2) -> None:
-    assert_same(compose(many, one), [p @ one for p in many])
-    assert_same(compose(one, many), [one @ p for p in many])
-    assert_same(inverse(many), [p.inverse() for p in many])
-    assert_same(between(many, one), [p.between(one) for p in many])
+    array = np.array(many)
+    assert_same(compose(array, one), [p @ one for p in many])
+    assert_same(compose(one, array), [one @ p for p in many])
+    assert_same(inverse(array), [p.inverse() for p in many])
+    assert_same(between(array, one), [p.between(one) for p in many])
 
 
 @given(st.floats(-1e3, 1e3))

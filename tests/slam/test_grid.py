@@ -19,11 +19,14 @@ def test_around_holds_the_box_in_whole_tiles(a, b, resolution: float) -> None:
     low, high = box(a, b)
     spec = GridSpec.around(low, high, resolution)
     left, right, bottom, top = spec.extent
-    assert left <= low[0] + 1e-9 and high[0] < right + 1e-9
-    assert bottom <= low[1] + 1e-9 and high[1] < top + 1e-9
+    assert left <= low[0] + 1e-9
+    assert high[0] < right + 1e-9
+    assert bottom <= low[1] + 1e-9
+    assert high[1] < top + 1e-9
     assert all(n % TILE == 0 for n in spec[1:])
     tile = TILE * resolution
-    assert low[0] - left < tile + 1e-9 and right - high[0] < tile + 1e-9
+    assert low[0] - left < tile + 1e-9
+    assert right - high[0] < tile + 1e-9
 
 
 @given(corner, corner, corner, corner, resolutions)

@@ -15,7 +15,7 @@ def test_log_prior_is_a_gaussian_in_the_predicted_frame() -> None:
     predicted, deviations = Pose2(3.0, -2.0, 2.5), np.array([0.1, 0.03, 0.2])
     errors = rng.normal(size=(50, 3)) * deviations
     found = log_prior(compose(predicted, errors), np.array(predicted), deviations)
-    normal = multivariate_normal(np.zeros(3), np.diag(deviations**2))
+    normal = multivariate_normal(cov=np.diag(deviations**2))  # pyright: ignore[reportArgumentType]
     expected = normal.logpdf(errors) - normal.logpdf(np.zeros(3))
     np.testing.assert_allclose(found, expected, atol=1e-9)
 

@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 
 from slam.algorithms.dead_reckoning import DeadReckoning
@@ -44,4 +46,4 @@ def test_only_keyframes_are_mapped() -> None:
         slam.update(Pose2(0.2), beam(1.0))
         seen.append(int(slam.map().observed.sum()))
     # mapped at 0.2 m (the first scan), then every third time, 0.6 m of 12 cells farther on
-    assert [b - a for a, b in zip(seen, seen[1:], strict=False)] == [0, 0, 12, 0, 0, 12]
+    assert [b - a for a, b in itertools.pairwise(seen)] == [0, 0, 12, 0, 0, 12]

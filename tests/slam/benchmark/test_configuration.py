@@ -4,17 +4,24 @@ import slam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.configuration import configuration
 from slam.maps.histogram import Histogram
+from slam.maps.log_odds import Evidence
 from slam.search.random_restart import RandomRestart
 
 
 def test_every_part_is_told_with_its_parameters() -> None:
-    made = MaximumLikelihood(grid=Histogram(delta_t=2.5, bins=2), search=RandomRestart(7))
+    made = MaximumLikelihood(
+        grid=Histogram(evidence=Evidence(0.9, -0.5, 0.3), delta_t=2.5, bins=2),
+        search=RandomRestart(7),
+    )
     found = configuration(made)
     assert found["type"] == "MaximumLikelihood"
     assert found["grid"]["type"] == "Histogram"
     assert (found["grid"]["delta_t"], found["grid"]["bins"]) == (2.5, 2)
     assert found["grid"]["evidence"] == {
-        "type": "Evidence", "hit": 0.85, "free": -0.4, "prior": 0.2
+        "type": "Evidence",         "hit": 0.9,
+        "free": -0.5,
+        "prior": 0.3,
+
     }  # fmt: skip
     assert found["search"]["restarts"] == 7
     assert found["search"]["climber"]["type"] == "HillClimb"
