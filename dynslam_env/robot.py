@@ -11,8 +11,8 @@ from dynslam_env.checked import positive
 class Robot:
     """A round robot with differential drive.
 
-    Defaults: Pioneer 3-DX data sheet (speeds, mass, size) and the default accelerations of its
-    firmware in the Pioneer 3 Operations Manual (0.3 m/s^2, 100 deg/s^2).
+    Defaults: size, mass and speeds of the Pioneer 3-DX; accelerations of 0.3 m/s^2 and 100 deg/s^2,
+    which its firmware is said to start with (not checked against a manual).
 
     radius            m
     mass              kg

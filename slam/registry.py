@@ -1,6 +1,13 @@
-"""Names of SLAM variants: name -> builder. Users add theirs with `register`."""
+"""Names of SLAM variants: name -> builder. Users add theirs with `register` or an entry point.
+
+A package that declares an entry point of the group `dynslam.variants`, its name the variant's and
+its object a `Builder`, is known to every command without an import.
+"""
 
 from __future__ import annotations
+
+from functools import cache
+from importlib.metadata import entry_points
 
 import numpy as np
 
@@ -21,11 +28,20 @@ def register(name: str, builder: Builder) -> None:
 
 def variants() -> list[str]:
     """The names of all registered variants, in the order of their registration."""
+    _discover()
     return list(_BUILDERS)
 
 
 def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
     """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result."""
-    if name not in _BUILDERS:
+    if name not in variants():
         raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
     return _BUILDERS[name](start, np.random.default_rng(seed))
+
+
+@cache
+def _discover() -> None:
+    """Register the entry points of all installed packages, once; what was registered stays."""
+    for entry in entry_points(group="dynslam.variants"):
+        if entry.name not in _BUILDERS:
+            register(entry.name, entry.load())
