@@ -55,5 +55,7 @@ def paired(a: Sequence[float], b: Sequence[float]) -> Paired:
     p is 1 where no pair differs.
     """
     differences = np.asarray(a, dtype=np.float64) - np.asarray(b, dtype=np.float64)
-    p = float(stats.wilcoxon(differences).pvalue) if differences.any() else 1.0
-    return Paired(median(differences.tolist()), p)
+    if not differences.any():
+        return Paired(median(differences.tolist()), 1.0)
+    p = stats.wilcoxon(differences).pvalue  # pyright: ignore[reportAttributeAccessIssue]
+    return Paired(median(differences.tolist()), float(p))

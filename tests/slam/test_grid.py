@@ -77,3 +77,9 @@ def test_layers_grow_with_their_cells_and_the_fill_is_given() -> None:
     assert larger.dtype == np.float32
     assert larger[1, 2].tolist() == [1.0, 2.0]
     assert np.isnan(larger).sum() == 22
+
+
+def test_a_point_on_the_border_of_a_tile_has_a_cell_in_the_grid() -> None:
+    spec = GridSpec.around((-16.0, 0.0), (16.0, 16.0), 0.25)
+    assert (spec.row0, spec.col0, spec.rows, spec.cols) == (0, -64, 128, 192)
+    assert spec.cells(np.array([[-16.0, 0.0], [16.0, 16.0]])).tolist() == [[0, 0], [64, 128]]
