@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 EXIT_INTERRUPTED = 130
 EXIT_MISTAKE = 2
+EXIT_PIPE = 141
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -16,7 +19,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def status(arguments: list[str] | None = None) -> int:
-    """Run `dynslam ARGUMENTS`; 0, or 2 after a mistake, or 130 after Ctrl-C."""
+    """Run `dynslam ARGUMENTS`; 0, or 2 after a mistake, 130 after Ctrl-C, 141 cut off by a pipe."""
     mistake = foreign_packages()
     if mistake:
         print(f"dynslam: {mistake}", file=sys.stderr)
@@ -27,6 +30,9 @@ def status(arguments: list[str] | None = None) -> int:
         return _command(arguments)
     except InputError as error:
         print(f"dynslam: {error}", file=sys.stderr)
+    except BrokenPipeError:  # whoever read our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_PIPE
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"dynslam: {where}{error.strerror or error}", file=sys.stderr)
@@ -54,20 +60,17 @@ def _command(arguments: list[str] | None) -> int:
 
 
 def foreign_packages() -> str:
-    """What to say if somebody else's `slam` or `agents` was found in place of ours, else empty.
+    """What to say if somebody else's `slam` or `agents` would be imported for ours, else empty.
 
-    They lie beside this folder in a checkout and in site-packages alike.
+    Ours lie beside this folder, in a checkout and in site-packages alike.
     """
-    import agents
-    import dynslam_env
-    import slam
-
     home = Path(__file__).resolve().parent.parent
-    for package in (slam, dynslam_env, agents):
-        found = Path(package.__file__ or "").resolve().parent
-        if found.parent != home:
+    for name in ("slam", "dynslam_env", "agents"):
+        spec = find_spec(name)
+        found = Path(spec.origin or "").resolve().parent if spec else None
+        if found != home / name:
             return (
-                f"the package `{package.__name__}` was found at {found}, which is not dynslam's; "
+                f"the package `{name}` was found at {found}, which is not dynslam's; "
                 f"uninstall the other, or use an environment of its own"
             )
     return ""

@@ -14,7 +14,11 @@ from rich.progress import (
 
 
 def progress_bar() -> Progress:
-    """A bar with the number done, the time gone and the time left; gone itself when finished."""
+    """A bar with the number done, the time gone and the time left; gone itself when finished.
+
+    Nothing is drawn where standard error is no terminal.
+    """
+    console = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -22,6 +26,7 @@ def progress_bar() -> Progress:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
+        console=console,
+        disable=not console.is_terminal,
         transient=True,
     )

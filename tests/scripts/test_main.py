@@ -1,5 +1,6 @@
 # pyright: reportMissingImports=false
-import types
+import subprocess
+import sys
 
 import pytest
 from dynslam_cli import main
@@ -41,14 +42,20 @@ def test_interrupt_is_no_traceback(capsys, monkeypatch):
     assert capsys.readouterr().err == "dynslam: interrupted\n"
 
 
-def test_somebody_elses_package_of_our_name_is_told(monkeypatch, capsys, tmp_path):
-    other = types.ModuleType("agents")
-    other.__file__ = str(tmp_path / "agents" / "__init__.py")
-    monkeypatch.setitem(__import__("sys").modules, "agents", other)
-    assert main.status(["demo"]) == 2
-    error = capsys.readouterr().err
-    assert "`agents`" in error
-    assert "not dynslam's" in error
+def test_somebody_elses_package_of_our_name_is_told(tmp_path):
+    (tmp_path / "slam").mkdir()
+    (tmp_path / "slam" / "__init__.py").touch()
+    run = subprocess.run(
+        [sys.executable, "-c", "from dynslam_cli.main import main; main(['demo'])"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert "`slam`" in run.stderr
+    assert "not dynslam's" in run.stderr
 
 
 def test_help_names_the_commands(capsys):
