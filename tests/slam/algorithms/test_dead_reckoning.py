@@ -47,3 +47,14 @@ def test_only_keyframes_are_mapped() -> None:
         seen.append(int(slam.map().observed.sum()))
     # mapped at 0.2 m (the first scan), then every third time, 0.6 m of 12 cells farther on
     assert [b - a for a, b in itertools.pairwise(seen)] == [0, 0, 12, 0, 0, 12]
+
+
+def test_the_map_that_is_given_out_is_a_copy() -> None:
+    slam = DeadReckoning(keyframes=ALWAYS)
+    slam.update(Pose2(), beam(1.0))
+    given = slam.map()
+    before = given.occupied.copy(), given.observed.copy()
+    slam.update(Pose2(0.0, 0.3), beam(1.0))
+    np.testing.assert_array_equal(given.occupied, before[0])
+    np.testing.assert_array_equal(given.observed, before[1])
+    assert not np.array_equal(slam.map().observed, before[1])

@@ -219,3 +219,15 @@ def test_the_map_that_is_given_out_is_a_copy() -> None:
     slam.update(Pose2(0.2), scan_at(Pose2(0.2)))
     np.testing.assert_array_equal(given.occupied, before)
     assert not np.array_equal(slam.map().occupied, before)
+
+
+def test_doubt_after_a_match_is_the_matchs_and_the_odometrys() -> None:
+    slam = MaximumLikelihood(matches=Spacing(0.3, 9.0, 99.0), keyframes=Spacing(0.3, 9.0, 99.0))
+    slam.update(Pose2(), scan_at(Pose2()))
+    match = slam.update(Pose2(0.3), scan_at(Pose2(0.3)))
+    after = slam.update(Pose2(0.2), scan_at(Pose2(0.5)))
+    assert (match.matched, after.matched) == (True, False)
+    assert match.covariance[0, 0] > 0
+    added = OdometryMotion().deviations(Pose2(0.2)) ** 2
+    np.testing.assert_allclose(np.diag(after.covariance - match.covariance), added)
+    assert after.score == match.score < 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slam.benchmark.statistics import median, share
+from slam.benchmark.statistics import median, paired, share
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -57,3 +57,16 @@ def test_a_share_of_nothing_is_nothing() -> None:
 @pytest.mark.xfail(strict=True, reason="RuntimeWarning: infinity minus infinity")
 def test_all_lost_is_lost() -> None:
     assert median([math.inf, math.inf]) == (math.inf, math.inf, math.inf)
+
+
+def test_pairs_are_compared_episode_by_episode() -> None:
+    b = [10.0, 20.0, 30.0, 40.0, 50.0, 60.0]
+    found = paired([x + d for x, d in zip(b, (1, 2, 3, 4, 5, 6), strict=True)], b)
+    assert found.difference == median([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    assert found.difference.value == 3.5
+    # all six of one sign: 2 of the 2^6 equally likely patterns are as far out
+    assert found.p == pytest.approx(2 / 64)
+
+
+def test_pairs_that_do_not_differ_have_p_of_one() -> None:
+    assert paired([1.0, 2.0], [1.0, 2.0]) == ((0.0, 0.0, 0.0), 1.0)

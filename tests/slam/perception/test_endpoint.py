@@ -125,3 +125,17 @@ def test_cells_of_a_metre_are_as_good_as_others() -> None:
     grid, endpoint = Static(1.0), Endpoint(sigma=1.0)
     endpoint.refresh(grid, grid.integrate(beam(3.0), Pose2(0.5, 0.5)))
     np.testing.assert_allclose(endpoint.field, rebuilt(grid, endpoint), atol=1e-5)
+
+
+@pytest.mark.parametrize(("column", "known"), [(1.5, True), (1.0, True), (0.9, False)])
+def test_the_outermost_cells_cannot_be_read_between(column: float, known: bool) -> None:
+    grid, endpoint = Static(), Endpoint(beta=1.0)
+    for k in range(3):
+        to_the_border = beam(0.525, k, angle=math.pi)
+        endpoint.refresh(grid, grid.integrate(to_the_border, Pose2(0.6, 0.6)))
+    assert grid.spec.origin == (0.0, 0.0)
+    pose = np.array([[column * 0.05 + 1.0, 0.6, 0.0]])
+    found = endpoint.log_likelihood(beam(1.0, angle=math.pi), pose)[0]
+    read = naive.spline(endpoint.field, column, 12.0)
+    assert abs(read - endpoint.unknown) > 0.01
+    assert found == pytest.approx(read if known else endpoint.unknown, abs=1e-5)

@@ -103,3 +103,19 @@ def test_a_robot_that_cannot_have_moved_is_looked_for_where_it_was() -> None:
 def test_a_leap_of_the_odometry_does_not_drown_the_search() -> None:
     deviations = OdometryMotion().deviations(Pose2(5.0))
     assert len(Correlative().candidates(deviations)) < 1_000_000
+
+
+def test_a_climber_looks_to_and_fro_along_its_own_axes() -> None:
+    asked: list[np.ndarray] = []
+
+    def objective(poses):
+        asked.append(poses)
+        return np.zeros(len(poses))
+
+    start, steps = np.array([[1.0, -2.0, 0.8]]), np.array([0.04, 0.04, 0.1])
+    HillClimb(step=0.04, turn=0.1).climb(objective, start)
+    for around, scale in zip(asked[1:3], (1.0, 0.5), strict=True):
+        expected = compose(start, np.vstack([np.diag(steps), -np.diag(steps)]) * scale)
+        np.testing.assert_allclose(
+            around[np.lexsort(around.T)], expected[np.lexsort(expected.T)], atol=1e-12
+        )
