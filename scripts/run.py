@@ -15,6 +15,7 @@ from slam.benchmark.results import versions
 from slam.benchmark.run import Playback, warm_up
 from slam.benchmark.run import Run as SlamRun
 from slam.episode import Episode
+from slam.errors import InputError
 from slam.io.carmen import read_carmen
 from slam.io.relations import read_relations
 from slam.io.ros_map import write_ros_map
@@ -70,7 +71,10 @@ class Run:
         return Path("out") / f"{self.log.name.split('.')[0]}-{self.slam.replace('/', '-')}"
 
     def _run(self, episode: Episode) -> tuple[SlamRun, bool]:
-        """The run, and whether Ctrl-C ended it early: what was done by then is kept."""
+        """The run, and whether it ended early, by Ctrl-C or by a scan that no map can hold.
+
+        What was done by then is kept.
+        """
         playback = Playback(slam.make(self.slam, seed=self.seed), episode)
         try:
             warm_up(self.slam, episode)
@@ -79,6 +83,9 @@ class Run:
                     pass
         except KeyboardInterrupt:
             print(f"{self.log}: interrupted, writing what is done", file=sys.stderr)
+            return playback.result(), True
+        except InputError as error:
+            print(f"{self.log}: {error} Writing what is done before", file=sys.stderr)
             return playback.result(), True
         return playback.result(), False
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 import json
 import os
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, between
+from slam.io.files import replacing
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
 FORMAT = "dynslam-episode-1"
+UNREADABLE = (OSError, EOFError, ValueError, KeyError, TypeError, RuntimeError, zlib.error,
+              zipfile.BadZipFile)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -72,8 +75,10 @@ class Episode:
         return [Pose2(), *(Pose2(*row) for row in moved.tolist())]
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to `path` (.npz), through a temporary file: a killed run leaves no half of one."""
-        path = Path(path)
+        """Write to `path` (.npz), through a temporary file: a killed run leaves no half of one.
+
+        Raises InputError where it cannot be written.
+        """
         arrays: dict[str, Any] = {
             "format": FORMAT,
             "meta": json.dumps(dict(self.meta)),
@@ -91,14 +96,8 @@ class Episode:
                 "truth_walls": self.truth.walls,
                 "truth_doors": self.truth.doors,
             }
-        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        try:
-            with temporary.open("wb") as file:
-                np.savez_compressed(file, **arrays)
-            temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+        with replacing(path) as file:
+            np.savez_compressed(file, **arrays)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Episode:
@@ -113,7 +112,7 @@ class Episode:
             raise
         except FileNotFoundError:
             raise InputError(f"{path}: no such file") from None
-        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        except UNREADABLE as error:
             raise InputError(f"{path}: not an episode saved by dynslam ({error})") from error
 
 

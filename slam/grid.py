@@ -8,9 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slam.errors import InputError
 from slam.geometry import Array
 
 TILE = 64  # a grid's borders lie on multiples of this many cells
+MOST_CELLS = 100_000_000  # of one grid; a square of 500 m at 5 cm
 
 
 class GridSpec(NamedTuple):
@@ -56,8 +58,16 @@ class GridSpec(NamedTuple):
 
     def covering(self, low: tuple[float, float], high: tuple[float, float]) -> GridSpec:
         """This grid, or a larger one that also holds the world box from `low` to `high`, m."""
+        if not (self.rows and self.cols):
+            return GridSpec.around(low, high, self.resolution)
         row0, row1 = _reach(low[1], high[1], self.resolution, self.row0, self.row0 + self.rows)
         col0, col1 = _reach(low[0], high[0], self.resolution, self.col0, self.col0 + self.cols)
+        if (row1 - row0) * (col1 - col0) > MOST_CELLS:
+            raise InputError(
+                f"a map from ({low[0]:.0f}, {low[1]:.0f}) to ({high[0]:.0f}, {high[1]:.0f}) m in "
+                f"cells of {self.resolution} m has more than {MOST_CELLS} cells: did the odometry "
+                f"leap?"
+            )
         return GridSpec(self.resolution, row0, col0, row1 - row0, col1 - col0)
 
     @staticmethod
@@ -65,7 +75,7 @@ class GridSpec(NamedTuple):
         """The smallest grid of whole tiles that holds the world box from `low` to `high`, m."""
         tile = resolution * TILE
         row0, col0 = math.floor(low[1] / tile) * TILE, math.floor(low[0] / tile) * TILE
-        return GridSpec(resolution, row0, col0, 0, 0).covering(low, high)
+        return GridSpec(resolution, row0, col0, TILE, TILE).covering(low, high)
 
 
 def _reach(low: float, high: float, resolution: float, start: int, stop: int) -> tuple[int, int]:

@@ -6,6 +6,7 @@ its object a `Builder`, is known to every command without an import.
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 from importlib.metadata import entry_points
 
@@ -34,14 +35,21 @@ def variants() -> list[str]:
 
 def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
     """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result."""
-    if name not in variants():
+    if name not in _BUILDERS and name not in variants():
         raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
     return _BUILDERS[name](start, np.random.default_rng(seed))
 
 
 @cache
 def _discover() -> None:
-    """Register the entry points of all installed packages, once; what was registered stays."""
+    """Register the entry points of all installed packages, once; what was registered stays.
+
+    One that does not load is warned of and left out: it is no reason for the others to fail.
+    """
     for entry in entry_points(group="dynslam.variants"):
-        if entry.name not in _BUILDERS:
+        if entry.name in _BUILDERS:
+            continue
+        try:
             register(entry.name, entry.load())
+        except Exception as error:
+            warnings.warn(f"variant {entry.name!r} ({entry.value}): {error}", stacklevel=2)

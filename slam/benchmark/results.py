@@ -26,12 +26,25 @@ def _version(name: str) -> str:
 
 
 def append(path: Path, result: Mapping[str, Any]) -> None:
-    """Add one result as one line, and see that it reaches the disk."""
+    """Add one result as one line, and see that it reaches the disk.
+
+    A last line that a killed run left unfinished is cut off first.
+    """
     line = json.dumps(dict(result), allow_nan=False) + "\n"
+    if path.exists() and not _ends_with_a_line(path):
+        os.truncate(path, path.read_bytes().rfind(b"\n") + 1)
     with path.open("a", encoding="utf-8") as file:
         file.write(line)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _ends_with_a_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        if file.seek(0, os.SEEK_END) == 0:
+            return True
+        file.seek(-1, os.SEEK_END)
+        return file.read() == b"\n"
 
 
 def read(path: Path) -> list[dict[str, Any]]:

@@ -26,7 +26,7 @@ def median(values: Sequence[float], seed: int = 0) -> Interval:
     if data.size == 0:
         return Interval(np.nan, np.nan, np.nan)
     value = float(np.median(data))
-    if np.ptp(data) == 0 or not np.isfinite(data).all():
+    if not np.isfinite(data).all() or np.ptp(data) == 0:
         return Interval(value, float(data.min()), float(data.max()))
     picks = np.random.default_rng(seed).integers(data.size, size=(9999, data.size))
     low, high = np.percentile(np.median(data[picks], axis=1), [2.5, 97.5])

@@ -29,15 +29,22 @@ class Centroids:
 
     def add(self, spec: GridSpec, echoes: Array) -> None:
         """Take in echoes (n, 2), m in the world, all within the grid."""
-        _add(echoes - spec.origin, spec.resolution, self.offset, self.count, self.memory)
+        _add(
+            (echoes - spec.origin) * (1 / spec.resolution),
+            spec.resolution,
+            self.offset,
+            self.count,
+            self.memory,
+        )
 
 
 @njit(cache=True)
 def _add(echoes, resolution, offset, count, memory):
+    """Running means; echoes in units of cells, rounded as `rays.trace` does."""
     for k in range(len(echoes)):
         x, y = echoes[k, 0], echoes[k, 1]
-        i, j = int(np.floor(y / resolution)), int(np.floor(x / resolution))
+        i, j = int(np.floor(y)), int(np.floor(x))
         if count[i, j] < memory:
             count[i, j] += 1
-        offset[i, j, 0] += (x - (j + 0.5) * resolution - offset[i, j, 0]) / count[i, j]
-        offset[i, j, 1] += (y - (i + 0.5) * resolution - offset[i, j, 1]) / count[i, j]
+        offset[i, j, 0] += ((x - j - 0.5) * resolution - offset[i, j, 0]) / count[i, j]
+        offset[i, j, 1] += ((y - i - 0.5) * resolution - offset[i, j, 1]) / count[i, j]

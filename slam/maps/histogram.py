@@ -13,7 +13,7 @@ from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays, covering, trace
 from slam.scan import Scan
 
-NEVER = -1  # the window of a cell that nothing was seen of
+NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
 
 
 class Histogram:
@@ -60,6 +60,7 @@ class Histogram:
         self.occupied = np.zeros(self.spec.shape, np.float32)
         self.observed = np.zeros(self.spec.shape, np.bool_)
         self.centroids = Centroids(self.spec)
+        self._start: float | None = None
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the open window of the cells that it saw."""
@@ -70,7 +71,7 @@ class Histogram:
         _observe(
             seen.cells,
             evidence,
-            int(scan.time // self.delta_t),
+            self._window_at(scan.time),
             self.window.reshape(-1),
             self.log_odds.reshape(-1),
             self.counts.reshape(-1, self.bins),
@@ -87,6 +88,12 @@ class Histogram:
         if self.window[row, col] != NEVER:
             counts[_bin(self.log_odds[row, col], self.bins)] += 1
         return counts
+
+    def _window_at(self, time: float) -> int:
+        """Number of the window of `time` (s), counted from that of the first scan."""
+        if self._start is None:
+            self._start = time
+        return int((time - self._start) // self.delta_t)
 
     def _mean(self, cells: np.ndarray) -> np.ndarray:
         """h = (sum_b p_b n_b + a p_0) / (n + a) with p_b = b / (B - 1)."""

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import expit
 
 from slam.errors import InputError
 
@@ -35,4 +36,4 @@ class Evidence:
 
 def probability(log_odds: np.ndarray) -> np.ndarray:
     """Log-odds -> probability, any shape."""
-    return 1.0 / (1.0 + np.exp(-log_odds))
+    return expit(log_odds)

@@ -12,6 +12,7 @@ from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
 from slam.scan import Scan
 
+MARGIN = 1e-6  # m
 FREE, HIT = np.uint8(1), np.uint8(2)
 
 
@@ -52,10 +53,13 @@ class Rays:
 
 
 def covering(spec: GridSpec, sensor: Array, ends: Array) -> GridSpec:
-    """`spec`, grown if need be to hold the sensor (2,) and all beam ends (n, 2)."""
+    """`spec`, grown if need be to hold the sensor (2,) and all beam ends (n, 2).
+
+    With a little to spare: rounding puts a point on the border to this side of it or to that.
+    """
     points = np.vstack([ends, sensor[None]])
-    (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return spec.covering((x0, y0), (x1, y1))
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    return spec.covering(tuple(low.tolist()), tuple(high.tolist()))
 
 
 def trace(spec: GridSpec, sensor: Array, ends: Array, hit: np.ndarray) -> Seen:

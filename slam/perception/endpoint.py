@@ -48,13 +48,14 @@ class Endpoint:
         self.z_hit = z_hit
         self.z_rand = z_rand
         self.spec = GridSpec(1.0, 0, 0, 0, 0)
+        self.unknown = math.log(z_rand)
         self.known = np.zeros((0, 0, 3), np.float32)
         self.field = np.zeros((0, 0), np.float32)
 
     def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
         """Bring the field up to date around the `changed` cells (flat indices) of the map."""
         if grid.spec != self.spec:
-            self._grow(grid)
+            changed = np.concatenate([changed, self._grow(grid)])
         stale = _take_notice(
             changed,
             grid.occupied,
@@ -67,18 +68,28 @@ class Endpoint:
         _refresh(stale, self.known, grid.centroids.count, self.field, self.spec.resolution,
                  self._radius, model)  # fmt: skip
 
-    def _grow(self, grid: MapModel) -> None:
-        """A field of the map's size, unknown where it is new."""
+    def _grow(self, grid: MapModel) -> np.ndarray:
+        """A field of the map's size, unknown where it is new.
+
+        Gives the cells (flat indices) near the old border: what they hold reaches into the new.
+        """
         spec, resolution = grid.spec, grid.spec.resolution
-        if self.spec.resolution != resolution:
+        if not self.field.size:
             self.spec = GridSpec(resolution, spec.row0, spec.col0, 0, 0)
             self._radius = math.ceil(3 * self.sigma / resolution)
-        prior = max(grid.prior, self.H_MIN)
+        old, prior = self.spec, max(grid.prior, self.H_MIN)
         self.unknown = math.log(self.z_hit * prior + self.z_rand)
-        self.known = grown(self.known, self.spec, spec, 0.0)
+        self.known = grown(self.known, old, spec, 0.0)
         self.known[self.known[..., 0] == 0.0, 0] = prior
-        self.field = grown(self.field, self.spec, spec, self.unknown)
+        self.field = grown(self.field, old, spec, self.unknown)
         self.spec = spec
+        row, col, reach = old.row0 - spec.row0, old.col0 - spec.col0, self._radius
+        edge = np.zeros(spec.shape, np.bool_)
+        edge[row : row + old.rows, col : col + old.cols] = True
+        edge[row + reach : row + old.rows - reach, col + reach : col + old.cols - reach] = False
+        edge &= grid.observed
+        self.known[edge, 0] = 0.0  # which no h is, so that all of these are noticed
+        return np.flatnonzero(edge)
 
     def log_likelihood(self, scan: Scan, poses: Array) -> Array:
         """(n,) log p(scan | pose, h) of the poses (n, 3)."""

@@ -11,6 +11,8 @@ from slam.geometry import Array, Pose2, compose
 from slam.interface import Objective
 from slam.search.hill_climb import HillClimb
 
+FARTHEST = (0.5, 0.5, math.pi)  # m, m, rad: beyond it a leap of the odometry is no motion
+
 
 @dataclass(frozen=True)
 class Correlative:
@@ -39,7 +41,7 @@ class Correlative:
 
     def candidates(self, deviations: Array) -> Array:
         """(n, 3) displacements from the odometry's pose, a full grid with zero at its centre."""
-        reach = (self.reach * deviations).tolist()
+        reach = np.minimum(self.reach * deviations, FARTHEST).tolist()
         steps = (self.step, self.step, self.turn)
         axes = [_ticks(r, step) for r, step in zip(reach, steps, strict=True)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

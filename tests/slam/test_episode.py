@@ -154,7 +154,6 @@ def test_refused_with_what_was_wrong() -> None:
         Episode(drive.scans[:2], drive.odometry, drive.truth)
 
 
-@pytest.mark.xfail(strict=True, reason="zlib.error and NotImplementedError come through")
 def test_a_damaged_file_is_told_wherever_the_damage_is(saved: Path) -> None:
     raw, refused = saved.read_bytes(), 0
     for at in range(0, len(raw), 7):
@@ -168,7 +167,6 @@ def test_a_damaged_file_is_told_wherever_the_damage_is(saved: Path) -> None:
     assert refused > len(raw) / 7 / 3
 
 
-@pytest.mark.xfail(strict=True, reason="FileNotFoundError comes through")
 def test_a_directory_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
         episode().save(tmp_path / "none" / "drive.npz")

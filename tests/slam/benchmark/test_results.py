@@ -26,7 +26,6 @@ def test_an_unfinished_last_line_is_passed_over(tmp_path: Path) -> None:
     assert results.read(tmp_path / "results.jsonl") == [{"seed": 0}]
 
 
-@pytest.mark.xfail(strict=True, reason="appends to the unfinished line")
 def test_a_run_that_goes_on_after_a_kill_loses_no_other_line(tmp_path: Path) -> None:
     path = tmp_path / "results.jsonl"
     killed_while_writing(path)

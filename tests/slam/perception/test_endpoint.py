@@ -48,7 +48,6 @@ def test_the_field_follows_a_map_that_grows_every_way() -> None:
     np.testing.assert_allclose(endpoint.field, rebuilt(grid, endpoint), atol=1e-5)
 
 
-@pytest.mark.xfail(strict=True, reason="new cells are not brought up to date")
 def test_an_echo_at_the_maps_border_reaches_over_it_when_the_map_grows() -> None:
     grid, endpoint = Static(), Endpoint()
     for y, x_end in ((0.52, 3.18), (2.52, 4.5)):  # the border is at 64 cells = 3.2 m, then farther
@@ -120,7 +119,6 @@ def test_what_is_not_positive_is_refused(name: str) -> None:
         Endpoint(**{name: 0.0})
 
 
-@pytest.mark.xfail(strict=True, reason="1 m is taken for the empty field's own resolution")
 def test_cells_of_a_metre_are_as_good_as_others() -> None:
     grid, endpoint = Static(1.0), Endpoint(sigma=1.0)
     endpoint.refresh(grid, grid.integrate(beam(3.0), Pose2(0.5, 0.5)))

@@ -99,7 +99,6 @@ def test_a_robot_that_cannot_have_moved_is_looked_for_where_it_was() -> None:
     assert Correlative().candidates(np.zeros(3)).tolist() == [[0.0, 0.0, 0.0]]
 
 
-@pytest.mark.xfail(strict=True, reason="2.5 million candidates, turned by up to 450 degrees")
 def test_a_leap_of_the_odometry_does_not_drown_the_search() -> None:
     deviations = OdometryMotion().deviations(Pose2(5.0))
     assert len(Correlative().candidates(deviations)) < 1_000_000
