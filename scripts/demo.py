@@ -16,12 +16,12 @@ from slam.errors import InputError
 
 from .album import write_album
 from .comparison import comparison
+from .exits import EXIT_INTERRUPTED
 from .output import output_directory
 from .progress import progress_bar
 from .table import Result, markdown, terminal
 from .trials import results, trials
 
-EXIT_INTERRUPTED = 130
 PICTURED = 1  # the seed of the pair in the pictures: its doors mislead static ML's map
 
 

@@ -8,9 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
-EXIT_INTERRUPTED = 130
-EXIT_MISTAKE = 2
-EXIT_PIPE = 141
+from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE, EXIT_PIPE
 
 
 def main(arguments: list[str] | None = None) -> None:

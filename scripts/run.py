@@ -23,11 +23,10 @@ from slam.io.tum import write_tum
 from slam.metrics.relations import Relations, score_relations
 from slam.trajectory import Trajectory
 
+from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from .figures.map_figure import map_figure
 from .output import output_directory, write_json, write_png
 from .progress import progress_bar
-
-EXIT_INTERRUPTED = 130
 
 
 @dataclass
@@ -55,23 +54,23 @@ class Run:
         out = output_directory(self.out or self._default_out())
         for warning in warnings:
             print(f"{self.log}: warning: {warning}", file=sys.stderr)
-        run, interrupted = self._run(episode)
+        run, status = self._run(episode)
         done = Trajectory(episode.times[: len(run.poses)], run.poses)
         metrics = self._metrics(run) | {"warnings": [str(warning) for warning in warnings]}
         if relations is not None and len(done):
             metrics |= score_relations(relations, done, _until(done, episode)).as_dict()
         write_tum(done, out / "trajectory.tum")
         write_ros_map(run.grid, out / "map.yaml")
-        write_json(metrics | {"interrupted": interrupted}, out / "metrics.json")
+        write_json(metrics | {"interrupted": status != 0}, out / "metrics.json")
         write_png(self._picture(run), out / "map.png")
         self._tell(metrics, out, relations)
-        return EXIT_INTERRUPTED if interrupted else 0
+        return status
 
     def _default_out(self) -> Path:
         return Path("out") / f"{self.log.name.split('.')[0]}-{self.slam.replace('/', '-')}"
 
-    def _run(self, episode: Episode) -> tuple[SlamRun, bool]:
-        """The run, and whether it ended early, by Ctrl-C or by a scan that no map can hold.
+    def _run(self, episode: Episode) -> tuple[SlamRun, int]:
+        """The run and the exit status: Ctrl-C and a scan that no map can hold end it early.
 
         What was done by then is kept.
         """
@@ -83,11 +82,11 @@ class Run:
                     pass
         except KeyboardInterrupt:
             print(f"{self.log}: interrupted, writing what is done", file=sys.stderr)
-            return playback.result(), True
+            return playback.result(), EXIT_INTERRUPTED
         except InputError as error:
             print(f"{self.log}: {error} Writing what is done before", file=sys.stderr)
-            return playback.result(), True
-        return playback.result(), False
+            return playback.result(), EXIT_MISTAKE
+        return playback.result(), 0
 
     def _metrics(self, run: SlamRun) -> dict[str, Any]:
         return {

@@ -1,0 +1,5 @@
+"""Exit statuses of the command, as shells and other tools use them."""
+
+EXIT_MISTAKE = 2
+EXIT_INTERRUPTED = 130
+EXIT_PIPE = 141
