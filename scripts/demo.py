@@ -13,6 +13,7 @@ from agents import record_corridor
 from slam.benchmark.results import append
 from slam.benchmark.run import warm_up
 from slam.errors import InputError
+from slam.io.files import replacing
 
 from .album import write_album
 from .comparison import comparison
@@ -53,12 +54,14 @@ class Demo:
             self._measure(out / "results.jsonl", collected)
             interrupted = False
         except KeyboardInterrupt:
-            print("demo: interrupted, keeping the episodes that are done", file=sys.stderr)
+            print(f"demo: interrupted, {len(collected)} runs are kept", file=sys.stderr)
             interrupted = True
-        if collected:
-            (out / "table.md").write_text(markdown(collected), encoding="utf-8")
-            console.print(terminal(collected, self._title(collected)))
-            self._compare(collected, console)
+        if not collected:
+            return EXIT_INTERRUPTED
+        with replacing(out / "table.md") as file:
+            file.write(markdown(collected).encode())
+        console.print(terminal(collected, self._title(collected)))
+        self._compare(collected, console)
         if not interrupted:
             self._draw(out)
         console.print(f"written to {out}", highlight=False, soft_wrap=True)
@@ -66,7 +69,6 @@ class Demo:
 
     def _measure(self, path: Path, collected: list[Result]) -> None:
         """All results, appended to `path` as they come."""
-        path.unlink(missing_ok=True)
         variants, todo = slam.variants(), trials(self.seeds)
         with progress_bar() as progress:
             bar = progress.add_task("compiling (once)", total=len(todo))
@@ -74,7 +76,9 @@ class Demo:
             for variant in variants:
                 warm_up(variant, short)
             progress.update(bar, description=f"{len(variants)} variants x episodes")
-            for rows in results(todo, variants, self.jobs):
+            for number, rows in enumerate(results(todo, variants, self.jobs)):
+                if number == 0:
+                    path.unlink(missing_ok=True)
                 for row in rows:
                     append(path, row)
                 collected.extend(rows)

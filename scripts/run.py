@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import tyro
 
 import slam
+from slam.benchmark.configuration import configuration
 from slam.benchmark.results import versions
 from slam.benchmark.run import Playback, warm_up
 from slam.benchmark.run import Run as SlamRun
@@ -20,7 +22,7 @@ from slam.io.carmen import read_carmen
 from slam.io.relations import read_relations
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
-from slam.metrics.relations import Relations, score_relations
+from slam.metrics.relations import score_relations
 from slam.trajectory import Trajectory
 
 from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE
@@ -55,19 +57,25 @@ class Run:
         for warning in warnings:
             print(f"{self.log}: warning: {warning}", file=sys.stderr)
         run, status = self._run(episode)
+        if not len(run.poses):
+            return status
         done = Trajectory(episode.times[: len(run.poses)], run.poses)
-        metrics = self._metrics(run) | {"warnings": [str(warning) for warning in warnings]}
-        if relations is not None and len(done):
+        metrics = self._metrics(run) | {
+            "interrupted": status != 0,
+            "warnings": [str(warning) for warning in warnings],
+        }
+        if relations is not None:
             metrics |= score_relations(relations, done, _until(done, episode)).as_dict()
         write_tum(done, out / "trajectory.tum")
         write_ros_map(run.grid, out / "map.yaml")
-        write_json(metrics | {"interrupted": status != 0}, out / "metrics.json")
+        write_json(metrics, out / "metrics.json")
         write_png(self._picture(run), out / "map.png")
-        self._tell(metrics, out, relations)
+        self._tell(metrics, out)
         return status
 
     def _default_out(self) -> Path:
-        return Path("out") / f"{self.log.name.split('.')[0]}-{self.slam.replace('/', '-')}"
+        log = self.log.name.removesuffix(".gz").removesuffix(".log").lstrip(".")
+        return Path("out") / f"{log}-{self.slam.replace('/', '-')}"
 
     def _run(self, episode: Episode) -> tuple[SlamRun, int]:
         """The run and the exit status: Ctrl-C and a scan that no map can hold end it early.
@@ -76,7 +84,8 @@ class Run:
         """
         playback = Playback(slam.make(self.slam, seed=self.seed), episode)
         try:
-            warm_up(self.slam, episode)
+            with suppress(InputError):  # the run itself comes to it, and keeps what was before
+                warm_up(self.slam, episode)
             with progress_bar() as progress:
                 for _ in progress.track(playback, len(episode.scans), description=self.slam):
                     pass
@@ -84,7 +93,7 @@ class Run:
             print(f"{self.log}: interrupted, writing what is done", file=sys.stderr)
             return playback.result(), EXIT_INTERRUPTED
         except InputError as error:
-            print(f"{self.log}: {error} Writing what is done before", file=sys.stderr)
+            print(f"{self.log}: {error}; writing what is done before it", file=sys.stderr)
             return playback.result(), EXIT_MISTAKE
         return playback.result(), 0
 
@@ -93,6 +102,7 @@ class Run:
             "log": self.log.name,
             "slam": self.slam,
             "seed": self.seed,
+            "configuration": configuration(slam.make(self.slam, seed=self.seed)),
             "scans": len(run.poses),
             "matched": run.matched,
             "seconds": run.seconds,
@@ -103,14 +113,20 @@ class Run:
     def _picture(self, run: SlamRun) -> Any:
         return map_figure(run.grid, run.poses, title=f"{self.log.name}, {self.slam}")
 
-    def _tell(self, metrics: dict[str, Any], out: Path, relations: Relations | None) -> None:
+    def _tell(self, metrics: dict[str, Any], out: Path) -> None:
         print(
             f"{metrics['scans']} scans, {metrics['matched']} matched, in "
             f"{metrics['seconds']:.1f} s: {metrics['ms_per_matched_scan']:.2f} ms a matched scan"
         )
-        if relations is not None and metrics.get("relations"):
+        if metrics.get("left_out"):
             print(
-                f"error on {metrics['relations']} relations ({metrics['left_out']} left out): "
+                f"{self.relations}: warning: {metrics['left_out']} relations left out, their "
+                f"stamps lie outside what was mapped of {self.log}",
+                file=sys.stderr,
+            )
+        if metrics.get("relations"):
+            print(
+                f"error on {metrics['relations']} relations: "
                 f"{metrics['translation_mean']:.4f} +- {metrics['translation_std']:.4f} m, "
                 f"{metrics['rotation_mean_deg']:.2f} +- {metrics['rotation_std_deg']:.2f} deg"
             )

@@ -12,7 +12,7 @@ from slam.errors import InputError
 from slam.geometry import Array
 
 TILE = 64  # a grid's borders lie on multiples of this many cells
-MOST_CELLS = 100_000_000  # of one grid; a square of 500 m at 5 cm
+MOST_CELLS = 40_000_000  # of one grid, a square of 316 m at 5 cm: some 2.4 GB of map and field
 
 
 class GridSpec(NamedTuple):
@@ -65,8 +65,8 @@ class GridSpec(NamedTuple):
         if (row1 - row0) * (col1 - col0) > MOST_CELLS:
             raise InputError(
                 f"a map from ({low[0]:.0f}, {low[1]:.0f}) to ({high[0]:.0f}, {high[1]:.0f}) m in "
-                f"cells of {self.resolution} m has more than {MOST_CELLS} cells: did the odometry "
-                f"leap?"
+                f"cells of {self.resolution} m has more than {MOST_CELLS} cells: does the "
+                f"odometry leap?"
             )
         return GridSpec(self.resolution, row0, col0, row1 - row0, col1 - col0)
 

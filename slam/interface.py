@@ -19,7 +19,7 @@ class Estimate(NamedTuple):
     pose        the robot in the world
     covariance  (3, 3) of x, y in m and theta in rad, in the world
     score       mean log-likelihood per beam of the last matched scan; 0 before
-    matched     whether this scan was matched and put into the map
+    matched     whether the pose was found from this scan, rather than by dead reckoning alone
     """
 
     pose: Pose2

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numba import njit
 
+from slam.checked import positive, within
 from slam.geometry import Array, Pose2
 
 
@@ -32,6 +33,11 @@ class OdometryMotion:
     rotation_per_m: float = math.radians(60.0)
     rotation_per_rad: float = 0.1
     rotation_floor: float = math.radians(0.5)
+
+    def __post_init__(self) -> None:
+        positive(self, "translation_floor", "rotation_floor")
+        for field in fields(self):
+            within(self, field.name, 0.0)
 
     def deviations(self, motion: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""

@@ -21,7 +21,7 @@ _BUILDERS: dict[str, Builder] = dict(BUILDERS)
 
 
 def register(name: str, builder: Builder) -> None:
-    """Make `builder` known as `name` to every command, the wrapper and the benchmark."""
+    """Make `builder` known as `name` in this process; an entry point makes it known in all."""
     if not name or any(c.isspace() or c == "," for c in name):
         raise InputError(f"a variant's name has no spaces or commas, got {name!r}")
     _BUILDERS[name] = builder
@@ -37,6 +37,8 @@ def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
     """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result."""
     if name not in _BUILDERS and name not in variants():
         raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
+    if seed < 0:
+        raise InputError(f"a seed is 0 or more, got {seed}")
     return _BUILDERS[name](start, np.random.default_rng(seed))
 
 

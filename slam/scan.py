@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -37,6 +38,8 @@ class Scan:
                 f"a scan has one range and one angle per beam, but ranges have shape "
                 f"{self.ranges.shape} and angles {self.angles.shape}"
             )
+        if not (np.isfinite(self.angles).all() and math.isfinite(self.time)):
+            raise InputError("a scan has finite angles and a finite time")
         if not 0.0 <= self.min_range < self.max_range:
             raise InputError(
                 f"a scan needs 0 <= min_range < max_range, "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.errors import InputError
-from slam.geometry import Array, compose, wrap_angle
+from slam.geometry import Array, wrap_angle
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,3 @@ class Trajectory:
         columns = (self.poses[:, 0], self.poses[:, 1], heading)
         x, y, theta = (np.interp(times, self.times, column) for column in columns)
         return np.column_stack([x, y, wrap_angle(theta)])
-
-    def moved(self, transform: Array) -> Trajectory:
-        """The whole trajectory moved by a rigid `transform` (3,)."""
-        return Trajectory(self.times, compose(transform, self.poses))

@@ -14,7 +14,7 @@ COLUMNS = 2
 PANEL_WIDTH = 5.0  # inches
 
 
-def overview_figure(panels: Sequence[MapPanel], title: str = "") -> Figure:
+def overview_figure(panels: Sequence[MapPanel]) -> Figure:
     """All maps side by side in two columns, each cut to a box of the shape of the flattest."""
     boxes = [panel.box for panel in panels]
     aspect = min(box.height / box.width for box in boxes)
@@ -24,7 +24,5 @@ def overview_figure(panels: Sequence[MapPanel], title: str = "") -> Figure:
         axes = figure.add_subplot(rows, COLUMNS, number)
         draw_panel(axes, panel, box.shaped(aspect))
         axes.title.set_fontsize(MEDIUM)
-    if title:
-        figure.suptitle(title)
     add_legend(figure)
     return figure

@@ -17,7 +17,7 @@ from slam.search.correlative import Correlative
 from slam.search.laplace import laplace_covariance
 from slam.spacing import Spacing
 
-MATCHES = Spacing(distance=0.03, turn=math.radians(2.0), time=2.0)
+MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
 KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)
 
 
@@ -41,11 +41,11 @@ class MaximumLikelihood:
         matches: Spacing = MATCHES,
         keyframes: Spacing = KEYFRAMES,
     ):
-        self.rng = rng or np.random.default_rng(0)
-        self.grid = grid or Static()
-        self.perception = perception or Endpoint()
-        self.motion = motion or OdometryMotion()
-        self.search = search or Correlative()
+        self.rng = np.random.default_rng(0) if rng is None else rng
+        self.grid = Static() if grid is None else grid
+        self.perception = Endpoint() if perception is None else perception
+        self.motion = OdometryMotion() if motion is None else motion
+        self.search = Correlative() if search is None else search
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start

@@ -1,6 +1,6 @@
 """The variants that dynslam knows from the start, each a builder; equal but for what they name.
 
-`/beta1` is the paper's reading to the letter: every beam counts in full.
+`/beta1` is the paper's weight: every beam counts in full, as if independent of the others.
 """
 
 from __future__ import annotations

@@ -37,7 +37,8 @@ def read_carmen(path: AnyPath) -> Log:
 
     The laser is that of FLASER or of ROBOTLASER1, whichever comes first; other messages are passed
     over. The odometry holds all ODOM poses and the scans' own ones, in file order. Times are the
-    log's ipc stamps; those that do not increase are moved (`clock.steady`).
+    log's ipc stamps; those that do not increase are moved (`clock.steady`). A line whose pose leaps
+    away for this one message (`carmen_leaps.leaps`) is left out.
 
     FLASER angles follow `flaser_angles`; its laser stands on the robot where the log's PARAM lines
     say, or at its centre. A reading at or above the sensor's maximum range becomes `inf`, no echo:
@@ -61,6 +62,7 @@ def _parsed(path: AnyPath) -> CarmenParser:
         if not log.lasers:
             raise
         log.warnings.add("file damaged or cut short, the part before used", number)
+    log.leave_out_leaps()
     if not number:
         raise InputError(f"{path}: empty; {EXPECTED}")
     if not log.lasers:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slam.geometry import Pose2
+from slam.io.carmen_leaps import leaps
 from slam.io.carmen_messages import (
     Garbled,
     Laser,
@@ -29,7 +30,7 @@ class CarmenParser:
         self.numbers: list[int] = []
         self.params: dict[bytes, float] = {}
         self.warnings = Warnings()
-        self.reason = ""  # of the first garbled line
+        self.reason = ""  # what was expected on the first line left out
         self._laser = b""
         self._beams = 0
 
@@ -51,6 +52,21 @@ class CarmenParser:
         except Garbled as reason:
             self.reason = self.reason or f"{number}: {reason}"
             self.warnings.add("garbled line left out", number)
+
+    def leave_out_leaps(self) -> None:
+        """To be called after the last line: a leap shows by the message after it."""
+        if not self.messages:
+            return
+        found = leaps(np.array([message.pose for message in self.messages])).tolist()
+        kept = []
+        for number, message, leap in zip(self.numbers, self.messages, found, strict=True):
+            if leap:
+                self.reason = self.reason or f"{number}: a pose within reach of the one before was expected"
+                self.warnings.add("pose leaps away and back, line left out", number)
+            else:
+                kept.append((number, message))
+        self.numbers = [number for number, _ in kept]
+        self.messages = [message for _, message in kept]
 
     @property
     def lasers(self) -> list[Laser]:

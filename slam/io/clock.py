@@ -10,34 +10,57 @@ import numpy as np
 from slam.geometry import Array
 
 TICK = 1e-6  # s, the logs' own precision
-LEAP = 10.0  # s: a stamp this far ahead of the next one is itself wrong
+LEAP = 10.0  # s: a stamp this far ahead of the next ones is itself wrong, as far behind: set back
+GLITCH = 1.0  # s: steps back in real logs are smaller (Intel's recording: up to 0.9 s)
+AHEAD = 3  # stamps looked at to tell a wrong stamp from a gap: two wrong ones in a row are found
 
 
 def steady(times: Array, joined: np.ndarray, warn: Callable[[int, str], None]) -> Array:
     """Times (n,) in file order made to increase, each by as little as it takes.
 
-    A time that does not come after the one before it is moved to a tick after that. A single one
-    that leaps ahead of the next is moved back instead, so that it does not push on all that follow.
-    `joined` (n,) bool: this message is of the same moment as the one before it and keeps its time.
-    `warn(at, kind)` is told of every move.
+    A time that does not come after the one before it is moved to a tick after that. One or two that
+    leap ahead of those that follow are moved back instead, so that they do not push on all the
+    rest. Where the clock was set back by more than `LEAP` and goes on from there, its times are
+    shifted to go on from the last one at the log's usual step, and keep their differences, until
+    the clock is right again. `joined` (n,) bool: this message is of the same moment as the one
+    before it and keeps its time. `warn(at, kind)` is told of every move, once of a whole shift.
     """
-    result = times.copy()
-    last = -math.inf
-    for k, time in enumerate(times.tolist()):
-        if k and joined[k]:
-            result[k] = last
-            continue
-        if _leaps(times, k, last):
-            warn(k, "time stamp leaps ahead, moved back")
-            time = last if math.isfinite(last) else float(times[k + 1]) - 2 * TICK
-        elif time < last:
-            warn(k, "time runs backwards, stamp moved forward")
-        elif time == last:
-            warn(k, "time stands still, stamp moved forward")
+    new = ~joined
+    new[:1] = True
+    first = np.flatnonzero(new).tolist()
+    moments = times[new]
+    usual = _usual_step(moments)
+    result = np.empty_like(moments)
+    last, shift = -math.inf, 0.0
+    for k, own in enumerate(moments.tolist()):
+        time = own + shift
+        following = (moments[k + 1 : k + 1 + AHEAD] + shift).tolist()
+        if _leaps(time, following, last):
+            warn(first[k], "time stamp leaps ahead, moved back")
+            time = last if math.isfinite(last) else min(following) - (AHEAD + 1) * TICK
+        else:
+            if shift and own > last - GLITCH:
+                time, shift = own, 0.0
+            elif time < last - LEAP and following and following[0] <= last:
+                warn(first[k], "clock set back, its times shifted from there on")
+                shift = last + usual - own
+                time = own + shift
+            if time < last:
+                warn(first[k], "time runs backwards, stamp moved forward")
+            elif time == last:
+                warn(first[k], "time stands still, stamp moved forward")
         last = time if time > last else max(last + TICK, math.nextafter(last, math.inf))
         result[k] = last
-    return result
+    return result[np.cumsum(new) - 1]
 
 
-def _leaps(times: Array, k: int, last: float) -> bool:
-    return k + 1 < len(times) and last <= times[k + 1] < times[k] - LEAP
+def _leaps(time: float, following: list[float], last: float) -> bool:
+    """Whether at least half of the following times lie well before this one, but after the last."""
+    back = sum(last <= other < time - LEAP for other in following)
+    return back > 0 and 2 * back >= len(following)
+
+
+def _usual_step(moments: Array) -> float:
+    steps = np.diff(moments)
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if len(steps) else TICK

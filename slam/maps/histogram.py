@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from slam.errors import InputError
+from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
 from slam.grid import GridSpec, grown
 from slam.maps.centroids import Centroids
@@ -14,6 +14,8 @@ from slam.maps.rays import Rays, covering, trace
 from slam.scan import Scan
 
 NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
+
+MOST = np.iinfo(np.uint16).max  # windows that a bin can count
 
 
 class Histogram:
@@ -25,9 +27,9 @@ class Histogram:
     that saw the cell), the open window counting as one more, with the prior as weak evidence.
 
     resolution  m, side of a cell
-    evidence    its hit outweighs the prior, so that a window with a single hit counts as occupied
     delta_t     s, length of a window
-    bins        B; 2 is equation 9 to the letter (occupied or free), 10 is the paper's figure 1
+    bins        B; 2 is equation 9 (occupied or free, by the sign of the log-odds with the prior),
+                10 is the paper's figure 1
     weight      a, how many windows the prior is worth
     counts      (rows, cols, B) uint16, closed windows by their occupancy: the histogram
     """
@@ -35,17 +37,16 @@ class Histogram:
     def __init__(
         self,
         resolution: float = 0.05,
-        evidence: Evidence = Evidence(hit=1.5),
+        evidence: Evidence = Evidence(),
         rays: Rays = Rays(),
         delta_t: float = 4.0,
         bins: int = 10,
         weight: float = 0.1,
     ):
-        if not (delta_t > 0 and bins >= 2 and weight > 0):
-            raise InputError(
-                f"Histogram needs delta_t > 0 s, bins >= 2 and weight > 0, "
-                f"got delta_t={delta_t}, bins={bins}, weight={weight}"
-            )
+        positive_number("resolution", resolution)
+        positive_number("delta_t", delta_t)
+        positive_number("weight", weight)
+        whole_number("bins", bins, 2)
         self.evidence = evidence
         self.rays = rays
         self.prior = evidence.prior
@@ -130,7 +131,8 @@ def _observe(cells, evidence, now, window, log_odds, counts, start):
         i = cells[k]
         if window[i] != now:
             if window[i] != NEVER:
-                counts[i, _bin(log_odds[i], counts.shape[1])] += 1
+                b = _bin(log_odds[i], counts.shape[1])
+                counts[i, b] += counts[i, b] < MOST
             log_odds[i] = start
             window[i] = now
         log_odds[i] += evidence[k]

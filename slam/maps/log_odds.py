@@ -15,12 +15,12 @@ from slam.errors import InputError
 class Evidence:
     """The log-likelihood ratios log p(z|occupied) / p(z|free) of equation 3 (erratum 1), in nats.
 
-    hit    of a beam that ends in the cell, > 0
+    hit    of a beam that ends in the cell, > 0; the default outweighs the prior at once
     free   of a beam that passes through, < 0
     prior  P(occupied) of a cell that nothing was seen of
     """
 
-    hit: float = 0.85
+    hit: float = 1.5
     free: float = -0.4
     prior: float = 0.2
 

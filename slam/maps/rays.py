@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from slam.checked import positive, within
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
 from slam.scan import Scan
@@ -38,6 +39,10 @@ class Rays:
 
     reach: float = 30.0
     no_echo_reach: float = 8.0
+
+    def __post_init__(self) -> None:
+        positive(self, "reach")
+        within(self, "no_echo_reach", 0.0)
 
     def ends(self, scan: Scan, pose: Pose2) -> tuple[Array, Array, np.ndarray]:
         """The sensor (2,), the beams' ends (n, 2) in the world, and which of them are hits (n,)."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from slam.checked import positive_number
+from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, grown
 from slam.maps.centroids import Centroids
@@ -16,7 +18,7 @@ class Static:
     """Believes that the world never changes: seen a hundred times takes as long to unlearn.
 
     resolution  m, side of a cell
-    limit       nats, log-odds are clamped to +- this; infinite here, finite in `Clamped`
+    limit       nats, log-odds (prior included) are clamped to +- this; finite in `Clamped`
     """
 
     def __init__(
@@ -26,6 +28,9 @@ class Static:
         rays: Rays = Rays(),
         limit: float = np.inf,
     ):
+        positive_number("resolution", resolution)
+        if not limit > 0:
+            raise InputError(f"limit must be above 0 (it may be infinite), got {limit}")
         self.evidence = evidence
         self.rays = rays
         self.prior = evidence.prior
@@ -46,7 +51,7 @@ class Static:
         evidence = np.where(seen.hit, self.evidence.hit, self.evidence.free)
         updated = np.clip(log_odds[seen.cells] + evidence, -self.limit, self.limit)
         log_odds[seen.cells] = updated
-        self.occupied.reshape(-1)[seen.cells] = probability(updated + self.evidence.prior_log_odds)
+        self.occupied.reshape(-1)[seen.cells] = probability(updated)
         self.observed.reshape(-1)[seen.cells] = True
         self.centroids.add(self.spec, ends[hit])
         return seen.cells
@@ -54,7 +59,7 @@ class Static:
     def _grow(self, spec: GridSpec) -> None:
         if spec == self.spec:
             return
-        self.log_odds = grown(self.log_odds, self.spec, spec, 0.0)
+        self.log_odds = grown(self.log_odds, self.spec, spec, self.evidence.prior_log_odds)
         self.occupied = grown(self.occupied, self.spec, spec, self.prior)
         self.observed = grown(self.observed, self.spec, spec, False)
         self.centroids.grow(self.spec, spec)

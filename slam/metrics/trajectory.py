@@ -23,6 +23,7 @@ class TrajectoryScores(NamedTuple):
     """How far an estimate is from the truth, both in the world frame as they are.
 
     ate              m, RMSE of the position
+    ate_anchored     m, the same with the first pose put on the true one
     ate_aligned      m, the same after the best SE(2) alignment
     heading_max      rad, largest heading error
     heading_rms      rad
@@ -34,6 +35,7 @@ class TrajectoryScores(NamedTuple):
     """
 
     ate: float
+    ate_anchored: float
     ate_aligned: float
     heading_max: float
     heading_rms: float
@@ -56,6 +58,7 @@ def score_trajectory(estimate: Array, truth: Array) -> TrajectoryScores:
     rpe_translation, rpe_rotation = rpe(estimate, truth, RPE_DISTANCE)
     return TrajectoryScores(
         ate=error,
+        ate_anchored=ate(anchored(estimate, truth), truth),
         ate_aligned=ate(compose(alignment(estimate, truth), estimate), truth),
         heading_max=float(heading.max()),
         heading_rms=_rms(heading),

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from slam.errors import InputError
+from slam.checked import positive
 from slam.geometry import Array
 from slam.grid import GridSpec, grown
 from slam.interface import MapModel
@@ -38,15 +38,11 @@ class Endpoint:
     def __init__(
         self, beta: float = 0.2, sigma: float = 0.05, z_hit: float = 0.95, z_rand: float = 0.05
     ):
-        if min(beta, sigma, z_hit, z_rand) <= 0:
-            raise InputError(
-                f"Endpoint needs beta, sigma, z_hit and z_rand > 0, "
-                f"got {beta}, {sigma}, {z_hit}, {z_rand}"
-            )
         self.beta = beta
         self.sigma = sigma
         self.z_hit = z_hit
         self.z_rand = z_rand
+        positive(self, "beta", "sigma", "z_hit", "z_rand")
         self.spec = GridSpec(1.0, 0, 0, 0, 0)
         self.unknown = math.log(z_rand)
         self.known = np.zeros((0, 0, 3), np.float32)

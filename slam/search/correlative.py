@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from slam.checked import positive, whole
 from slam.geometry import Array, Pose2, compose
 from slam.interface import Objective
 from slam.search.hill_climb import HillClimb
@@ -29,6 +30,10 @@ class Correlative:
     reach: float = 1.5
     peaks: int = 3
     refine: HillClimb = field(default_factory=lambda: HillClimb(0.015, math.radians(0.5)))
+
+    def __post_init__(self) -> None:
+        positive(self, "step", "turn", "reach")
+        whole(self, "peaks", 1)
 
     def __call__(
         self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from slam.checked import positive
 from slam.geometry import Array, Pose2
 from slam.interface import Objective
 
@@ -25,6 +26,9 @@ class HillClimb:
     step: float = 0.04
     turn: float = math.radians(2.0)
     precision: float = 0.001
+
+    def __post_init__(self) -> None:
+        positive(self, "step", "turn", "precision")
 
     def __call__(
         self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator

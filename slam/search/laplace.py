@@ -20,8 +20,8 @@ STENCIL = np.array(
 def laplace_covariance(objective: Objective, pose: Pose2, deviations: Array) -> Array:
     """(3, 3) inverse of the negative Hessian of `objective` at `pose`, by central differences.
 
-    A direction in which the posterior does not fall off keeps the widest of the motion's own
-    `deviations` (3,): the scan said nothing about it.
+    A direction in which the posterior falls off less than the motion's own `deviations` (3,) say
+    keeps these: the scan added nothing there.
     """
     values = objective(np.array(pose) + STENCIL * STEPS)
     hessian = np.zeros((3, 3))
@@ -30,6 +30,7 @@ def laplace_covariance(objective: Objective, pose: Pose2, deviations: Array) -> 
     for k, (i, j) in enumerate(PAIRS):
         both = values[7 + 2 * k] + values[8 + 2 * k] - 2 * values[0]
         hessian[i, j] = hessian[j, i] = (both - hessian[i, i] - hessian[j, j]) / 2
-    curvature, axes = np.linalg.eigh(-hessian)
-    variance = 1.0 / np.maximum(curvature, 1.0 / np.max(deviations / STEPS) ** 2)
-    return (axes * variance) @ axes.T * np.outer(STEPS, STEPS)
+    whitened = -hessian * np.outer(deviations / STEPS, deviations / STEPS)
+    curvature, axes = np.linalg.eigh(whitened)
+    variance = 1.0 / np.maximum(curvature, 1.0)
+    return (axes * variance) @ axes.T * np.outer(deviations, deviations)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from slam.checked import whole
 from slam.geometry import Array, Pose2, compose
 from slam.interface import Objective
 from slam.search.hill_climb import HillClimb
@@ -17,6 +18,9 @@ class RandomRestart:
 
     restarts: int = 10
     climber: HillClimb = field(default_factory=HillClimb)
+
+    def __post_init__(self) -> None:
+        whole(self, "restarts", 0)
 
     def __call__(
         self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator

@@ -91,9 +91,10 @@ def seen(scan: Scan, pose: Pose2, resolution: float, reach=30.0, no_echo_reach=8
     return cells
 
 
-def static(history, hit=0.85, free=-0.4, limit=math.inf) -> dict[tuple[int, int], float]:
+def static(history, hit=0.85, free=-0.4, limit=math.inf, prior=0.2) -> dict[tuple[int, int], float]:
     """Log-odds per cell of a history [(time, {cell: hit})]."""
-    log_odds: dict[tuple[int, int], float] = defaultdict(float)
+    start = math.log(prior / (1 - prior))
+    log_odds: dict[tuple[int, int], float] = defaultdict(lambda: start)
     for _, cells in history:
         for at, occupied in cells.items():
             sum_ = log_odds[at] + (hit if occupied else free)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from slam.errors import InputError
-from slam.geometry import Pose2
 from slam.trajectory import Trajectory
 
 
@@ -20,13 +19,6 @@ def test_headings_turn_the_short_way() -> None:
     path = Trajectory(np.arange(3.0), np.column_stack([np.zeros((3, 2)), headings]))
     found = np.degrees(path.at(np.array([0.25, 0.75, 1.5]))[:, 2])
     np.testing.assert_allclose(found, [175, -175, 175], atol=1e-9)
-
-
-def test_moved_moves_every_pose() -> None:
-    path = Trajectory(np.arange(2.0), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.5]]))
-    moved = path.moved(np.array(Pose2(1.0, 2.0, math.pi / 2)))
-    np.testing.assert_allclose(moved.poses, [[1, 2, np.pi / 2], [1, 3, np.pi / 2 + 0.5]])
-    assert len(moved) == 2
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def some_relations(trajectory: Trajectory, seed: int) -> Relations:
 
 def test_the_truth_scores_zero_wherever_it_starts() -> None:
     odometry = wander(30, 0)
-    elsewhere = odometry.moved(np.array([3.0, -2.0, 1.0]))
+    elsewhere = Trajectory(odometry.times, compose([3.0, -2.0, 1.0], odometry.poses))
     scores = score_relations(some_relations(odometry, 1), elsewhere, odometry)
     assert scores.translation_mean == pytest.approx(0, abs=1e-9)
     assert scores.rotation_mean_deg == pytest.approx(0, abs=1e-9)
@@ -36,7 +36,7 @@ def test_the_truth_scores_zero_wherever_it_starts() -> None:
 @given(st.integers(0, 10_000))
 def test_a_perfect_correction_is_perfect_between_scans_too(seed: int) -> None:
     odometry = wander(20, seed)
-    correct = odometry.moved(np.array([1.0, 2.0, 0.5]))
+    correct = Trajectory(odometry.times, compose([1.0, 2.0, 0.5], odometry.poses))
     sparse = Trajectory(correct.times[2:-2:5], correct.poses[2:-2:5])
     times = np.random.default_rng(seed).uniform(odometry.times[0], odometry.times[-1], 15)
     found = carried(sparse, odometry, times)

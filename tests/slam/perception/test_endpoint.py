@@ -115,7 +115,7 @@ def test_beta_only_scales() -> None:
 
 @pytest.mark.parametrize("name", ["beta", "sigma", "z_hit", "z_rand"])
 def test_what_is_not_positive_is_refused(name: str) -> None:
-    with pytest.raises(InputError, match="> 0"):
+    with pytest.raises(InputError, match=f"Endpoint.{name} must be"):
         Endpoint(**{name: 0.0})
 
 

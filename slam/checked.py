@@ -1,0 +1,64 @@
+"""Checks of configurations: raise InputError with what was wrong and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from slam.errors import InputError
+
+
+def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf) -> None:
+    """`value` is a finite number in [low, high]."""
+    if _is_number(value, float) and math.isfinite(value) and low <= value <= high:
+        return
+    span = f" from {low:g} to {high:g}" if high < math.inf else f" of at least {low:g}"
+    raise InputError(
+        f"{name} must be a finite number{span if low > -math.inf else ''}, got {value!r}"
+    )
+
+
+def positive_number(name: str, value: Any) -> None:
+    """`value` is a finite number above zero."""
+    if not (_is_number(value, float) and 0 < value < math.inf):
+        raise InputError(f"{name} must be a finite number above 0, got {value!r}")
+
+
+def whole_number(name: str, value: Any, low: int) -> None:
+    """`value` is an int of at least `low`."""
+    if not (_is_number(value, int) and value >= low):
+        raise InputError(f"{name} must be a whole number of at least {low}, got {value!r}")
+
+
+def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
+    """`value` is one of `allowed`."""
+    if value not in allowed:
+        known = ", ".join(repr(choice) for choice in allowed)
+        raise InputError(f"{name} must be one of {known}, got {value!r}")
+
+
+def instance(name: str, value: object, kind: type) -> None:
+    """`value` is a `kind`."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__}, got {value!r}")
+
+
+def within(config: object, field: str, low: float, high: float = math.inf) -> None:
+    """The field of `config` is a finite number in [low, high]."""
+    number(f"{type(config).__name__}.{field}", getattr(config, field), low, high)
+
+
+def positive(config: object, *fields: str) -> None:
+    """Each of the fields of `config` is a finite number above zero."""
+    for field in fields:
+        positive_number(f"{type(config).__name__}.{field}", getattr(config, field))
+
+
+def whole(config: object, field: str, low: int) -> None:
+    """The field of `config` is an int of at least `low`."""
+    whole_number(f"{type(config).__name__}.{field}", getattr(config, field), low)
+
+
+def _is_number(value: Any, kind: type) -> bool:
+    kinds = int if kind is int else int | float
+    return isinstance(value, kinds) and not isinstance(value, bool)
