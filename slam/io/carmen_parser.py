@@ -61,7 +61,9 @@ class CarmenParser:
         kept = []
         for number, message, leap in zip(self.numbers, self.messages, found, strict=True):
             if leap:
-                self.reason = self.reason or f"{number}: a pose within reach of the one before was expected"
+                self.reason = (
+                    self.reason or f"{number}: a pose within reach of the one before was expected"
+                )
                 self.warnings.add("pose leaps away and back, line left out", number)
             else:
                 kept.append((number, message))

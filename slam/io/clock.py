@@ -12,7 +12,7 @@ from slam.geometry import Array
 TICK = 1e-6  # s, the logs' own precision
 LEAP = 10.0  # s: a stamp this far ahead of the next ones is itself wrong, as far behind: set back
 GLITCH = 1.0  # s: steps back in real logs are smaller (Intel's recording: up to 0.9 s)
-AHEAD = 3  # stamps looked at to tell a wrong stamp from a gap: two wrong ones in a row are found
+AHEAD = 5  # stamps looked at to tell a wrong one from a gap; half of them may be wrong too
 
 
 def steady(times: Array, joined: np.ndarray, warn: Callable[[int, str], None]) -> Array:

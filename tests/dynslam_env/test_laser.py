@@ -78,6 +78,21 @@ def test_dropouts_are_no_reading_at_all():
     assert observed.dtype == np.float32
 
 
+def test_a_reading_nearer_than_the_minimum_is_none_at_all():
+    near = scanner(Laser(beams=3, sigma=0.0, min_range=0.5))
+    ranges = near.ranges(Pose2(0.0, 0.7, 0.0), SQUARE)  # the wall on the left is 0.3 m away
+    assert ranges == pytest.approx([1.7, 3.0, math.nan], nan_ok=True)
+    assert near.observed(ranges) == pytest.approx([1.7, 3.0, 0.0])
+    assert near.scan(ranges, 0.0).hit.tolist() == [True, True, False]
+
+
+def test_noise_gives_no_reading_below_zero():
+    noisy = scanner(Laser(sigma=2.0, min_range=0.0))
+    ranges = noisy.ranges(Pose2(), SQUARE)
+    assert np.isnan(ranges).any()
+    assert noisy.observed(ranges).min() == 0.0
+
+
 def test_no_echo_is_infinite_in_the_scan_and_the_range_in_the_observation():
     laser = scanner(Laser())
     ranges = laser.ranges(Pose2(), np.empty((0, 4)))

@@ -6,9 +6,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import DoorCorridorEnv, Laser, Odometry, SlamWrapper
+from dynslam_env import DoorCorridorEnv, Doors, Laser, Odometry, SlamWrapper
 from dynslam_env.slam_wrapper import crop, ego_points
-from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2
+from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
+from slam.metrics.change import TrueOccupancy
 
 FORWARD = np.array([0.5, 0.02], dtype=np.float32)
 PERFECT = Odometry(bias=0.0, alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
@@ -72,6 +73,36 @@ def test_the_map_is_scored_at_the_interval_and_at_the_end():
     expected = {"f1_5cm", "f1_10cm", "adnn_map_to_truth", "adnn_truth_to_map"}
     expected |= {"brier_now_all", "brier_share_all"}
     assert expected <= set(info["slam"])
+
+
+def test_scores_of_the_change_are_those_of_all_that_was():
+    env = wrapped(score_every=10, env=DoorCorridorEnv(doors=Doors(dwell_min=0.5, dwell_max=2.0)))
+    _, info = env.reset(seed=0)
+    for episode in range(2):
+        if episode:
+            _, info = env.reset()
+        world = env.unwrapped
+        assert isinstance(world, DoorCorridorEnv)
+        walls, outlines = world.layout.walls, [world.outline()]
+        for step in range(1, 41):
+            info = env.step(FORWARD)[4]
+            outlines.append(world.outline())
+            if step % 10 == 0:
+                truth = Truth(np.empty((0, 3)), walls, np.array(outlines))
+                expected = TrueOccupancy(truth).score(env.slam.map()).as_dict()
+                assert expected.items() <= info["slam"].items()
+
+
+def test_each_moment_of_the_doors_is_rasterised_once(monkeypatch):
+    moments, add = [], TrueOccupancy.add
+    monkeypatch.setattr(
+        TrueOccupancy, "add", lambda self, doors: moments.append(len(doors)) or add(self, doors)
+    )
+    env = wrapped(score_every=3)
+    env.reset(seed=0)
+    for _ in range(9):
+        env.step(FORWARD)
+    assert moments == [1, 3, 3, 3]
 
 
 def test_never_scored_if_not_asked_for():
@@ -161,7 +192,12 @@ def test_an_unknown_variant_is_refused_with_the_known_ones():
     [
         ({"slam": 3}, "slam must be a builder"),
         ({"score_every": -1}, "score_every must be a whole number of at least 0"),
+        ({"score_every": math.nan}, "score_every must be a whole number of at least 0"),
         ({"map_crop": 0.0}, "map_crop must be a finite number above 0"),
+        ({"map_crop": -1}, "map_crop must be a finite number above 0"),
+        ({"map_crop": math.inf}, "map_crop must be a finite number above 0"),
+        ({"map_cell": 0}, "map_cell must be a finite number above 0"),
+        ({"map_crop": 4.0, "map_cell": math.nan}, "map_cell must be a finite number above 0"),
         ({"map_crop": 1.0}, "at least 36 cells"),
     ],
 )

@@ -25,6 +25,32 @@ def test_going_back_and_forth_pays_nothing():
     assert sum(reward for reward, _, _ in results) == pytest.approx(0.0)
 
 
+def test_no_step_pays_more_than_was_driven():
+    out, back = np.arange(0.05, 5.0, 0.05), np.arange(4.95, -0.1, -0.05)
+    for turn in (4.72, 4.9, 5.0):  # anywhere within reach of the waypoint
+        xs = [*out[out < turn], *back[back < turn]]
+        results = drive(Task(reward={"progress": 1.0}), xs)
+        pays = np.array([reward for reward, _, _ in results])
+        driven = np.abs(np.diff([0.0, *xs]))
+        assert (np.abs(pays) <= driven + 1e-9).all()
+        assert 9.3 < pays.sum() < 10.0
+        assert results[-1][2]["arrived"]
+
+
+def test_way_aside_of_the_path_pays_nothing():
+    judge = Task(reward={"progress": 1.0}).judge(LAYOUT, Pose2())
+    ys = (0.5, -2.0, 0.0)
+    assert [judge(Event(Pose2(2.0, y, 0.0), False, 0.1))[0] for y in ys] == [2.0, 0.0, 0.0]
+
+
+def test_every_waypoint_counts_even_from_a_start_beside_the_path():
+    judge = Task(reward={"progress": 1.0}).judge(LAYOUT, Pose2(0.0, 3.0, 0.0))
+    poses = [Pose2(0.0, y, 0.0) for y in (2.0, 0.0)] + [Pose2(x, 0.0, 0.0) for x in (5.0, 0.0)]
+    results = [judge(Event(pose, False, 0.1)) for pose in poses]
+    assert [reward for reward, _, _ in results] == pytest.approx([1.0, 2.0, 5.0, 5.0])
+    assert [ends["arrived"] for _, _, ends in results] == [False, False, False, True]
+
+
 def test_the_reward_is_the_sum_of_its_named_terms():
     task = Task(reward={"progress": 1.0, "collision": -3.0, "time": -1.0})
     ((reward, terms, _),) = drive(task, [0.5], collided=True)

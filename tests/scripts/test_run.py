@@ -9,8 +9,11 @@ from dynslam_cli import run as run_command
 from PIL import Image
 
 from slam.benchmark.run import Playback
+from slam.episode import Episode
+from slam.io.carmen_writer import write_carmen
 from slam.io.ros_map import read_ros_map
 from slam.io.tum import read_tum
+from slam.trajectory import Trajectory
 
 
 def test_writes_all_that_it_promises(log: Path, tmp_path: Path, capsys):
@@ -65,6 +68,40 @@ def test_ctrl_c_keeps_what_is_done(log: Path, tmp_path: Path, monkeypatch, capsy
     assert "interrupted" in capsys.readouterr().err
     assert len(read_tum(tmp_path / "out" / "trajectory.tum")) == 31
     assert json.loads((tmp_path / "out" / "metrics.json").read_text())["interrupted"]
+
+
+def test_ctrl_c_before_the_first_scan_leaves_an_earlier_result_alone(
+    log: Path, tmp_path: Path, monkeypatch
+):
+    def interrupted(variant, episode):
+        raise KeyboardInterrupt
+
+    assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 0
+    before = (tmp_path / "out" / "metrics.json").read_bytes()
+    monkeypatch.setattr(run_command, "warm_up", interrupted)
+    assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 130
+    assert (tmp_path / "out" / "metrics.json").read_bytes() == before
+
+
+def test_a_scan_that_no_map_can_hold_ends_the_run_and_keeps_the_rest(
+    short_episode: Episode, tmp_path: Path, capsys
+):
+    poses = short_episode.odometry.poses.copy()
+    poses[10:, 0] += 1e5
+    leaping = Episode(short_episode.scans, Trajectory(short_episode.odometry.times, poses))
+    write_carmen(leaping, tmp_path / "leap.log")
+    arguments = ["run", str(tmp_path / "leap.log"), "--slam", "odometry", "--out"]
+    assert main.status([*arguments, str(tmp_path / "out")]) == 2
+    assert "does the odometry leap?" in capsys.readouterr().err
+    assert len(read_tum(tmp_path / "out" / "trajectory.tum")) == 10
+
+
+def test_relations_of_another_log_are_told(log: Path, tmp_path: Path, capsys):
+    relations = tmp_path / "relations"
+    relations.write_text("1e9 1.1e9 1.0 0 0 0 0 0\n")
+    arguments = ["run", str(log), "--relations", str(relations), "--out", str(tmp_path / "out")]
+    assert main.status(arguments) == 0
+    assert "1 relations left out" in capsys.readouterr().err
 
 
 def test_a_garbled_line_is_counted_and_the_rest_used(log: Path, tmp_path: Path, capsys):

@@ -1,6 +1,7 @@
 import gzip
 import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +170,47 @@ def test_no_two_scans_are_of_the_same_moment(tmp_path: Path) -> None:
     log = read(tmp_path, flaser(1), odom(1), flaser(1), flaser(2))
     assert log.episode.times.tolist() == pytest.approx([1, 1.000001, 2], abs=1e-9)
     assert told(log) == {"time stands still, stamp moved forward": (1, 3)}
+
+
+@pytest.mark.parametrize("at", range(5))
+@pytest.mark.parametrize("line", [odom, flaser])
+def test_a_pose_that_leaps_away_and_back_is_left_out(
+    tmp_path: Path, at: int, line: Callable[[float, float], str]
+) -> None:
+    lines = [flaser(k, k) for k in range(5)]
+    lines[at] = line(at, 1e6)
+    log = read(tmp_path, *lines)
+    rest = [k for k in range(5) if k != at]
+    assert told(log) == {"pose leaps away and back, line left out": (1, at + 1)}
+    assert log.episode.times.tolist() == rest
+    assert log.episode.odometry.poses[:, 0].tolist() == rest
+
+
+def test_an_odometry_that_is_reset_and_a_fast_robot_are_kept(tmp_path: Path) -> None:
+    places = [0, 40, 80, 120, 80, 40, 1000, 1001, 1002, 0, 1]
+    log = read(tmp_path, *(flaser(k, x) for k, x in enumerate(places)))
+    assert log.warnings == ()
+    assert log.episode.odometry.poses[:, 0].tolist() == places
+
+
+def test_each_leap_is_counted_and_a_lone_scan_that_leaps_is_no_log(tmp_path: Path) -> None:
+    log = read(tmp_path, *(flaser(k, 1e6 * (k in (2, 4))) for k in range(7)))
+    assert told(log) == {"pose leaps away and back, line left out": (2, 3)}
+    assert len(log.episode.scans) == 5
+    with pytest.raises(InputError, match=":3: a pose within reach"):
+        read(tmp_path, odom(1), odom(2), flaser(3, 1e6))
+
+
+def test_a_real_log_with_one_garbled_pose(shared_data: Path, tmp_path: Path) -> None:
+    with gzip.open(shared_data / "csail.log.gz", "rt") as file:
+        scans = [line.rstrip() for line in file if line.startswith("FLASER")][:199]
+    words = scans[100].split()
+    words[int(words[1]) + 5] = "1e6"
+    log = read(tmp_path, *scans[:100], " ".join(words), *scans[101:])
+    whole = read(tmp_path, *scans).episode
+    assert told(log) == {"pose leaps away and back, line left out": (1, 101)}
+    assert (log.episode.times == np.delete(whole.times, 100)).all()
+    assert (log.episode.odometry.poses == np.delete(whole.odometry.poses, 100, axis=0)).all()
 
 
 @pytest.mark.parametrize(

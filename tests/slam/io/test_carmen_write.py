@@ -27,7 +27,7 @@ def drive(seed: int, angles: np.ndarray, max_range: float, mount: Pose2) -> Epis
         ranges[rng.random(len(angles)) < 0.2] = np.nan
         ranges[rng.random(len(angles)) < 0.2] = np.inf
         scans.append(Scan(ranges, angles, max_range, 0.02, time, mount))
-    poses = rng.uniform(-50, 50, (2 * n, 3))
+    poses = rng.uniform(-15, 15, (2 * n, 3))  # none leaps away from the others
     kept = times if seed % 2 else times[1::2]
     return Episode(tuple(scans), Trajectory(kept, poses[: len(kept)]))
 

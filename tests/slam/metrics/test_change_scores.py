@@ -60,6 +60,24 @@ def test_only_observed_cells_count_and_none_is_none_in_json() -> None:
     assert scores["brier_share_all"] == 0
 
 
+def test_moments_added_one_by_one_give_what_all_at_once_give() -> None:
+    rng = np.random.default_rng(0)
+    doors = np.cumsum(rng.uniform(-0.5, 0.6, (40, 3, 4)), axis=0)  # that leave the first tiles
+    poses, walls = np.zeros((40, 3)), np.array([WALL])
+    whole = TrueOccupancy(Truth(poses, walls, doors), 0.05)
+    grown = TrueOccupancy(Truth(poses[:1], walls, doors[:1]), 0.05)
+    first = grown.spec
+    for begin, end in ((1, 2), (2, 17), (17, 40)):
+        grown.add(doors[begin:end])
+        so_far = TrueOccupancy(Truth(poses[:end], walls, doors[:end]), 0.05)
+        assert grown.spec == so_far.spec
+        assert (grown.share == so_far.share).all()
+        assert (grown.now == so_far.now).all()
+    assert first.shape < grown.spec.shape
+    grid = grid_with(rng.random(whole.spec.shape), whole.spec)
+    assert grown.score(grid) == whole.score(grid)
+
+
 def test_another_resolution_is_refused() -> None:
     spec = GridSpec(0.05, 0, 0, 4, 4)
     with pytest.raises(InputError, match=r"0\.05 m"):
