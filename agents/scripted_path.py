@@ -17,6 +17,8 @@ from slam.geometry import Array, Pose2
 
 TURN_FIRST = math.radians(60)  # a target further aside than this is turned to on the spot
 GAIN = 1.5  # 1/s, of the turn on the spot
+LOOKAHEAD = 0.5  # m, distance of the point on the path that is steered to
+REACH = 0.1  # m, so near a waypoint counts as there
 
 
 class ScriptedPath:
@@ -28,8 +30,6 @@ class ScriptedPath:
     pose       gives the true pose
     robot      its limits; actions are normalised by them (default: Pioneer 3-DX)
     speed      m/s, on the way
-    lookahead  m, distance of the point on the path that is steered to
-    reach      m, so near a waypoint counts as there
     """
 
     def __init__(
@@ -38,14 +38,12 @@ class ScriptedPath:
         pose: Callable[[], Pose2],
         robot: Robot | None = None,
         speed: float = 0.55,
-        lookahead: float = 0.5,
-        reach: float = 0.1,
     ):
         self._waypoints = np.asarray(waypoints, dtype=np.float64)
         if self._waypoints.ndim != 2 or self._waypoints.shape[1:] != (2,):
             raise InputError(f"waypoints have shape (p, 2), got {self._waypoints.shape}")
         self._pose, self._robot, self._speed = pose, robot or Robot(), speed
-        self._lookahead, self._reach, self._next = lookahead, reach, 0
+        self._next = 0
 
     @property
     def finished(self) -> bool:
@@ -65,7 +63,7 @@ class ScriptedPath:
         return np.array(action, dtype=np.float32), state
 
     def _command(self, pose: Pose2) -> tuple[float, float]:
-        while not self.finished and self._away(pose) < self._reach:
+        while not self.finished and self._away(pose) < REACH:
             self._next += 1
         if self.finished:
             return 0.0, 0.0
@@ -75,14 +73,14 @@ class ScriptedPath:
         if abs(aside) > TURN_FIRST:
             return 0.0, GAIN * aside
         v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._away(pose)))
-        return v, 2.0 * v * math.sin(aside) / self._lookahead
+        return v, 2.0 * v * math.sin(aside) / LOOKAHEAD
 
     def _away(self, pose: Pose2) -> float:
         x, y = self._waypoints[self._next]
         return math.hypot(x - pose.x, y - pose.y)
 
     def _carrot(self, pose: Pose2) -> tuple[float, float]:
-        """The point of the present leg `lookahead` m beyond the foot of the perpendicular."""
+        """The point of the present leg LOOKAHEAD m beyond the foot of the perpendicular."""
         end = self._waypoints[self._next]
         start = self._waypoints[max(self._next - 1, 0)]
         leg = end - start
@@ -90,7 +88,7 @@ class ScriptedPath:
         if length == 0.0:
             return end[0], end[1]
         along = float((np.array([pose.x, pose.y]) - start) @ leg) / length
-        x, y = start + leg * ((along + self._lookahead) / length)
+        x, y = start + leg * ((along + LOOKAHEAD) / length)
         return x, y
 
 

@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numba import njit
 
-from dynslam_env.checked import one_of, positive, within
 from dynslam_env.layout import Door
+from slam.checked import one_of, positive, within
 from slam.errors import InputError
 from slam.geometry import Array
 

@@ -11,7 +11,6 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from dynslam_env.checked import instance, one_of
 from dynslam_env.doors import Doors
 from dynslam_env.laser import Laser, Scanner
 from dynslam_env.layout import Corridor, Generator, Layout
@@ -20,6 +19,7 @@ from dynslam_env.render import Belief, Scene, Viewer
 from dynslam_env.robot import Robot
 from dynslam_env.task import Event, Task
 from dynslam_env.world import CONTROL_DT, World
+from slam.checked import instance, one_of
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
@@ -69,10 +69,13 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     | term        | weight | what                                         | unit |
     |-------------|--------|----------------------------------------------|------|
-    | `progress`  | 1.0    | way made along the path, there and back      | m    |
+    | `progress`  | 1.0    | way made along the present leg of the path   | m    |
     | `collision` | -0.1   | 1 in a step in which anything was touched     |      |
     | `time`      | -0.05  | duration of the step                         | s    |
     | `arrived`   | 5.0    | 1 in the step in which the path was completed |      |
+
+    The path leads there and back; a leg ends within 0.3 m of its waypoint (`Task.reach`). No step
+    makes more way than was driven.
 
     ## Starting State
     The robot stands 0.8 m from the western end, looking along the passage. Where the doors are,
@@ -155,11 +158,6 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     def pose(self) -> Pose2:
         """The true pose of the robot."""
         return self._world.pose
-
-    @property
-    def time(self) -> float:
-        """s since the beginning of the episode."""
-        return self._world.time
 
     @property
     def scan(self) -> Scan:

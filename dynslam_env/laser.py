@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from dynslam_env.checked import instance, positive, whole, within
+from slam.checked import finite, instance, positive, whole, within
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
@@ -24,7 +24,7 @@ class Laser:
     beams          number of rays, spread evenly over the field of view, both borders included
     field_of_view  rad, symmetric about straight ahead
     max_range      m, nothing is heard from beyond
-    min_range      m, nothing is measured nearer
+    min_range      m, a nearer reading is none at all
     sigma          m, standard deviation of a range
     dropout        probability that a beam gives no reading at all
     mount          the sensor on the robot (robot_from_sensor)
@@ -46,6 +46,7 @@ class Laser:
         within(self, "sigma", 0.0)
         within(self, "dropout", 0.0, 1.0)
         instance("Laser.mount", self.mount, Pose2)
+        finite("Laser.mount", self.mount)
         if self.min_range >= self.max_range:
             raise InputError(
                 f"Laser needs min_range < max_range, got {self.min_range:g} >= {self.max_range:g} m"
@@ -77,7 +78,7 @@ class Scanner:
         laser, rng = self.laser, self._rng
         ranges = self.exact(pose, segments)
         ranges += laser.sigma * rng.standard_normal(laser.beams)
-        np.maximum(ranges, 0.0, out=ranges)
+        ranges[ranges < laser.min_range] = np.nan
         ranges[ranges >= laser.max_range] = np.inf
         if laser.dropout:
             ranges[rng.random(laser.beams) < laser.dropout] = np.nan
@@ -91,8 +92,7 @@ class Scanner:
     def observed(self, ranges: Array) -> np.ndarray:
         """(beams,) float32 m for a Box: no echo is max_range, no reading is 0."""
         observed = np.minimum(ranges, self.laser.max_range).astype(np.float32)
-        if self.laser.dropout:
-            observed[np.isnan(observed)] = 0.0
+        observed[np.isnan(observed)] = 0.0
         return observed
 
 

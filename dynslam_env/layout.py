@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from dynslam_env.checked import positive, whole, within
+from slam.checked import finite, positive, whole, within
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 
@@ -55,6 +55,15 @@ class Layout:
     doors: tuple[Door, ...]
     start: Pose2
     path: Array
+
+    def __post_init__(self) -> None:
+        finite("Layout.walls", self.walls, 4)
+        finite("Layout.path", self.path, 2)
+        finite("Layout.start", self.start)
+        for door in self.doors:
+            finite("a door of Layout.doors", (*door.hinge, *door[1:]))
+        if not len(self.path):
+            raise InputError("Layout.path needs at least one waypoint, got none")
 
 
 @runtime_checkable

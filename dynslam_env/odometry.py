@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynslam_env.checked import within
+from slam.checked import within
 from slam.geometry import Pose2
 
 STILL = 1e-4  # m: below it a step is a turn on the spot, and its direction means nothing

@@ -7,8 +7,8 @@ from typing import Any, Protocol
 import gymnasium as gym
 import numpy as np
 
-from dynslam_env.checked import instance
 from dynslam_env.env import DoorCorridorEnv
+from slam.checked import instance
 from slam.episode import Episode, Truth
 from slam.geometry import Array, Pose2
 from slam.scan import Scan

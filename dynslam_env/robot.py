@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dynslam_env.checked import positive
+from slam.checked import positive
 
 
 @dataclass(frozen=True)

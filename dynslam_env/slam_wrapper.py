@@ -11,9 +11,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 import slam as slam_library
-from dynslam_env.checked import positive_number, whole_number
 from dynslam_env.env import DoorCorridorEnv, Observation
 from dynslam_env.render import Belief
+from slam.checked import positive_number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
@@ -76,6 +76,9 @@ class SlamWrapper(
         if not isinstance(world, DoorCorridorEnv):
             raise InputError(f"SlamWrapper needs an environment of dynslam_env, got {world}")
         whole_number("score_every", score_every, 0)
+        positive_number("map_cell", map_cell)
+        if map_crop is not None:
+            positive_number("map_crop", map_crop)
         self._world, self._score_every = world, score_every
         self._name = slam if isinstance(slam, str) else "slam"
         self._build = _builder(slam, seed)
@@ -101,7 +104,8 @@ class SlamWrapper(
         observation, info = self.env.reset(seed=seed, options=options)
         self._slam = self._build(self._world.pose)
         self._seen: SeenSurface | None = None
-        self._doors: list[Array] = []
+        self._doors: list[Array] = []  # since the last scoring
+        self._occupancy: TrueOccupancy | None = None
         self._trail: list[Pose2] = []
         self._steps = 0
         return self._extended(observation, info, self._score_every > 0)
@@ -144,8 +148,13 @@ class SlamWrapper(
     def _scores(self, grid: OccupancyGrid) -> dict[str, Any]:
         assert self._seen is not None
         walls, doors = self._world.layout.walls, np.array(self._doors)
-        truth = slam_library.Truth(np.empty((0, 3)), walls, doors)
-        change = TrueOccupancy(truth, grid.spec.resolution).score(grid)
+        self._doors.clear()
+        if self._occupancy is None:
+            truth = slam_library.Truth(np.empty((0, 3)), walls, doors)
+            self._occupancy = TrueOccupancy(truth, grid.spec.resolution)
+        else:
+            self._occupancy.add(doors)
+        change = self._occupancy.score(grid)
         return score_map(grid, self._seen.now(doors[-1])).as_dict() | change.as_dict()
 
     # -- observation ---------------------------------------------------------------------------
@@ -193,8 +202,6 @@ def crop(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
 
 def ego_points(side: float, cell: float) -> Array:
     """(n, n, 2) m, centres of the crop's cells in the robot's frame: ahead is up, left is left."""
-    positive_number("map_crop", side)
-    positive_number("map_cell", cell)
     n = round(side / cell)
     if n < SMALLEST_CROP:
         raise InputError(

@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
-from dynslam_env.checked import one_of, positive
 from dynslam_env.layout import Layout
-from slam.errors import InputError
+from slam.checked import number, one_of, positive
 from slam.geometry import Array, Pose2
 
 
@@ -27,33 +26,43 @@ class Event(NamedTuple):
 
 
 class Path:
-    """How far along the layout's path the robot has come."""
+    """How far along the layout's path the robot has come, leg by leg.
 
-    def __init__(self, waypoints: Array, reach: float):
-        self._waypoints = [tuple(row) for row in waypoints.tolist()]
-        self._reach, self._next = reach, 0
-        legs = zip(self._waypoints, self._waypoints[1:], strict=False)
-        self._beyond = [math.dist(a, b) for a, b in legs]  # m, of the legs between waypoints
+    A leg ends where the robot comes within reach of its waypoint; its way is measured by the foot
+    of the perpendicular from the robot. No step advances by more than what was driven: where the
+    path turns, the way back counts from where the robot is.
+    """
+
+    def __init__(self, start: Pose2, waypoints: Array, reach: float):
+        self._points = [(start.x, start.y), *map(tuple, waypoints.tolist())]
+        self._reach, self._leg, self._at = reach, 0, start
         self.advanced = 0.0  # m, in the last step
-        self._remaining: float | None = None
+        self.update(start)
 
     def update(self, pose: Pose2) -> None:
         """Take in where the robot is."""
-        to_next = self._distance(pose)
-        while to_next < self._reach and self._next < len(self._waypoints) - 1:
-            self._next += 1
-            to_next = self._distance(pose)
-        remaining = to_next + sum(self._beyond[self._next :])
-        self.advanced = (remaining if self._remaining is None else self._remaining) - remaining
-        self._remaining = remaining
+        self.advanced = self._along(pose) - self._along(self._at)
+        self._at = pose
+        while self._there and self._leg < len(self._points) - 2:
+            self._leg += 1
 
     @property
     def arrived(self) -> bool:
         """The robot is at the last waypoint, and was at all others before."""
-        return self._next == len(self._waypoints) - 1 and (self._remaining or 0.0) < self._reach
+        return self._there and self._leg == len(self._points) - 2
 
-    def _distance(self, pose: Pose2) -> float:
-        return math.dist((pose.x, pose.y), self._waypoints[self._next])
+    @property
+    def _there(self) -> bool:
+        return math.dist(self._at[:2], self._points[self._leg + 1]) < self._reach
+
+    def _along(self, pose: Pose2) -> float:
+        """m, from the beginning of the present leg to the point of it that is nearest to `pose`."""
+        (x1, y1), (x2, y2) = self._points[self._leg : self._leg + 2]
+        length = math.dist((x1, y1), (x2, y2))
+        if length == 0.0:
+            return 0.0
+        along = ((pose.x - x1) * (x2 - x1) + (pose.y - y1) * (y2 - y1)) / length
+        return min(max(along, 0.0), length)
 
 
 Term = Callable[[Event, Path], float]
@@ -85,7 +94,7 @@ class Task:
     reward  name -> weight, of TERMS: `progress` in m along the path, `collision` 1 while touching,
             `time` in s, `arrived` 1 in the last step
     ends    names of ENDS: `arrived`, `crashed`
-    reach   m, so near a waypoint counts as there
+    reach   m, so near a waypoint counts as there, and the way on from there is the next leg's
     """
 
     reward: Mapping[str, float] = field(
@@ -98,15 +107,13 @@ class Task:
         positive(self, "reach")
         for name, weight in self.reward.items():
             one_of("a name in Task.reward", name, tuple(TERMS))
-            if not (isinstance(weight, int | float) and math.isfinite(weight)):
-                raise InputError(f"Task.reward[{name!r}] must be a finite number, got {weight!r}")
+            number(f"Task.reward[{name!r}]", weight)
         for name in self.ends:
             one_of("a name in Task.ends", name, tuple(ENDS))
 
     def judge(self, layout: Layout, start: Pose2) -> Judge:
         """A judge for one episode that begins at `start`."""
-        path = Path(layout.path, self.reach)
-        path.update(start)
+        path = Path(start, layout.path, self.reach)
 
         def judged(event: Event) -> tuple[float, dict[str, float], dict[str, bool]]:
             path.update(event.pose)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from slam.errors import InputError
 
 
@@ -41,6 +43,15 @@ def instance(name: str, value: object, kind: type) -> None:
     """`value` is a `kind`."""
     if not isinstance(value, kind):
         raise InputError(f"{name} must be a {kind.__name__}, got {value!r}")
+
+
+def finite(name: str, value: Any, columns: int | None = None) -> None:
+    """`value` holds finite numbers only, in an array of shape (n, columns) if so many are given."""
+    array = np.asarray(value)
+    if columns is not None and (array.ndim != 2 or array.shape[1] != columns):
+        raise InputError(f"{name} must have shape (n, {columns}), got {array.shape}")
+    if not (array.dtype.kind in "fiu" and np.isfinite(array).all()):
+        raise InputError(f"{name} must hold finite numbers only, got {value!r}")
 
 
 def within(config: object, field: str, low: float, high: float = math.inf) -> None:

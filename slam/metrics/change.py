@@ -13,7 +13,7 @@ import numpy as np
 from slam.episode import Truth
 from slam.errors import InputError
 from slam.geometry import Array
-from slam.grid import GridSpec, OccupancyGrid
+from slam.grid import GridSpec, OccupancyGrid, grown
 from slam.metrics.flat import Number, flat
 from slam.metrics.raster import rasterise, times_touched
 
@@ -41,17 +41,27 @@ class ChangeScores(NamedTuple):
 
 
 class TrueOccupancy:
-    """The truth as cells: q and the state at the last scan. Built once an episode."""
+    """The truth as cells: q (`share`) and the state at the last scan (`now`).
+
+    Made of all moments of an episode at once, or of the first ones and then added to.
+    """
 
     def __init__(self, truth: Truth, resolution: float = 0.05) -> None:
         ends = np.concatenate([truth.walls.reshape(-1, 2), truth.doors.reshape(-1, 2)])
         low, high = (ends.min(axis=0), ends.max(axis=0)) if len(ends) else (np.zeros(2),) * 2
         self.spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), resolution)
-        walls = rasterise(truth.walls, self.spec)
-        moments = len(truth.doors)
-        self.share: Array = times_touched(truth.doors, self.spec) / max(moments, 1)
-        self.share[walls] = 1.0
-        self.now: np.ndarray = walls | rasterise(truth.doors[-1], self.spec)
+        self._walls = rasterise(truth.walls, self.spec)
+        self._touched, self._moments = np.zeros(self.spec.shape, dtype=np.int64), 0
+        self.add(truth.doors)
+
+    def add(self, doors: Array) -> None:
+        """Take in the `doors` (n, d, 4) of n further moments, m; n is at least 1."""
+        self._cover(doors)
+        self._touched += times_touched(doors, self.spec)
+        self._moments += len(doors)
+        self.share: Array = self._touched / self._moments
+        self.share[self._walls] = 1.0
+        self.now: np.ndarray = self._walls | rasterise(doors[-1], self.spec)
 
     def score(self, grid: OccupancyGrid) -> ChangeScores:
         """Brier scores of a map on the same lattice. Beyond the truth's walls nothing stands."""
@@ -66,6 +76,17 @@ class TrueOccupancy:
         now = _placed(self.now.astype(np.float64), self.spec, grid.spec)[observed]
         door = (q > DOOR_SHARE[0]) & (q < DOOR_SHARE[1])
         return ChangeScores(*_by_kind(h, q, door), *_by_kind(h, now, door))
+
+    def _cover(self, doors: Array) -> None:
+        """Grow to where `doors` stand."""
+        if not doors.size:
+            return
+        ends = doors.reshape(-1, 2)
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        spec = self.spec.covering((low[0], low[1]), (high[0], high[1]))
+        self._walls = grown(self._walls, self.spec, spec, False)
+        self._touched = grown(self._touched, self.spec, spec, 0)
+        self.spec = spec
 
 
 def _by_kind(h: Array, target: Array, door: np.ndarray) -> tuple[float, float, float]:
