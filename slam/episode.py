@@ -36,10 +36,6 @@ class Truth:
     walls: Array
     doors: Array
 
-    def segments(self, scan: int) -> Array:
-        """(w + d, 4) everything that stands at the time of scan number `scan`."""
-        return np.concatenate([self.walls, self.doors[scan]])
-
 
 @dataclass(frozen=True)
 class Episode:

@@ -137,14 +137,6 @@ def test_motions_are_what_the_odometry_did_between_the_scans() -> None:
     assert drive.times.tolist() == [0.0, 0.3, 0.6]
 
 
-def test_segments_are_walls_and_the_doors_of_that_moment() -> None:
-    truth = episode().truth
-    assert truth is not None
-    segments = truth.segments(1)
-    np.testing.assert_array_equal(segments[:6], truth.walls)
-    np.testing.assert_array_equal(segments[6:], truth.doors[1])
-
-
 def test_refused_with_what_was_wrong() -> None:
     drive = episode()
     assert drive.truth is not None
