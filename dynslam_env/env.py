@@ -112,7 +112,7 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     ```python
     import gymnasium as gym
-    env = gym.make("dynslam_env:DoorCorridor-v0", doors="static", laser=Laser(beams=361))
+    env = gym.make("dynslam_env:DoorCorridor-v0", doors="static", laser=dynslam_env.Laser(beams=361))
     ```
 
     ## Version History

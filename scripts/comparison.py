@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from slam.benchmark.statistics import Paired, paired
 
 Result = dict[str, Any]
+FEWEST_PAIRS = 6  # below, no difference can be significant at 5 %
 
 
 class Score(NamedTuple):
@@ -27,27 +28,54 @@ SCORES = (
 )
 
 
-def comparison(results: Sequence[Result], first: str, second: str) -> list[str]:
-    """`first` minus `second` with moving doors, one line a score; none where one is missing."""
+class Case(NamedTuple):
+    """A variant under a door law."""
+
+    variant: str
+    doors: str
+
+
+def findings(results: Sequence[Result]) -> str:
+    """What the paper claims, for both weights of the beams: plain text, empty without results."""
+    blocks = []
+    for tail in ("", "/beta1"):
+        static, dynamic = (Case(f"{kind}-ml{tail}", "moving") for kind in ("static", "dynamic"))
+        for a, b, scores in (
+            (static, dynamic, SCORES),
+            (static, static._replace(doors="static"), SCORES[:1]),
+        ):
+            lines = comparison(results, a, b, scores)
+            if lines:
+                title = f"{a.variant}, {a.doors} doors, minus {b.variant}, {b.doors} doors:"
+                blocks.append("\n".join([title, *(f"  {line}" for line in lines)]))
+    return "\n".join(blocks)
+
+
+def comparison(
+    results: Sequence[Result], a: Case, b: Case, scores: Sequence[Score] = SCORES
+) -> list[str]:
+    """`a` minus `b`, seed by seed, one line a score; none where a score is missing."""
     lines = []
-    for score in SCORES:
-        a, b = (_series(results, variant, score) for variant in (first, second))
-        shared = sorted(a.keys() & b.keys())
+    for score in scores:
+        first, second = _series(results, a, score), _series(results, b, score)
+        shared = sorted(first.keys() & second.keys())
         if shared:
-            found = paired([a[seed] for seed in shared], [b[seed] for seed in shared])
-            lines.append(_line(score, found))
+            found = paired([first[seed] for seed in shared], [second[seed] for seed in shared])
+            lines.append(_line(score, found, len(shared)))
     return lines
 
 
-def _series(results: Sequence[Result], variant: str, score: Score) -> dict[int, float]:
+def _series(results: Sequence[Result], case: Case, score: Score) -> dict[int, float]:
     return {
         row["seed"]: score.scale * row[score.key]
         for row in results
-        if (row["variant"], row["doors"]) == (variant, "moving") and row[score.key] is not None
+        if (row["variant"], row["doors"]) == case and row[score.key] is not None
     }
 
 
-def _line(score: Score, found: Paired) -> str:
+def _line(score: Score, found: Paired, pairs: int) -> str:
     value, low, high = (f"{number:+.{score.digits}f}" for number in found.difference)
+    if pairs < FEWEST_PAIRS:
+        return f"{score.name} {value}{score.unit} ({pairs} pairs, too few to judge)"
     p = "p < 0.001" if found.p < 0.001 else f"p = {found.p:.3f}"
     return f"{score.name} {value}{score.unit} ({low} to {high}), {p}"

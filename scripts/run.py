@@ -38,13 +38,13 @@ class Run:
     log: tyro.conf.Positional[Path]
     """CARMEN log, plain or .gz, with ODOM and FLASER or ROBOTLASER1 lines."""
     slam: str = "dynamic-ml"
-    """SLAM variant."""
+    """SLAM variant: odometry, static-ml, clamped-ml, dynamic-ml, each ML also as NAME/beta1."""
     relations: Path | None = None
     """Known relations between poses (Kuemmerle et al. 2009) to score the trajectory with."""
     out: Path | None = None
-    """Directory to write to. Default: out/LOG-VARIANT."""
+    """Directory to write to; if none is given, out/LOG-VARIANT."""
     seed: int = 0
-    """Of the variants that draw random numbers."""
+    """Seed of the variants that draw random numbers."""
     json: bool = False
     """Print the metrics as one JSON object, the last line of standard output."""
 

@@ -23,9 +23,9 @@ MARKDOWN_HEADINGS = (
     "ms a match",
 )
 LEGEND = (
-    "deg: largest heading error; F1: of the walls, within 5 cm; doors: Brier score of the map "
-    "against the share of time that the doors' cells were occupied (less is better; none moved, "
-    "no score); fail: ATE above 0.3 m; ms: a matched scan"
+    "ATE: absolute trajectory error; deg: largest heading error; F1: of the walls, within 5 cm; "
+    "Brier: of the map against the share of time that the doors' cells were occupied, less is "
+    "better; fail: ATE above 0.3 m; ms: a matched scan"
 )
 
 
@@ -83,7 +83,7 @@ def terminal(results: Sequence[Result], title: str) -> Table:
     """The table for a terminal of 80 columns."""
     table = Table(title=title, title_justify="left", box=HORIZONTALS, padding=0)
     table.caption, table.caption_justify = LEGEND, "left"
-    for heading in ("variant", "doors", "ATE, mm (95 %)", "deg", "F1", "doors", "fail", "ms"):
+    for heading in ("variant", "doors", "ATE, mm (95 %)", "deg", "F1", "Brier", "fail", "ms"):
         table.add_column(heading, no_wrap=True)
     for row in summary(results):
         table.add_row(

@@ -24,6 +24,8 @@ def register(name: str, builder: Builder) -> None:
     """Make `builder` known as `name` in this process; an entry point makes it known in all."""
     if not name or any(c.isspace() or c == "," for c in name):
         raise InputError(f"a variant's name has no spaces or commas, got {name!r}")
+    if name in BUILDERS:
+        raise InputError(f"{name!r} is one of dynslam's own variants; choose another name")
     _BUILDERS[name] = builder
 
 

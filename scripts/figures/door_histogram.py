@@ -57,7 +57,7 @@ def door_histogram_figure(
     h, frozen = float(remembered.occupied[row, col]), float(summed.occupied[tuple(there)])
     q = _at(share, x, y)
     beliefs = {
-        f"h, the histogram's mean: {h:.2f}": (h, DYNAMIC),
+        f"dynamic map, the mean (h): {h:.2f}": (h, DYNAMIC),
         f"static map: {frozen:.2f} (log-odds {_log_odds(frozen):+.1f})": (frozen, STATIC),
         f"true share of the drive occupied: {q:.2f}": (q, TRUTH),
     }
@@ -131,4 +131,4 @@ def _draw_place(axes: Axes, grid: OccupancyGrid, truth: Truth, x: float, y: floa
     axes.annotate(
         place, (x, y), bbox=box, arrowprops={"arrowstyle": "-", "color": ESTIMATE}, **aside
     )
-    axes.set_title("where it lies", fontsize=LARGE)
+    axes.set_title("where it lies: the dynamic map, true walls over it", fontsize=LARGE)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from dynslam_cli import demo, main
-from dynslam_cli.comparison import comparison
+from dynslam_cli.comparison import FEWEST_PAIRS, Case, comparison, findings
 from dynslam_cli.table import markdown, summary
 from dynslam_cli.trials import Trial, results, trials
 
@@ -35,7 +35,8 @@ def test_one_pair_end_to_end(tmp_path, capsys):
     for name in PICTURES:
         assert (tmp_path / name).stat().st_size > 10_000
     assert "dynamic-ml" in capsys.readouterr().out
-    assert len((tmp_path / "table.md").read_text().splitlines()) == 2 + len(rows)
+    table = (tmp_path / "table.md").read_text().splitlines()
+    assert sum(line.startswith("|") for line in table) == 2 + len(rows)
 
 
 def test_results_do_not_depend_on_the_number_of_jobs():
@@ -83,8 +84,27 @@ def test_the_table_by_hand():
 
 
 def test_the_comparison_pairs_by_seed():
-    rows = [result("a", seed, 0.02 + 0.001 * seed) for seed in (0, 1, 2)]
-    rows += [result("b", seed, 0.01 + 0.001 * seed) for seed in (2, 1, 0, 3)]
-    ate, f1 = comparison(rows, "a", "b")
-    assert ate.startswith("ATE +10.0 mm (+10.0 to +10.0), p = 0.250")
+    rows = [result("a", seed, 0.02 + 0.001 * seed) for seed in range(6)]
+    rows += [result("b", seed, 0.01 + 0.001 * seed) for seed in reversed(range(7))]
+    ate, f1 = comparison(rows, Case("a", "moving"), Case("b", "moving"))
+    assert ate == "ATE +10.0 mm (+10.0 to +10.0), p = 0.031"
     assert f1.startswith("F1 +0.000")
+
+
+def test_too_few_pairs_are_told_as_such():
+    rows = [result(name, seed, 0.1) for name in "ab" for seed in range(FEWEST_PAIRS - 1)]
+    ate, _ = comparison(rows, Case("a", "moving"), Case("b", "moving"))
+    assert ate == "ATE +0.0 mm (5 pairs, too few to judge)"
+
+
+def test_findings_compare_the_maps_and_the_door_laws():
+    rows = [
+        result(f"{kind}-ml", seed, 0.1, doors=doors)
+        for kind in ("static", "dynamic")
+        for doors in ("static", "moving")
+        for seed in range(6)
+    ]
+    text = findings(rows)
+    assert "static-ml, moving doors, minus dynamic-ml, moving doors:" in text
+    assert "static-ml, moving doors, minus static-ml, static doors:" in text
+    assert "beta1" not in text
