@@ -22,7 +22,7 @@ from slam.io.carmen import read_carmen
 from slam.io.relations import read_relations
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
-from slam.metrics.relations import score_relations
+from slam.metrics.relations import score_relations, within
 from slam.trajectory import Trajectory
 
 from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE
@@ -53,6 +53,8 @@ class Run:
         slam.make(self.slam)  # an unknown name is told before anything is read or written
         relations = read_relations(self.relations) if self.relations else None
         episode, warnings = read_carmen(self.log)
+        if relations is not None and not within(episode.odometry, relations.first).any():
+            raise InputError(f"{self.relations}: its stamps all lie outside those of {self.log}")
         out = output_directory(self.out or self._default_out())
         for warning in warnings:
             print(f"{self.log}: warning: {warning}", file=sys.stderr)

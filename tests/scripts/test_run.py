@@ -96,12 +96,15 @@ def test_a_scan_that_no_map_can_hold_ends_the_run_and_keeps_the_rest(
     assert len(read_tum(tmp_path / "out" / "trajectory.tum")) == 10
 
 
-def test_relations_of_another_log_are_told(log: Path, tmp_path: Path, capsys):
+def test_relations_outside_the_log_are_told(log: Path, tmp_path: Path, capsys):
     relations = tmp_path / "relations"
-    relations.write_text("1e9 1.1e9 1.0 0 0 0 0 0\n")
     arguments = ["run", str(log), "--relations", str(relations), "--out", str(tmp_path / "out")]
+    relations.write_text("1 2 1.0 0 0 0 0 0\n1 1e9 1.0 0 0 0 0 0\n")
     assert main.status(arguments) == 0
     assert "1 relations left out" in capsys.readouterr().err
+    relations.write_text("1e9 1.1e9 1.0 0 0 0 0 0\n")
+    assert main.status(arguments) == 2
+    assert "all lie outside those of" in capsys.readouterr().err
 
 
 def test_a_garbled_line_is_counted_and_the_rest_used(log: Path, tmp_path: Path, capsys):
