@@ -24,39 +24,29 @@ from .figures.snapshots import Snapshot, take_snapshots
 from .output import write_png
 
 EVERY = 5  # scans between two frames of the film
+FIGURES = {  # the paper's: number -> variant and doors
+    4: ("odometry", "static"),
+    5: ("static-ml", "static"),
+    6: ("static-ml", "moving"),
+    7: ("dynamic-ml", "moving"),
+}
 
 
 def write_album(static: Episode, moving: Episode, out: Path) -> Iterator[Path]:
     """Write all pictures of a pair of episodes into `out`; gives each path when it is written."""
-    runs = {
-        (variant, doors): _run(variant, episode)
-        for variant, doors, episode in (
-            ("odometry", "static", static),
-            ("static-ml", "static", static),
-            ("static-ml", "moving", moving),
-            ("dynamic-ml", "moving", moving),
-        )
+    episodes = {"static": static, "moving": moving}
+    runs = {number: _run(variant, episodes[doors]) for number, (variant, doors) in FIGURES.items()}
+    panels = {
+        number: _panel(f"Figure {number}: {variant}, {doors} doors", runs[number], episodes[doors])
+        for number, (variant, doors) in FIGURES.items()
     }
-    panels = [
-        _panel(f"Figure {number}: {variant}, {doors} doors", runs[variant, doors][-1], episode)
-        for number, variant, doors, episode in (
-            (4, "odometry", "static", static),
-            (5, "static-ml", "static", static),
-            (6, "static-ml", "moving", moving),
-            (7, "dynamic-ml", "moving", moving),
-        )
-    ]
     yield _png(door_histogram_figure(moving), out / "figure1-histogram.png")
     yield _png(likelihood_figure(static, moving), out / "figure2-3-likelihood.png")
-    for number, panel in enumerate(panels, start=4):
+    for number, panel in panels.items():
         figure = map_figure(panel.grid, panel.poses, panel.truth, panel.scan, panel.title)
         yield _png(figure, out / f"figure{number}-map.png")
-    yield _png(overview_figure(panels), out / "figures4-7.png")
-    film = {
-        "static ML": runs["static-ml", "moving"],
-        "dynamic ML": runs["dynamic-ml", "moving"],
-    }
-    write_replay(out / "replay.gif", moving, film)
+    yield _png(overview_figure(list(panels.values())), out / "figures4-7.png")
+    write_replay(out / "replay.gif", moving, {"static ML": runs[6], "dynamic ML": runs[7]})
     yield out / "replay.gif"
 
 
@@ -65,7 +55,8 @@ def _run(variant: str, episode: Episode) -> list[Snapshot]:
     return take_snapshots(robot, episode, EVERY)
 
 
-def _panel(title: str, last: Snapshot, episode: Episode) -> MapPanel:
+def _panel(title: str, run: list[Snapshot], episode: Episode) -> MapPanel:
+    last = run[-1]
     error = ate(np.asarray(last.poses), known(episode).poses)
     return MapPanel(f"{title}, ATE {1e3 * error:.0f} mm", last.grid, last.poses, episode.truth)
 

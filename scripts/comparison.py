@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from slam.benchmark.results import Result
 from slam.benchmark.statistics import Paired, paired
 
-Result = dict[str, Any]
 FEWEST_PAIRS = 6  # below, no difference can be significant at 5 %
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 
 import slam
 from agents import record_corridor
-from slam.benchmark.results import append
+from slam.benchmark.results import Result, append
 from slam.benchmark.run import warm_up
 from slam.errors import InputError
 from slam.io.files import replacing
@@ -20,7 +20,7 @@ from .comparison import findings
 from .exits import EXIT_INTERRUPTED
 from .output import output_directory
 from .progress import progress_bar
-from .table import Result, markdown, terminal
+from .table import markdown, terminal
 from .trials import results, trials
 
 PICTURED = 1  # the seed of the pair in the pictures: in its figure 3 a door misleads static ML

@@ -50,7 +50,7 @@ class Run:
 
     def __call__(self) -> int:
         """Read, run, write, print."""
-        slam.make(self.slam)  # an unknown name is told before anything is read or written
+        robot = slam.make(self.slam, seed=self.seed)  # a mistake here is told before all work
         relations = read_relations(self.relations) if self.relations else None
         episode, warnings = read_carmen(self.log)
         if relations is not None and not within(episode.odometry, relations.first).any():
@@ -58,11 +58,12 @@ class Run:
         out = output_directory(self.out or self._default_out())
         for warning in warnings:
             print(f"{self.log}: warning: {warning}", file=sys.stderr)
-        run, status = self._run(episode)
+        run, status = self._run(robot, episode)
         if not len(run.poses):
             return status
         done = Trajectory(episode.times[: len(run.poses)], run.poses)
         metrics = self._metrics(run) | {
+            "configuration": configuration(robot),
             "interrupted": status != 0,
             "warnings": [str(warning) for warning in warnings],
         }
@@ -71,7 +72,8 @@ class Run:
         write_tum(done, out / "trajectory.tum")
         write_ros_map(run.grid, out / "map.yaml")
         write_json(metrics, out / "metrics.json")
-        write_png(self._picture(run), out / "map.png")
+        figure = map_figure(run.grid, run.poses, title=f"{self.log.name}, {self.slam}")
+        write_png(figure, out / "map.png")
         self._tell(metrics, out)
         return status
 
@@ -79,12 +81,12 @@ class Run:
         log = self.log.name.removesuffix(".gz").removesuffix(".log").lstrip(".")
         return Path("out") / f"{log}-{self.slam.replace('/', '-')}"
 
-    def _run(self, episode: Episode) -> tuple[SlamRun, int]:
+    def _run(self, robot: slam.Slam, episode: Episode) -> tuple[SlamRun, int]:
         """The run and the exit status: Ctrl-C and a scan that no map can hold end it early.
 
         What was done by then is kept.
         """
-        playback = Playback(slam.make(self.slam, seed=self.seed), episode)
+        playback = Playback(robot, episode)
         try:
             with suppress(InputError):  # the run itself comes to it, and keeps what was before
                 warm_up(self.slam, episode)
@@ -104,16 +106,12 @@ class Run:
             "log": self.log.name,
             "slam": self.slam,
             "seed": self.seed,
-            "configuration": configuration(slam.make(self.slam, seed=self.seed)),
             "scans": len(run.poses),
             "matched": run.matched,
             "seconds": run.seconds,
             "ms_per_matched_scan": run.ms_per_matched_scan,
             "versions": versions(),
         }
-
-    def _picture(self, run: SlamRun) -> Any:
-        return map_figure(run.grid, run.poses, title=f"{self.log.name}, {self.slam}")
 
     def _tell(self, metrics: dict[str, Any], out: Path) -> None:
         print(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rich.box import HORIZONTALS
 from rich.table import Table
 
+from slam.benchmark.results import Result
 from slam.benchmark.statistics import Interval, median, share
 
-Result = dict[str, Any]
 MARKDOWN_HEADINGS = (
     "variant",
     "doors",

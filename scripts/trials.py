@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from joblib import Parallel, delayed
 
 import slam
 from agents import record_corridor
 from slam.benchmark.configuration import configuration
-from slam.benchmark.results import versions
+from slam.benchmark.results import Result, versions
 from slam.benchmark.run import run, true_start
 from slam.metrics.judge import Judge
 
 DOORS = ("static", "moving")
-Result = dict[str, Any]
 
 
 class Trial(NamedTuple):

@@ -39,7 +39,7 @@ class Slam(Protocol):
         ...
 
     def map(self) -> OccupancyGrid:
-        """The map as it is believed now."""
+        """The map as it is believed now: a copy, which later updates leave alone."""
         ...
 
 

@@ -31,3 +31,6 @@ class Spacing:
             or abs(moved.theta) >= self.turn
             or waited >= self.time
         )
+
+
+KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)

@@ -131,4 +131,4 @@ def _draw_place(axes: Axes, grid: OccupancyGrid, truth: Truth, x: float, y: floa
     axes.annotate(
         place, (x, y), bbox=box, arrowprops={"arrowstyle": "-", "color": ESTIMATE}, **aside
     )
-    axes.set_title("where it lies: the dynamic map, true walls over it", fontsize=LARGE)
+    axes.set_title("where it lies, dynamic map", fontsize=LARGE)

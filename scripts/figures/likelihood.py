@@ -63,7 +63,7 @@ def likelihood_figure(
     cases = (
         ("Figure 2: static map, static doors", static, static_doors),
         ("Figure 3: static map, moving doors", static, moving_doors),
-        ("not in the paper: dynamic map", dynamic, moving_doors),
+        ("Ours: dynamic map, moving doors", dynamic, moving_doors),
     )
     surfaces = [_surface_at(variant, episode, moment) for _, variant, episode in cases]
     top = max(float(surface.values.max()) for surface in surfaces)

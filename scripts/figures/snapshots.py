@@ -33,6 +33,5 @@ def take_snapshots(slam: Slam, episode: Episode, every: int = 5) -> list[Snapsho
     for number, _ in enumerate(playback):
         if number % every == 0 or number == last:
             run = playback.result()
-            grid = OccupancyGrid(run.grid.spec, run.grid.occupied.copy(), run.grid.observed.copy())
-            snapshots.append(Snapshot(number, run.poses, grid))
+            snapshots.append(Snapshot(number, run.poses, run.grid))
     return snapshots

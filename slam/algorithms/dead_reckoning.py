@@ -11,9 +11,7 @@ from slam.grid import OccupancyGrid
 from slam.interface import Estimate
 from slam.maps.static import Static
 from slam.scan import Scan
-from slam.spacing import Spacing
-
-KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)
+from slam.spacing import KEYFRAMES, Spacing
 
 
 class DeadReckoning:

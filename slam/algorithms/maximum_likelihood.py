@@ -15,10 +15,9 @@ from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace_covariance
-from slam.spacing import Spacing
+from slam.spacing import KEYFRAMES, Spacing
 
 MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
-KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)
 
 
 class MaximumLikelihood:

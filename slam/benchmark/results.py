@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+Result = dict[str, Any]
+"""One run: flat scores by name, and what made them."""
 
 PACKAGES = ("dynslam", "numpy", "numba", "scipy", "gymnasium", "pymunk")
 
@@ -25,12 +27,12 @@ def _version(name: str) -> str:
         return "absent"
 
 
-def append(path: Path, result: Mapping[str, Any]) -> None:
+def append(path: Path, result: Result) -> None:
     """Add one result as one line, and see that it reaches the disk.
 
     A last line that a killed run left unfinished is cut off first.
     """
-    line = json.dumps(dict(result), allow_nan=False) + "\n"
+    line = json.dumps(result, allow_nan=False) + "\n"
     if path.exists() and not _ends_with_a_line(path):
         os.truncate(path, path.read_bytes().rfind(b"\n") + 1)
     with path.open("a", encoding="utf-8") as file:
@@ -47,7 +49,7 @@ def _ends_with_a_line(path: Path) -> bool:
         return file.read() == b"\n"
 
 
-def read(path: Path) -> list[dict[str, Any]]:
+def read(path: Path) -> list[Result]:
     """All whole results of a file; a last line that a killed run left unfinished is passed over."""
     lines = path.read_text(encoding="utf-8").split("\n")
     return [json.loads(line) for line in lines[:-1] if line]

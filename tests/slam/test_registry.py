@@ -62,3 +62,9 @@ def test_names_that_a_command_could_not_hold_are_refused(own_names, name: str) -
     with pytest.raises(InputError, match="no spaces or commas"):
         slam.register(name, lambda start, rng: DeadReckoning(start))
     assert name not in slam.variants()
+
+
+def test_the_name_of_a_built_in_variant_is_taken(own_names) -> None:
+    with pytest.raises(InputError, match="'static-ml' is one of dynslam's own"):
+        slam.register("static-ml", lambda start, rng: DeadReckoning(start))
+    assert isinstance(slam.make("static-ml"), MaximumLikelihood)
