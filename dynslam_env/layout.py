@@ -1,19 +1,18 @@
-"""Worlds: a generator draws a Layout (walls, doors, start, path) from a configuration.
-
-`Corridor` is the paper's short passage: doors on both sides at uneven spacing, a room behind each.
-"""
+"""Layout: a world as walls, doors, start, path and people's routes; Generator: what draws one."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from slam.checked import finite, positive, whole, within
+from dynslam_env import world_file
+from slam.checked import finite, instance, number, one_of, positive_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
+from slam.io.files import AnyPath
 
 LATCH_GAP = 0.002  # m between a closed leaf and the jamb, so that its outer corner can pass
 
@@ -41,29 +40,116 @@ class Door(NamedTuple):
         return np.array([(0.0, 0.0), (w, 0.0), (w, t), (0.0, t)])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays do not compare to one truth: see `plain`
 class Layout:
     """A world that can be driven in.
 
-    walls  (w, 4) segments x1, y1, x2, y2, m
-    doors  hinged leaves
-    start  the robot at the beginning
-    path   (p, 2) waypoints of the drive, m
+    walls   (w, 4) segments x1, y1, x2, y2, m
+    doors   hinged leaves
+    start   the robot at the beginning
+    path    (p, 2) waypoints of the drive, m
+    routes  one person each: (k, 2) waypoints, m, k >= 2, that the person walks to and fro
+
+    Given by hand, lists do for arrays. A Layout is a Generator too: of itself, every time.
     """
 
     walls: Array
     doors: tuple[Door, ...]
     start: Pose2
     path: Array
+    routes: tuple[Array, ...] = ()
 
     def __post_init__(self) -> None:
-        finite("Layout.walls", self.walls, 4)
-        finite("Layout.path", self.path, 2)
+        if np.shape(self.start) != (3,):
+            raise InputError(f"Layout.start must be three numbers x, y, theta, got {self.start!r}")
         finite("Layout.start", self.start)
-        for door in self.doors:
-            finite("a door of Layout.doors", (*door.hinge, *door[1:]))
+        self._keep("start", Pose2.of(self.start))
+        self._keep("walls", _rows("Layout.walls", self.walls, 4))
+        self._keep("path", _rows("Layout.path", self.path, 2))
+        self._keep("doors", tuple(_door(f"Layout.doors[{i}]", d) for i, d in enumerate(self.doors)))
+        routes = enumerate(self.routes)
+        self._keep("routes", tuple(_rows(f"Layout.routes[{i}]", r, 2) for i, r in routes))
+        self._check()
+
+    def _keep(self, field: str, value: object) -> None:
+        object.__setattr__(self, field, value)
+
+    def _check(self) -> None:
         if not len(self.path):
             raise InputError("Layout.path needs at least one waypoint, got none")
+        for i, (x1, y1, x2, y2) in enumerate(self.walls.tolist()):
+            if (x1, y1) == (x2, y2):
+                raise InputError(f"Layout.walls[{i}] has no length: ({x1:g}, {y1:g}) twice")
+        for i, route in enumerate(self.routes):
+            if len(route) < 2 or not (route[1:] != route[:-1]).any(axis=1).all():
+                raise InputError(
+                    f"Layout.routes[{i}] needs at least two waypoints, each another than the one "
+                    f"before, got {route.tolist()}"
+                )
+
+    def layout(self, rng: np.random.Generator) -> Layout:
+        """Itself: a world given by hand is the same in every episode."""
+        return self
+
+    def plain(self) -> dict[str, Any]:
+        """All of it as plain lists, numbers and dicts: what a world file holds."""
+        return {
+            "walls": self.walls.tolist(),
+            "doors": [_plain(door) for door in self.doors],
+            "start": list(self.start),
+            "path": self.path.tolist(),
+            "routes": [route.tolist() for route in self.routes],
+        }
+
+    def save(self, path: AnyPath) -> None:
+        """Write to a world file (JSON), which can be edited by hand; see `world_file`."""
+        world_file.write(path, self.plain())
+
+    @staticmethod
+    def load(path: AnyPath) -> Layout:
+        """Read a world file, exactly as it was saved. Raises InputError for anything else."""
+        world = world_file.read(path)
+        doors = tuple(Door(**{**door, "hinge": tuple(door["hinge"])}) for door in world["doors"])
+        walls = np.array(world["walls"]).reshape(-1, 4)
+        way = np.array(world["path"]).reshape(-1, 2)
+        routes = tuple(np.array(route).reshape(-1, 2) for route in world["routes"])
+        try:
+            return Layout(walls, doors, Pose2(*world["start"]), way, routes)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+def _plain(door: Door) -> dict[str, Any]:
+    numbers = {key: float(getattr(door, key)) for key in ("closed", "width", "thickness")}
+    x, y = door.hinge
+    return {"hinge": [float(x), float(y)], "swing": int(door.swing), **numbers}
+
+
+def _rows(name: str, values: Array, columns: int) -> Array:
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        raise InputError(f"{name} must have shape (n, {columns}), got {values!r}") from None
+    if array.size == 0:
+        array = array.reshape(0, columns)
+    finite(name, array, columns)
+    rows = array.astype(np.float64)
+    rows.flags.writeable = False  # shared by all episodes
+    return rows
+
+
+def _door(name: str, door: Door) -> Door:
+    """The door, if it is one, with plain numbers."""
+    instance(name, door, Door)
+    if np.shape(door.hinge) != (2,):
+        raise InputError(f"{name}.hinge must be two numbers x, y, got {door.hinge!r}")
+    finite("a door of Layout.doors", (*door.hinge, *door[1:]))
+    number(f"{name}.closed, in rad,", door.closed, -math.tau, math.tau)
+    one_of(f"{name}.swing", door.swing, (1, -1))
+    positive_number(f"{name}.width", door.width)
+    positive_number(f"{name}.thickness", door.thickness)
+    x, y = door.hinge
+    return door._replace(hinge=(float(x), float(y)))
 
 
 @runtime_checkable
@@ -73,97 +159,3 @@ class Generator(Protocol):
     def layout(self, rng: np.random.Generator) -> Layout:
         """A new layout; the same state of `rng`, the same layout."""
         ...
-
-
-@dataclass(frozen=True)
-class Corridor:
-    """A straight passage along x with rooms on both sides, closed at both ends.
-
-    length           m, of the passage
-    width            m, of the passage
-    doors_per_side   doors on each side
-    door_width       m, of the opening between the jambs
-    door_thickness   m, of the leaf
-    wall_thickness   m, of the wall between passage and rooms; the leaf hangs in the middle of it
-    partition        m, thickness of the walls between rooms
-    room_depth       m
-    clearance        m, wall left and right of an opening at least
-    margin           m, from the ends of the passage to the ends of the path
-    """
-
-    length: float = 12.0
-    width: float = 2.0
-    doors_per_side: int = 4
-    door_width: float = 0.9
-    door_thickness: float = 0.04
-    wall_thickness: float = 0.2
-    partition: float = 0.1
-    room_depth: float = 3.0
-    clearance: float = 0.25
-    margin: float = 0.8
-
-    def __post_init__(self) -> None:
-        positive(self, "length", "width", "door_width", "door_thickness", "wall_thickness")
-        positive(self, "partition", "room_depth")
-        whole(self, "doors_per_side", 0)
-        within(self, "door_thickness", 0.0, self.wall_thickness)
-        within(self, "clearance", self.partition)
-        within(self, "margin", 0.0, self.length / 2)
-        if self._spare < 0:
-            raise InputError(
-                f"{self.doors_per_side} doors of {self.door_width:g} m with {self.clearance:g} m "
-                f"of wall beside each need more than the corridor's {self.length:g} m"
-            )
-
-    @property
-    def _spare(self) -> float:
-        return self.length - self.doors_per_side * (self.door_width + 2 * self.clearance)
-
-    def layout(self, rng: np.random.Generator) -> Layout:
-        """Each side has gaps of its own between its doors, and hinges left or right."""
-        walls, doors = self._ends(), []
-        for side in (1, -1):
-            starts, hinges_left = self._openings(rng)
-            walls += self._side_walls(side, starts)
-            doors += [
-                self._door(side, x, left) for x, left in zip(starts, hinges_left, strict=True)
-            ]
-        ends = (self.margin, 0.0), (self.length - self.margin, 0.0)
-        path = np.array([*ends, ends[0]])
-        return Layout(np.array(walls), tuple(doors), Pose2(*ends[0], 0.0), path)
-
-    def _openings(self, rng: np.random.Generator) -> tuple[list[float], list[bool]]:
-        """Where the openings of one side begin, m along x, and which are hinged there."""
-        n = self.doors_per_side
-        gaps = self._spare * rng.dirichlet(np.full(n + 1, 2.0))[:n]
-        pitch = self.door_width + 2 * self.clearance
-        starts = np.cumsum(gaps) + np.arange(n) * pitch + self.clearance
-        return starts.tolist(), (rng.random(n) < 0.5).tolist()
-
-    def _ends(self) -> list[tuple[float, float, float, float]]:
-        y = self.width / 2
-        return [(0.0, -y, 0.0, y), (self.length, -y, self.length, y)]
-
-    def _side_walls(self, side: int, starts: list[float]) -> list[tuple[float, ...]]:
-        inner = side * self.width / 2
-        outer = inner + side * self.wall_thickness
-        far = outer + side * self.room_depth
-        stops = [start + self.door_width for start in starts]
-        middles = [(a + b) / 2 for a, b in zip(stops, starts[1:], strict=False)]
-        lefts = [0.0, *(m + self.partition / 2 for m in middles)]
-        rights = [*(m - self.partition / 2 for m in middles), self.length]
-        walls = [
-            (a, inner, b, inner) for a, b in zip([0.0, *stops], [*starts, self.length], strict=True)
-        ]
-        for start, stop, left, right in zip(starts, stops, lefts, rights, strict=False):
-            walls += [(start, inner, start, outer), (stop, inner, stop, outer)]
-            walls += [(left, outer, start, outer), (stop, outer, right, outer)]
-            walls += [(left, outer, left, far), (right, outer, right, far), (left, far, right, far)]
-        return walls
-
-    def _door(self, side: int, start: float, hinged_left: bool) -> Door:
-        y = side * (self.width + self.wall_thickness + self.door_thickness) / 2
-        leaf = self.door_width - LATCH_GAP
-        if hinged_left:
-            return Door((start, y), 0.0, side, leaf, self.door_thickness)
-        return Door((start + self.door_width, y), math.pi, -side, leaf, self.door_thickness)

@@ -1,0 +1,1 @@
+"""The worlds, one a file; each draws a FloorPlan and makes a Layout of it."""

@@ -1,0 +1,163 @@
+"""FloorPlan: rectangular spaces and the doorways between them. All worlds are made of one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from dynslam_env.layout import LATCH_GAP, Door
+from dynslam_env.worlds.outline import Rect, outline
+from slam.checked import instance, number, one_of, positive, positive_number, whole_number
+from slam.errors import InputError
+from slam.geometry import Array
+
+ROUNDING = 1e-9  # m
+
+
+class Doorway(NamedTuple):
+    """An opening in the wall between two spaces; where they touch, there is no wall to go through.
+
+    spaces     indices of the two, in any order
+    start      m, where the opening begins: its x in a level wall, its y in an upright one
+    width      m, of the opening
+    opens_to   the space into which its leaf opens; None: no leaf
+    at_start   the leaf is hinged where the opening begins, else where it ends
+    """
+
+    spaces: tuple[int, int]
+    start: float
+    width: float
+    opens_to: int | None = None
+    at_start: bool = True
+
+
+class Wall(NamedTuple):
+    """What lies between two spaces.
+
+    level      the wall runs along x, else along y
+    low, high  m, its two faces: y of a level wall, x of an upright one
+    lower      index of the space on the low side
+    start      m along the wall, where both spaces are beside it
+    stop       m
+    """
+
+    level: bool
+    low: float
+    high: float
+    lower: int
+    start: float
+    stop: float
+
+
+def wall_between(spaces: tuple[Rect, ...], a: int, b: int) -> Wall | None:
+    """The wall that `a` and `b` have on either side; None if they overlap or lie askew."""
+    first, second = spaces[a], spaces[b]
+    for level in (True, False):
+        axis = 1 if level else 0
+        lower, (one, other) = a, (first, second)
+        if second[axis] < first[axis]:
+            lower, (one, other) = b, (second, first)
+        start = max(one[1 - axis], other[1 - axis])
+        stop = min(one[3 - axis], other[3 - axis])
+        if one[2 + axis] <= other[axis] and start < stop:
+            return Wall(level, one[2 + axis], other[axis], lower, start, stop)
+    return None
+
+
+@dataclass(frozen=True)
+class FloorPlan:
+    """A building's floor, along the axes.
+
+    spaces          rooms and passages, m; they do not overlap
+    doorways        the ways from one into the other
+    door_thickness  m, of the leaves; a leaf hangs in the middle of its wall
+    """
+
+    spaces: tuple[Rect, ...]
+    doorways: tuple[Doorway, ...]
+    door_thickness: float = 0.04
+
+    def __post_init__(self) -> None:
+        positive(self, "door_thickness")
+        for i, space in enumerate(self.spaces):
+            _check_space(f"FloorPlan.spaces[{i}]", space)
+        self._check_overlap()
+        for i, doorway in enumerate(self.doorways):
+            self._check_doorway(f"FloorPlan.doorways[{i}]", doorway)
+
+    def _check_overlap(self) -> None:
+        left, bottom, right, top = np.array(self.spaces).reshape(-1, 4).T
+        beside = (left[:, None] < right) & (bottom[:, None] < top)
+        overlap = np.argwhere(np.triu(beside & beside.T, 1))
+        if len(overlap):
+            i, j = overlap[0].tolist()
+            raise InputError(f"FloorPlan.spaces must not overlap, but [{i}] and [{j}] do")
+
+    def _check_doorway(self, name: str, doorway: Doorway) -> None:
+        instance(name, doorway, Doorway)
+        for each in doorway.spaces:
+            whole_number(f"{name}.spaces", each, 0)
+            number(f"{name}.spaces", each, 0, len(self.spaces) - 1)
+        one_of(f"{name}.opens_to", doorway.opens_to, (None, *doorway.spaces))
+        number(f"{name}.start", doorway.start)
+        positive_number(f"{name}.width", doorway.width)
+        wall = wall_between(self.spaces, *doorway.spaces)
+        stop = doorway.start + doorway.width
+        if wall is None or doorway.start < wall.start - ROUNDING or stop > wall.stop + ROUNDING:
+            has = "none" if wall is None else f"one from {wall.start:g} to {wall.stop:g} m"
+            raise InputError(
+                f"{name} needs a wall between its spaces from {doorway.start:g} to {stop:g} m, "
+                f"there is {has}"
+            )
+        if doorway.opens_to is not None and wall.high - wall.low < self.door_thickness:
+            raise InputError(
+                f"{name} has a leaf of {self.door_thickness:g} m, thicker than its wall of "
+                f"{wall.high - wall.low:g} m"
+            )
+
+    def wall(self, doorway: Doorway) -> Wall:
+        """The wall that `doorway` leads through."""
+        wall = wall_between(self.spaces, *doorway.spaces)
+        assert wall is not None  # checked when the plan was made
+        return wall
+
+    @cached_property
+    def walls(self) -> Array:
+        """(w, 4) segments x1, y1, x2, y2, m, around all that is free."""
+        return outline([*self.spaces, *(self._opening(each) for each in self.doorways)])
+
+    @cached_property
+    def doors(self) -> tuple[Door, ...]:
+        """The leaves, in the order of their doorways."""
+        return tuple(self.leaf(each) for each in self.doorways if each.opens_to is not None)
+
+    def _opening(self, doorway: Doorway) -> Rect:
+        wall, stop = self.wall(doorway), doorway.start + doorway.width
+        if wall.level:
+            return Rect(doorway.start, wall.low, stop, wall.high)
+        return Rect(wall.low, doorway.start, wall.high, stop)
+
+    def leaf(self, doorway: Doorway) -> Door:
+        """The door that hangs in `doorway`, to which it opens."""
+        wall = self.wall(doorway)
+        side = -1 if doorway.opens_to == wall.lower else 1
+        across = (wall.low + wall.high + side * self.door_thickness) / 2
+        along = doorway.start if doorway.at_start else doorway.start + doorway.width
+        sizes = doorway.width - LATCH_GAP, self.door_thickness
+        if wall.level:
+            closed = 0.0 if doorway.at_start else math.pi
+            return Door((along, across), closed, side if doorway.at_start else -side, *sizes)
+        closed = math.pi / 2 if doorway.at_start else -math.pi / 2
+        return Door((across, along), closed, -side if doorway.at_start else side, *sizes)
+
+
+def _check_space(name: str, space: Rect) -> None:
+    instance(name, space, Rect)
+    for side, value in zip(Rect._fields, space, strict=True):
+        number(f"{name}.{side}", value)
+    if not (space.left < space.right and space.bottom < space.top):
+        raise InputError(f"{name} needs left < right and bottom < top, got {space}")

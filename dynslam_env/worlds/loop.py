@@ -1,0 +1,164 @@
+"""Loop: four corridors around a block, so that the path closes on itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dynslam_env.layout import Layout
+from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
+from dynslam_env.worlds.outline import Rect
+from dynslam_env.worlds.row import Frame, Site, build, draw_row
+from dynslam_env.worlds.walks import check_rooms, draw_routes
+from slam.checked import positive, whole, within
+from slam.errors import InputError
+from slam.geometry import Pose2
+
+SOUTH, EAST, NORTH, WEST = range(4)  # the corridors, as spaces
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Four corridors around a rectangular block, with rooms outside and in the block.
+
+    length           m, of the ring along x, from outer wall to outer wall
+    breadth          m, of the ring along y
+    width            m, of the corridors
+    outer_doors      on each of the four sides, to a room each outside the ring
+    inner_doors      on the block's southern and on its northern side, to a room each in the block
+    door_width       m, of the opening between the jambs
+    door_thickness   m, of the leaf
+    wall_thickness   m, of the walls along the corridors; the leaves hang in the middle of them
+    partition        m, thickness of the walls between rooms
+    room_depth       m, of the rooms outside
+    clearance        m, wall left and right of an opening at least
+    laps             how often the path leads around
+    people           how many walk to and fro, each between two rooms
+    """
+
+    length: float = 14.0
+    breadth: float = 10.0
+    width: float = 2.0
+    outer_doors: int = 3
+    inner_doors: int = 2
+    door_width: float = 0.9
+    door_thickness: float = 0.04
+    wall_thickness: float = 0.2
+    partition: float = 0.1
+    room_depth: float = 3.0
+    clearance: float = 0.25
+    laps: int = 1
+    people: int = 0
+
+    def __post_init__(self) -> None:
+        positive(self, "length", "breadth", "width", "door_width", "door_thickness")
+        positive(self, "wall_thickness", "partition", "room_depth")
+        for field, low in (("outer_doors", 0), ("inner_doors", 0), ("laps", 1), ("people", 0)):
+            whole(self, field, low)
+        within(self, "door_thickness", 0.0, self.wall_thickness)
+        within(self, "clearance", self.partition)
+        self._check_sides()
+        if self.people:
+            self._check_people()
+
+    def _check_sides(self) -> None:
+        block = self._block
+        if min(block.right - block.left, block.top - block.bottom) <= 2 * self.wall_thickness:
+            raise InputError(
+                f"Loop.length and Loop.breadth must leave a block between corridors of "
+                f"{self.width:g} m, got {self.length:g} x {self.breadth:g} m"
+            )
+        shortest = min(self.length, self.breadth) - self.width
+        for name, length in (("outer_doors", shortest), ("inner_doors", self._inner_length)):
+            count = getattr(self, name)
+            if count and self._frame.spare(length, count) < 0:
+                raise InputError(
+                    f"Loop.{name}: {count} doors of {self.door_width:g} m with "
+                    f"{self.clearance:g} m of wall beside each need more than a side's "
+                    f"{length:g} m"
+                )
+        if self.inner_doors and self._inner_depth < self.door_width:
+            raise InputError(
+                f"rooms in the block must be at least as deep as a door is wide, "
+                f"{self.door_width:g} m, got {self._inner_depth:g} m: Loop.breadth is too small, "
+                "or set inner_doors = 0"
+            )
+
+    def _check_people(self) -> None:
+        if self.outer_doors + self.inner_doors == 0:
+            raise InputError("people walk from room to room: they need outer_doors or inner_doors")
+        depths = [self.room_depth] * bool(self.outer_doors)
+        depths += [self._inner_depth] * bool(self.inner_doors)
+        check_rooms(self.people, min(depths), self.door_width)
+
+    @property
+    def _frame(self) -> Frame:
+        return Frame(self.door_width, self.clearance, self.partition)
+
+    @property
+    def _block(self) -> Rect:
+        """What the corridors enclose, walls and all."""
+        return Rect(self.width, self.width, self.length - self.width, self.breadth - self.width)
+
+    @property
+    def _inner_length(self) -> float:
+        return self.length - 2 * (self.width + self.wall_thickness)
+
+    @property
+    def _inner_depth(self) -> float:
+        """m, of a room in the block: two rows of them, back to back."""
+        inner = self.breadth - 2 * (self.width + self.wall_thickness)
+        return (inner - self.partition) / 2
+
+    def layout(self, rng: np.random.Generator) -> Layout:
+        """Each side has gaps of its own between its doors, and hinges left or right."""
+        plan = self._plan(rng)
+        x1, y1 = self.width / 2, self.width / 2
+        x2, y2 = self.length - x1, self.breadth - y1
+        lap = [(x2, y1), (x2, y2), (x1, y2), (x1, y1)]
+        routes = draw_routes(plan, range(4, len(plan.spaces)), self.people, rng, (x1, y1))
+        path = np.array([(x1, y1), *(lap * self.laps)])
+        return Layout(plan.walls, plan.doors, Pose2(x1, y1, 0.0), path, routes)
+
+    def _plan(self, rng: np.random.Generator) -> FloorPlan:
+        """The corridors are spaces 0 to 3, the rooms follow."""
+        spaces, doorways = self._ring()
+        for corridor, site, length, count in self._sides():
+            row = draw_row(rng, length, count, self._frame)
+            rooms, doors = build(row, site, corridor, len(spaces), self.door_width)
+            spaces, doorways = spaces + rooms, doorways + doors
+        return FloorPlan(tuple(spaces), tuple(doorways), self.door_thickness)
+
+    def _ring(self) -> tuple[list[Rect], list[Doorway]]:
+        """The corridors, each with the corner at which it ends, and where they meet."""
+        block, x, y = self._block, self.length, self.breadth
+        corridors = [
+            Rect(0.0, 0.0, block.right, block.bottom),
+            Rect(block.right, 0.0, x, block.top),
+            Rect(block.left, block.top, x, y),
+            Rect(0.0, block.bottom, block.left, y),
+        ]
+        spans = (0.0, block.bottom), (block.right, x), (block.top, y), (0.0, block.left)
+        joints = [
+            Doorway((side, (side + 1) % 4), start, stop - start)
+            for side, (start, stop) in enumerate(spans)
+        ]
+        return corridors, joints
+
+    def _sides(self) -> list[tuple[int, Site, float, int]]:
+        """Corridor, site, length in m and number of doors of every row of rooms."""
+        wall, deep, block = self.wall_thickness, self.wall_thickness + self.room_depth, self._block
+        outer, inner = self.outer_doors, self.inner_doors
+        begin, far = block.left + wall, wall + self._inner_depth
+        x, y = self.length, self.breadth
+        return [
+            (SOUTH, Site(True, 0.0, -wall, -deep), block.right, outer),
+            (EAST, Site(False, 0.0, x + wall, x + deep), block.top, outer),
+            (NORTH, Site(True, block.left, y + wall, y + deep), x - block.left, outer),
+            (WEST, Site(False, block.bottom, -wall, -deep), y - block.bottom, outer),
+            (SOUTH, Site(True, begin, block.bottom + wall, block.bottom + far),
+             self._inner_length, inner),
+            (NORTH, Site(True, begin, block.top - wall, block.top - far),
+             self._inner_length, inner),
+        ]  # fmt: skip

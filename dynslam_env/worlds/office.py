@@ -1,0 +1,140 @@
+"""Office: a floor of rooms and doors, another in each episode."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dynslam_env.layout import Layout
+from dynslam_env.worlds.clearance import legs, sweep
+from dynslam_env.worlds.floor import Floor, Sizes, draw_floor
+from dynslam_env.worlds.floor_plan import FloorPlan
+from dynslam_env.worlds.furniture import furnish
+from dynslam_env.worlds.outline import Rect
+from dynslam_env.worlds.walks import Solid, check_rooms, draw_routes, waiting_point
+from slam.checked import positive, whole, within
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+
+FLOORS = 100  # drawn at most, until one has doors enough
+
+
+@dataclass(frozen=True)
+class Office:
+    """Rooms, cut at random. Open doorways join them all; doors make short cuts that come and go.
+
+    length           m, of the floor along x, within its outer walls
+    breadth          m, of the floor along y
+    room_side        m, shortest side of a room
+    doors            with leaves, in every floor equally many: where fewer fit it is drawn again,
+                     surplus ones are walled up
+    door_width       m, of the openings between the jambs
+    door_thickness   m, of the leaves
+    wall_thickness   m, of the walls between rooms; the leaves hang in the middle of them
+    clearance        m, wall left and right of an opening at least
+    free_way         m, on either side of the path, and before doorways, where nothing stands and
+                     no leaf swings; the robot's radius and what it strays
+    floor            a number: this floor in every episode; None: another one in each
+    furniture        pieces a room, placed anew in every episode; fewer where no more fit
+    people           how many walk to and fro, each between two rooms
+    """
+
+    length: float = 16.0
+    breadth: float = 11.0
+    room_side: float = 2.8
+    doors: int = 5
+    door_width: float = 0.9
+    door_thickness: float = 0.04
+    wall_thickness: float = 0.2
+    clearance: float = 0.25
+    free_way: float = 0.47
+    floor: int | None = None
+    furniture: int = 0
+    people: int = 0
+
+    def __post_init__(self) -> None:
+        positive(self, "length", "breadth", "room_side", "door_width", "door_thickness")
+        positive(self, "wall_thickness", "free_way")
+        for field in ("doors", "furniture", "people"):
+            whole(self, field, 0)
+        if self.floor is not None:
+            whole(self, "floor", 0)
+        within(self, "door_thickness", 0.0, self.wall_thickness)
+        within(self, "clearance", 0.0)
+        check_rooms(self.people, self.room_side, self.door_width)
+        self._check_rooms()
+
+    def _check_rooms(self) -> None:
+        opening = self.door_width + 2 * self.clearance
+        if self.room_side < opening:
+            raise InputError(
+                f"Office.room_side must be at least {opening:g} m, a door of {self.door_width:g} m "
+                f"and {self.clearance:g} m of wall beside it, got {self.room_side:g}"
+            )
+        long, short = max(self.length, self.breadth), min(self.length, self.breadth)
+        two = 2 * self.room_side + self.wall_thickness
+        if long < two or short < self.room_side:
+            raise InputError(
+                f"two rooms of {self.room_side:g} m at least need a floor of {two:g} x "
+                f"{self.room_side:g} m, Office has {self.length:g} x {self.breadth:g} m"
+            )
+
+    def layout(self, rng: np.random.Generator) -> Layout:
+        """The robot begins in the middle of a room; its path leads through all, and back."""
+        floor = self._floor(rng if self.floor is None else np.random.default_rng(self.floor))
+        plan, path = floor
+        (x, y), (x2, y2) = path[:2].tolist()
+        solids = self._furniture(floor, rng)
+        routes = draw_routes(plan, range(len(plan.spaces)), self.people, rng, (x, y), solids)
+        walls = np.vstack([plan.walls, *(outline for _, outline in solids)])
+        return Layout(walls, plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes)
+
+    def _floor(self, rng: np.random.Generator) -> Floor:
+        area = Rect(0.0, 0.0, self.length, self.breadth)
+        sizes = Sizes(area, self.room_side, self.door_width, self.door_thickness,
+                      self.wall_thickness, self.clearance, self.free_way)  # fmt: skip
+        for _ in range(FLOORS):
+            floor = draw_floor(sizes, rng)
+            if floor and len(floor.plan.spaces) > 1 and len(floor.plan.doors) >= self.doors:
+                return floor._replace(plan=self._with_doors(floor.plan))
+        raise InputError(
+            f"none of {FLOORS} floors of {self.length:g} x {self.breadth:g} m with rooms of at "
+            f"least {self.room_side:g} m had Office.doors = {self.doors} doors whose leaves swing "
+            "clear of the path; make the floor larger, or doors fewer"
+        )
+
+    def _with_doors(self, plan: FloorPlan) -> FloorPlan:
+        """The plan with as many doors as there are to be; its open doorways come first."""
+        kept = plan.doorways[: len(plan.doorways) - len(plan.doors) + self.doors]
+        return replace(plan, doorways=kept)
+
+    def _furniture(self, floor: Floor, rng: np.random.Generator) -> list[Solid]:
+        """All pieces, with the rooms in which they stand."""
+        if not self.furniture:
+            return []
+        plan, solids = floor.plan, []
+        ways, sweeps = np.vstack([legs(floor.path), _crossings(plan)]), _sweeps(plan)
+        for i, room in enumerate(plan.spaces):
+            pieces = furnish(room, self.furniture, ways, self.free_way, sweeps[i], rng)
+            solids += [(i, piece) for piece in pieces]
+        return solids
+
+
+def _crossings(plan: FloorPlan) -> Array:
+    """(n, 4) m, the ways straight through all doorways."""
+    ends = [
+        [*waiting_point(plan, (i, each.spaces[0])), *waiting_point(plan, (i, each.spaces[1]))]
+        for i, each in enumerate(plan.doorways)
+    ]
+    return np.array(ends)
+
+
+def _sweeps(plan: FloorPlan) -> list[list[Array]]:
+    """What leaves sweep in each space."""
+    swept: list[list[Array]] = [[] for _ in plan.spaces]
+    for doorway in plan.doorways:
+        if doorway.opens_to is not None:
+            swept[doorway.opens_to].append(sweep(plan.leaf(doorway)))
+    return swept

@@ -1,0 +1,62 @@
+"""Tour: a way through all rooms that doorways join in a tree, and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from dynslam_env.worlds.floor_plan import FloorPlan
+from dynslam_env.worlds.walks import Point, Stop, waiting_point
+
+SHORT = 1.0  # m, a leg from doorway to doorway too short to steer on
+TURN = -1  # in place of a doorway: the middle of the space
+
+
+def tour(plan: FloorPlan, root: int) -> list[Point]:
+    """Waypoints, m, from the middle of the space `root` through all spaces and back to there.
+
+    Every doorway is crossed straight, from a point before it to one behind it, once there and once
+    back. Where a space leads no further, the tour turns in its middle. The doorways make a tree.
+    """
+    stops = [(TURN, root), *_visit(plan, root, None)]
+    if stops[-1] != (TURN, root):
+        stops.append((TURN, root))
+    points = [_at(plan, stops[0])]
+    for before, stop in pairwise(stops):
+        corner = _corner(plan, before, stop)
+        points[-1:] = [corner] if corner else [points[-1], _at(plan, stop)]
+    return points
+
+
+def _visit(plan: FloorPlan, space: int, entrance: int | None) -> list[Stop]:
+    way: list[Stop] = []
+    for i in _others(plan, space, entrance):
+        beyond = sum(plan.doorways[i].spaces) - space
+        way += [(i, space), (i, beyond), *_visit(plan, beyond, i), (i, beyond), (i, space)]
+    return way or [(TURN, space)]
+
+
+def _others(plan: FloorPlan, space: int, entrance: int | None) -> Iterator[int]:
+    for i, doorway in enumerate(plan.doorways):
+        if space in doorway.spaces and i != entrance:
+            yield i
+
+
+def _at(plan: FloorPlan, stop: Stop) -> Point:
+    doorway, space = stop
+    if doorway != TURN:
+        return waiting_point(plan, stop)
+    left, bottom, right, top = plan.spaces[space]
+    return (left + right) / 2, (bottom + top) / 2
+
+
+def _corner(plan: FloorPlan, before: Stop, stop: Stop) -> Point | None:
+    """Where the axes of two near doorways around a corner of a room meet, m: one turn for two."""
+    if TURN in (before[0], stop[0]) or before[1] != stop[1]:
+        return None
+    here, there = _at(plan, before), _at(plan, stop)
+    level = [plan.wall(plan.doorways[each[0]]).level for each in (before, stop)]
+    if math.dist(here, there) >= SHORT or level[0] == level[1]:
+        return None
+    return (here[0], there[1]) if level[0] else (there[0], here[1])
