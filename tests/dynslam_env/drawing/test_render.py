@@ -1,9 +1,15 @@
 import gymnasium as gym
+import imageio_ffmpeg
 import numpy as np
 import pytest
+from gymnasium.wrappers import RecordVideo
 
+import dynslam_env
 from dynslam_env import DoorCorridorEnv, SlamWrapper
-from dynslam_env.canvas import BLUE, ORANGE, PAPER, SOLID, VERMILION
+from dynslam_env.drawing.colours import BLUE, ORANGE, PAPER, PURPLE, SOLID, UNKNOWN, VERMILION
+from dynslam_env.drawing.view import View
+
+AHEAD = np.array([0.5, 0.0], dtype=np.float32)
 
 
 def pixels(frame, colour):
@@ -12,7 +18,7 @@ def pixels(frame, colour):
 
 def frame_after(env, steps):
     for _ in range(steps):
-        env.step(np.array([0.5, 0.0], dtype=np.float32))
+        env.step(AHEAD)
     frame = env.render()
     assert isinstance(frame, np.ndarray)
     assert frame.dtype == np.uint8
@@ -27,6 +33,24 @@ def test_a_frame_shows_floor_solid_robot_and_doors():
         assert pixels(frame, colour) > least
 
 
+@pytest.mark.parametrize("name", list(dynslam_env.WORLDS))
+def test_every_world_has_a_picture_of_constant_even_size(name):
+    env = gym.make(name, render_mode="rgb_array")
+    shapes = set()
+    for seed in range(2):
+        env.reset(seed=seed)
+        frame = frame_after(env, 2)
+        shapes.add(frame.shape)
+        assert pixels(frame, PAPER) > 50_000
+        assert pixels(frame, BLUE) > 100
+        assert pixels(frame, PURPLE) > 100 or "Crowd" not in name
+    assert len(shapes) == 1
+    height, width, _ = shapes.pop()
+    assert height % 2 == width % 2 == 0
+    assert width <= 1100
+    assert height <= 730
+
+
 def test_the_robot_is_drawn_where_it_is():
     env = DoorCorridorEnv(render_mode="rgb_array")
     env.reset(seed=0)
@@ -34,6 +58,16 @@ def test_the_robot_is_drawn_where_it_is():
     assert (before != after).any()
     middles = [np.argwhere((frame == BLUE).all(axis=2)).mean(axis=0) for frame in (before, after)]
     assert middles[1][1] > middles[0][1] + 30  # driven to the right
+
+
+def test_the_view_can_be_set():
+    env = DoorCorridorEnv(render_mode="rgb_array")
+    env.reset(seed=0)
+    whole = frame_after(env, 1)
+    env.view = View(pixels_per_metre=150, follow=True, size=(640, 480))
+    near = frame_after(env, 0)
+    assert near.shape == (510, 640, 3)
+    assert pixels(near, BLUE) > 4 * pixels(whole, BLUE)
 
 
 def test_wrapped_the_map_is_beside_the_world():
@@ -45,7 +79,7 @@ def test_wrapped_the_map_is_beside_the_world():
     assert double.shape == (single.shape[0], 2 * single.shape[1], 3)
     panel = double[:, single.shape[1] :]
     assert pixels(panel, VERMILION) > 200
-    assert pixels(panel, SOLID) > 1000
+    assert pixels(panel, UNKNOWN) > 1000
 
 
 def test_human_draws_in_a_window(monkeypatch):
@@ -53,7 +87,7 @@ def test_human_draws_in_a_window(monkeypatch):
     monkeypatch.setitem(DoorCorridorEnv.metadata, "render_fps", 1000)
     env = DoorCorridorEnv(render_mode="human")
     env.reset(seed=0)
-    env.step(np.array([0.5, 0.0], dtype=np.float32))
+    env.step(AHEAD)
     import pygame
 
     surface = pygame.display.get_surface()
@@ -68,3 +102,17 @@ def test_without_a_mode_there_is_a_warning_and_no_frame():
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render_mode"):
         assert env.render() is None
+
+
+def test_a_video_can_be_recorded_and_read(tmp_path):
+    plain = gym.make("DoorCorridor-v0", render_mode="rgb_array")
+    env = RecordVideo(SlamWrapper(plain, slam="odometry"), str(tmp_path / "films"))
+    env.reset(seed=0)
+    shape = frame_after(env, 12).shape
+    env.close()
+    (path,) = tmp_path.glob("films/*.mp4")
+    reader = imageio_ffmpeg.read_frames(str(path))
+    assert next(reader)["size"] == (shape[1], shape[0])
+    frames = [np.frombuffer(data, dtype=np.uint8).reshape(shape) for data in reader]
+    assert len(frames) >= 12
+    assert (np.abs(frames[5].astype(int) - PAPER).sum(axis=2) < 20).mean() > 0.2

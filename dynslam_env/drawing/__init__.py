@@ -1,0 +1,1 @@
+"""How a world is drawn: the truth, and beside it what a SLAM believes."""
