@@ -1,38 +1,35 @@
-"""When doors open and close, and where their leaves stand."""
+"""Doors: how they behave, and what their motors do next."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
 
+from dynslam_env.laws import Coupled, Law, Static, Uniform
 from dynslam_env.layout import Door
-from slam.checked import one_of, positive, within
-from slam.errors import InputError
+from slam.checked import instance, positive, within
 from slam.geometry import Array
+
+BRAKING = 0.75  # share of the torque that slows a leaf down; the rest is kept back
 
 
 @dataclass(frozen=True)
 class Doors:
     """How doors behave.
 
-    law          "moving": each door flips after U(dwell_min, dwell_max); "static": none ever moves
-    dwell_min    s, shortest time from one flip to the next
-    dwell_max    s, longest
-    open_share   probability that a door is open at the beginning
-    open_angle   rad, of an open door
-    swing_time   s, from closed to open at full speed
-    torque       N m, of whoever moves the door, and of its resistance when it is pushed
-    mass         kg, of a leaf
+    law         when they flip: `Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`; with
+                `Static` they never do, and leaves are fixed
+    open_share  probability that a door is open at the beginning
+    open_angle  rad, of an open door
+    swing_time  s, from closed to open at full speed
+    torque      N m, of whoever moves the door, and of its resistance when it is pushed
+    mass        kg, of a leaf
     """
 
-    law: str = "moving"
-    dwell_min: float = 5.0
-    dwell_max: float = 20.0
+    law: Law = field(default=Uniform())
     open_share: float = 0.5
     open_angle: float = math.pi / 2
     swing_time: float = 1.5
@@ -40,78 +37,82 @@ class Doors:
     mass: float = 10.0
 
     def __post_init__(self) -> None:
-        one_of("Doors.law", self.law, ("moving", "static"))
-        positive(self, "dwell_min", "dwell_max", "open_angle", "swing_time", "torque", "mass")
+        instance("Doors.law", self.law, Law)
+        positive(self, "open_angle", "swing_time", "torque", "mass")
         within(self, "open_share", 0.0, 1.0)
         within(self, "open_angle", 0.0, math.pi / 2)
-        if self.dwell_min > self.dwell_max:
-            raise InputError(
-                f"Doors need dwell_min <= dwell_max, got {self.dwell_min:g} > {self.dwell_max:g} s"
-            )
+
+    @property
+    def fixed(self) -> bool:
+        """Leaves are part of the building."""
+        law = self.law
+        while isinstance(law, Coupled):
+            law = law.law
+        return isinstance(law, Static)
+
+    @property
+    def speed(self) -> float:
+        """rad/s, of a leaf at full speed."""
+        return self.open_angle / self.swing_time
+
+    def inertia(self, door: Door) -> float:
+        """kg m^2, of a leaf about its hinge: a thin plate about its edge."""
+        return self.mass * door.width**2 / 3
 
 
-class Schedule(Protocol):
-    """Which doors are to change, and when."""
+class Motors:
+    """What moves the leaves of a layout: each has an angle to be at, and a rate to get there.
 
-    def due(self, time: float) -> Sequence[int]:
-        """The doors that flip between the last call and `time`, s (a door twice: named twice)."""
-        ...
+    rates     (d,) rad/s, as the motors are to be set
+    changed   (d,) the doors whose rates the last `drive` changed come first
+    openings  (d,) rad, 0 closed, positive open
+    """
 
+    def __init__(self, leaves: tuple[Door, ...], doors: Doors, is_open: np.ndarray):
+        self._closed = np.array([door.closed for door in leaves])
+        self._swing = np.array([door.swing for door in leaves], dtype=np.float64)
+        self._angle, self._is_open = doors.open_angle, is_open.copy()
+        self._speed = doors.speed
+        self._braking = np.array([BRAKING * doors.torque / doors.inertia(d) for d in leaves])
+        self._targets = self._closed + self._swing * self._angle * is_open
+        self.rates = np.zeros(len(leaves))
+        self.changed = np.zeros(len(leaves), dtype=np.int64)
+        self.openings = doors.open_angle * is_open.astype(np.float64)
 
-class UniformDwell:
-    """Every door flips after a time of its own, drawn anew from U(dwell_min, dwell_max)."""
+    @property
+    def targets(self) -> Array:
+        """(d,) rad, world, where the leaves are to be."""
+        return self._targets
 
-    def __init__(self, doors: Doors, count: int, rng: np.random.Generator):
-        self._dwell = doors.dwell_min, doors.dwell_max
-        self._rng = rng
-        self._next = rng.uniform(*self._dwell, count).tolist()
-        self._soonest = min(self._next, default=math.inf)
+    def flip(self, door: int) -> None:
+        """Close an open door, open a closed one."""
+        self._is_open[door] ^= True
+        opened = self._swing[door] * self._angle * self._is_open[door]
+        self._targets[door] = self._closed[door] + opened
 
-    def due(self, time: float) -> list[int]:
-        """The doors to flip, in the order of their times."""
-        flips = []
-        while self._soonest <= time:
-            door = self._next.index(self._soonest)
-            self._next[door] += self._rng.uniform(*self._dwell)
-            self._soonest = min(self._next)
-            flips.append(door)
-        return flips
+    def drive(self, leaves: Array, dt: float) -> int:
+        """Take in where the leaves are, set the rates for the next `dt` s; how many changed.
 
-
-class Never:
-    """Static doors."""
-
-    def due(self, time: float) -> tuple[int, ...]:
-        """None, ever."""
-        return ()
-
-
-def schedule(doors: Doors, count: int, rng: np.random.Generator) -> Schedule:
-    """The law of `doors` for `count` of them."""
-    return UniformDwell(doors, count, rng) if doors.law == "moving" else Never()
-
-
-class Leaves:
-    """The outlines of all leaves of a layout, as functions of their angles."""
-
-    def __init__(self, doors: Sequence[Door]):
-        self._hinges = np.array([door.hinge for door in doors]).reshape(-1, 2)
-        self._corners = np.array([door.corners for door in doors]).reshape(-1, 4, 2)
-
-    def outline(self, angles: Sequence[float], out: Array) -> Array:
-        """Write the edges (4 d, 4), m, of leaves at world `angles` (d,), rad, into `out`."""
-        if len(angles):
-            _outline(self._hinges, self._corners, np.asarray(angles, dtype=np.float64), out)
-        return out
+        leaves (d, 6) as the physics has them: x, y, angle, ...
+        """
+        return _drive(leaves, dt, self._targets, self._speed, self._braking,
+                      self._closed, self._swing, self.rates, self.changed,
+                      self.openings)  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
-def _outline(hinges, corners, angles, out):
-    for d in range(len(angles)):
-        c, s = math.cos(angles[d]), math.sin(angles[d])
-        for k in range(4):
-            x, y = corners[d, k]
-            x, y = hinges[d, 0] + c * x - s * y, hinges[d, 1] + s * x + c * y
-            before = 4 * d + (k + 3) % 4
-            out[4 * d + k, 0] = out[before, 2] = x
-            out[4 * d + k, 1] = out[before, 3] = y
+@njit(cache=True)
+def _drive(leaves, dt, targets, speed, braking, closed, swing, rates, changed, openings):
+    """Fast, then braking to stand still: no faster than what the rest of the way allows."""
+    count = 0
+    for d in range(len(leaves)):
+        angle = leaves[d, 2]
+        openings[d] = (angle - closed[d]) * swing[d] + 0.0  # a closed one is no -0.0
+        error = targets[d] - angle
+        far, rate = abs(error), 0.0
+        if far >= 1e-6:
+            rate = min(speed, math.sqrt(2 * braking[d] * far), far / dt)
+            rate = math.copysign(rate, error)
+        if rate != rates[d]:
+            rates[d], changed[count] = rate, d
+            count += 1
+    return count

@@ -1,37 +1,45 @@
-"""DoorCorridor-v0: layout, world, laser, odometry and task as one Gymnasium environment."""
+"""DoorCorridor-v0 and the other worlds: a fleet of one as a Gymnasium environment."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, is_dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from dynslam_env.doors import Doors
-from dynslam_env.laser import Laser, Scanner
-from dynslam_env.layout import Corridor, Generator, Layout
+from dynslam_env.drawing.render import Belief, Scene, Viewer
+from dynslam_env.drawing.scenery import scene
+from dynslam_env.drawing.view import View
+from dynslam_env.fleet import Fleet, actions_of
+from dynslam_env.laser import Laser
+from dynslam_env.laws import Law
+from dynslam_env.layout import Generator, Layout
+from dynslam_env.localizability import pose_bound
 from dynslam_env.odometry import Odometry
-from dynslam_env.render import Belief, Scene, Viewer
+from dynslam_env.options import start_of
+from dynslam_env.past import CELL, Past
+from dynslam_env.people import People
 from dynslam_env.robot import Robot
-from dynslam_env.task import Event, Task
+from dynslam_env.setup import Setup
+from dynslam_env.task import Task
 from dynslam_env.world import CONTROL_DT, World
-from slam.checked import instance, one_of
-from slam.errors import InputError
+from slam.checked import one_of
 from slam.geometry import Array, Pose2
+from slam.metrics.bound import Bound
+from slam.metrics.change import TrueOccupancy
 from slam.scan import Scan
 
-T = TypeVar("T")
 Observation = dict[str, Any]
-MAX_TURN_STEP = np.pi  # rad, the odometry's reading of one step stays within
-MAX_STEP = 1.0  # m, likewise
+ALONE = np.zeros(1, dtype=np.int64)  # the rows of a fleet of one
+TRAIL = 6000  # poses that are kept to be drawn
 
 
 class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
-    """A mobile robot with a laser in a corridor whose doors open and close.
+    """A mobile robot with a laser in a place whose doors open and close.
 
     ## Description
     A Pioneer 3-DX drives along a passage of 12 x 2 m with four hinged doors on each side, and back.
@@ -39,7 +47,15 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     when the robot is in the way. The laser sees the world as it is now; the odometry is badly
     wrong. This is the experiment for which Dynamic Maximum Likelihood SLAM was proposed (Mitsou
     and Tzafestas): where am I, and what does the place look like, while it changes? Defaults are
-    that experiment's. Physics runs at 100 Hz, control at 10 Hz.
+    that experiment's. Physics runs at 100 Hz, control at 10 Hz. All worlds are one environment:
+
+    | id                        | place                                                    | steps |
+    |---------------------------|----------------------------------------------------------|-------|
+    | `DoorCorridor-v0`         | the passage                                              | 1000  |
+    | `DoorCorridorStatic-v0`   | the same, its doors fixed as they were drawn             | 1000  |
+    | `DoorLoop-v0`             | corridors around a block of rooms: the path closes on itself | 2000 |
+    | `DoorOffice-v0`           | a floor of rooms, another at each reset; doors are short cuts | 5000 |
+    | `DoorCrowd-v0`            | the passage, and six people who walk from room to room   | 1500  |
 
     ## Action Space
     `Box(-1, 1, (2,), float32)`, clipped to that range:
@@ -61,7 +77,8 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `odometry` | (3,)     | displacement dx, dy, dtheta in the last step, as the wheels report it, in the robot's frame at its beginning | -1 .. 1, -pi .. pi | m, m, rad |
     | `velocity` | (2,)     | forward, turning                                     | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
 
-    `env.unwrapped.scan` and `env.unwrapped.motion` are the same as a SLAM takes them, in double
+    Where the path leads is not observed: it is the layout's (`env.unwrapped.layout.path`), in the
+    passage to its other end and back. `env.unwrapped.scan` and `env.unwrapped.motion` are the same as a SLAM takes them, in double
     precision (there, no echo is inf and no reading NaN).
 
     ## Rewards
@@ -74,25 +91,27 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `time`      | -0.05  | duration of the step                         | s    |
     | `arrived`   | 5.0    | 1 in the step in which the path was completed |      |
 
-    The path leads there and back; a leg ends within 0.3 m of its waypoint (`Task.reach`). No step
-    makes more way than was driven.
+    The path is the layout's, in the passage there and back; a leg ends within 0.3 m of its waypoint
+    (`Task.reach`). No step makes more way than was driven.
 
     ## Starting State
     The robot stands 0.8 m from the western end, looking along the passage. Where the doors are,
-    their hinges, and which of them are open (each with probability 0.5) is drawn. Layout and doors'
-    timing, laser noise and odometry noise come from streams of their own: environments of the same
-    seed that differ in `doors` alone share all else.
+    their hinges, and which of them are open (each with probability 0.5) is drawn. Layout, doors,
+    laser noise, odometry noise and people come from streams of their own: environments of the same
+    seed that differ in `doors` alone share all else. `reset(options={"start": (x, y, theta)})` puts
+    the robot elsewhere (m, m, rad); where it cannot stand is refused.
 
     ## Episode End
     Terminated when any of the named ends is true (`Task.ends`; `info["ends"]`): `arrived` by
-    default, `crashed` on request. Truncated after 1000 steps (100 s).
+    default, `crashed` on request. Truncated after the steps above, 10 of them a second.
 
     ## Information
     | key            | shape | what                                               | unit      |
     |----------------|-------|----------------------------------------------------|-----------|
     | `pose`         | (3,)  | true pose x, y, theta                              | m, m, rad |
     | `door_angles`  | (d,)  | 0 closed, positive open                            | rad       |
-    | `collision`    | bool  | a wall or a door was touched during the step       |           |
+    | `people`       | (p, 2) | where people are                                  | m         |
+    | `collision`    | bool  | a wall, a door or a person was touched in the step |           |
     | `time`         | float | since the beginning                                | s         |
     | `reward_terms` | dict  | after a step only                                  |           |
     | `ends`         | dict  | after a step only                                  |           |
@@ -102,17 +121,29 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     | argument      | type, default              | what                                          |
     |---------------|----------------------------|-----------------------------------------------|
-    | `world`       | `Corridor()`               | the place; anything with `layout(rng)`        |
-    | `doors`       | "moving", "static", `Doors` | law, dwell times, force                       |
+    | `world`       | "corridor", "loop", "office", "crowd", `Corridor()` | the place: `Corridor`, `Loop`, `Office`, a `Layout` drawn by hand or from a file (`Layout.load`), anything with `layout(rng)` |
+    | `doors`       | "moving", "static", a law, `Doors` | law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Static`), force |
     | `robot`       | `Robot()`                  | body, speeds, accelerations                   |
     | `laser`       | `Laser()`                  | beams, field of view, range, noise, mount     |
     | `odometry`    | `Odometry()`               | systematic and random error                   |
+    | `people`      | `People()`                 | how people walk; where, and how many, is the `world`'s |
     | `task`        | `Task()`                   | reward terms and ends                         |
     | `render_mode` | None                       | "rgb_array" or "human"                        |
 
     ```python
     import gymnasium as gym
-    env = gym.make("dynslam_env:DoorCorridor-v0", doors="static", laser=dynslam_env.Laser(beams=361))
+    import dynslam_env
+    env = gym.make("DoorCorridor-v0", doors="static", laser=dynslam_env.Laser(beams=361))
+    envs = gym.make_vec("DoorOffice-v0", 64, world=dynslam_env.Office(furniture=2))
+    ```
+
+    ## Truth
+    `env.unwrapped` has `pose`, `layout`, `outline()` of all that moves, `occupancy()` (the raster now,
+    and the share of time that each cell was occupied), and `bound()`, the Cramer-Rao bound of the pose:
+
+    ```python
+    truth = env.unwrapped.occupancy()
+    plt.imshow(truth.share, origin="lower", extent=truth.spec.extent)
     ```
 
     ## Version History
@@ -124,91 +155,114 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     def __init__(
         self,
         *,
-        world: Generator | None = None,
-        doors: str | Doors = "moving",
+        world: str | Generator | None = None,
+        doors: str | Law | Doors = "moving",
         robot: Robot | None = None,
         laser: Laser | None = None,
         odometry: Odometry | None = None,
+        people: People | None = None,
         task: Task | None = None,
         render_mode: str | None = None,
     ):
         one_of("render_mode", render_mode, (None, *self.metadata["render_modes"]))
-        if isinstance(doors, str):
-            one_of("doors", doors, ("moving", "static"))
-        self.generator = _given("world", world or Corridor(), Generator)
-        self.doors = _given("doors", Doors(law=doors) if isinstance(doors, str) else doors, Doors)
-        self.robot = _given("robot", robot or Robot(), Robot)
-        self.laser = _given("laser", laser or Laser(), Laser)
-        self.odometry = _given("odometry", odometry or Odometry(), Odometry)
-        self.task = _given("task", task or Task(), Task)
+        parts = {"world": world, "doors": doors, "robot": robot, "laser": laser}
+        parts |= {"odometry": odometry, "people": people, "task": task}
+        self.setup = Setup.of(parts)
         self.render_mode = render_mode
-        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
-        self.observation_space = _observation_space(self.laser, self.robot)
+        self.action_space = self.setup.action_space()
+        self.observation_space = self.setup.observation_space()
+        self._fleet = Fleet(self.setup, 1)
+        self._terms, self._ends = tuple(self.setup.task.reward), self.setup.task.ends
         self._viewer: Viewer | None = None
+        self.view = View()
+        """What `render` shows of the world, and how large."""
         self.belief: Callable[[], Belief | None] | None = None
-        """What a SLAM believes, to be drawn beside the truth; a wrapper may set it."""
+        """What a SLAM believes, to be drawn beside the truth. Who sets it draws a "human"
+        window itself, when the SLAM has taken in the step."""
 
     # -- the truth, and what a SLAM takes ------------------------------------------------------
 
-    layout: Layout
-    motion: Pose2
-    """The odometry's displacement in the last step, in the robot's frame at its beginning."""
+    @property
+    def layout(self) -> Layout:
+        """The place of this episode."""
+        return self._begun.layouts[0]
+
+    @property
+    def physics(self) -> World:
+        """The simulated world of this episode."""
+        return self._begun.worlds[0]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's body and limits."""
+        return self.setup.robot
 
     @property
     def pose(self) -> Pose2:
         """The true pose of the robot."""
-        return self._world.pose
+        return Pose2.of(self._begun.drive.poses[0])
+
+    @property
+    def motion(self) -> Pose2:
+        """The odometry's displacement in the last step, in the robot's frame at its beginning."""
+        return Pose2.of(self._begun.motions[0])
 
     @property
     def scan(self) -> Scan:
         """The last scan, in double precision: no echo is inf, no reading NaN."""
-        return self._scanner.scan(self._ranges, self._world.time)
+        fleet = self._begun
+        return fleet.scanners[0].scan(fleet.ranges[0].copy(), fleet.worlds[0].time)
 
     def outline(self) -> Array:
-        """(4 d, 4) edges of all door leaves as they stand now, x1, y1, x2, y2 in m."""
-        return self._world.segments[len(self.layout.walls) :].copy()
+        """(e, 4) edges of all that can move, as it stands now: x1, y1, x2, y2 in m.
+
+        Four a door leaf, then eight a person.
+        """
+        return self.physics.outline()
+
+    def occupancy(self, cell: float = CELL) -> TrueOccupancy:
+        """The true map so far in cells of `cell` m: `now`, and `share`, of the time since reset."""
+        assert self._begun
+        return self._past.occupancy(cell)
+
+    def bound(self) -> Bound:
+        """The Cramer-Rao bound of the pose from the last scan alone, the place being known."""
+        return pose_bound(self._begun, 0)
 
     @property
     def config(self) -> dict[str, Any]:
         """All parameters, as plain data."""
-        parts = {"world": self.generator, "doors": self.doors, "robot": self.robot}
-        parts |= {"laser": self.laser, "odometry": self.odometry, "task": self.task}
-        return {name: _plain(part) for name, part in parts.items()}
+        return self.setup.plain()
 
     # -- gymnasium -----------------------------------------------------------------------------
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a new episode; the same seed, the same episode. There are no `options`."""
+        """Begin a new episode; the same seed, the same episode.
+
+        options  {"start": (x, y, theta)}: where the robot begins, in m and rad, instead of at the
+                 layout's own start
+        """
         super().reset(seed=seed)
-        layout, doors, laser, self._slip = self.np_random.spawn(4)
-        self.layout = self.generator.layout(layout)
-        self._world = World(self.layout, self.robot, self.doors, doors)
-        self._scanner = Scanner(self.laser, laser)
-        self._judge = self.task.judge(self.layout, self._world.pose)
-        self.motion = Pose2()
-        self._trail = [self._world.pose]
-        self._look()
-        if self.render_mode == "human":
-            self.render()
+        self._fleet.reset(0, self.np_random, start_of(options))
+        self._past = Past(self.layout.walls, self.physics.outlines)
+        self._trail: deque[Pose2] = deque(maxlen=TRAIL)
+        self._take_down()
         return self._observation(), self._info()
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for a tenth of a second."""
-        before = self._world.pose
-        self._world.step(*self._command(action))
-        self.motion = self.odometry.reading(before.between(self._world.pose), self._slip)
-        self._trail.append(self._world.pose)
-        self._look()
-        event = Event(self._world.pose, self._world.collided, CONTROL_DT)
-        reward, terms, ends = self._judge(event)
-        info = self._info() | {"reward_terms": terms, "ends": ends}
-        if self.render_mode == "human":
-            self.render()
-        return self._observation(), reward, any(ends.values()), False, info
+        fleet = self._begun
+        judge = fleet.judge
+        fleet.step(ALONE, actions_of(action, (2,))[None])
+        self._take_down()
+        info = self._info()
+        info["reward_terms"] = dict(zip(self._terms, judge.terms[0].tolist(), strict=True))
+        info["ends"] = ends = dict(zip(self._ends, judge.ends[0].tolist(), strict=True))
+        return self._observation(), float(judge.rewards[0]), any(ends.values()), False, info
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """An image (rows, columns, 3) for "rgb_array"; a window for "human"."""
@@ -217,7 +271,12 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
             return None
         if self._viewer is None:
             self._viewer = Viewer(self.render_mode == "human", self.metadata["render_fps"])
-        return self._viewer.draw(self._scene(), self.belief() if self.belief else None)
+        belief = self.belief() if self.belief else None
+        return self._viewer.draw(self.scene(), belief, self.view)
+
+    def scene(self) -> Scene:
+        """What is to be drawn; the trail is kept with a `render_mode` only."""
+        return scene(self._begun, 0, tuple(self._trail))
 
     def close(self) -> None:
         """Close the window."""
@@ -225,67 +284,35 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
             self._viewer.close()
             self._viewer = None
 
+    @property
+    def _begun(self) -> Fleet:
+        if self._fleet.worlds[0] is None:
+            raise gym.error.ResetNeeded("there is no world before reset()")
+        return self._fleet
+
     # -- parts of a step -----------------------------------------------------------------------
 
-    def _command(self, action: NDArray[np.float32]) -> tuple[float, float]:
-        v, omega = np.asarray(action, dtype=np.float64).tolist()
-        if not (abs(v) < np.inf and abs(omega) < np.inf):
-            raise InputError(f"an action is two finite numbers from -1 to 1, got {action}")
-        return _clip(v, 1.0) * self.robot.max_speed, _clip(omega, 1.0) * self.robot.max_turn
-
-    def _scene(self) -> Scene:
-        world, doors = self._world, self.layout.doors
-        opening = self.doors.open_angle
-        sweeps = np.array([(*d.hinge, d.closed, d.swing * opening) for d in doors]).reshape(-1, 4)
-        leaves, title = self.outline().reshape(-1, 4, 4), f"truth   {world.time:5.1f} s"
-        body = world.pose, self.robot.radius, self._trail
-        return Scene(self.layout.walls, leaves, sweeps, self.scan, *body, title)
-
-    def _look(self) -> None:
-        self._ranges = self._scanner.ranges(self._world.pose, self._world.segments)
+    def _take_down(self) -> None:
+        self._past.see(self._fleet.worlds[0].poses())
+        if self.render_mode is not None:
+            self._trail.append(self.pose)
+        if self.render_mode == "human" and self.belief is None:
+            self.render()
 
     def _observation(self) -> Observation:
-        x, y, theta = self.motion
-        v, omega = self._world.velocity
-        fast, turn = self.robot.max_speed, self.robot.max_turn
-        odometry = _clip(x, MAX_STEP), _clip(y, MAX_STEP), theta
-        velocity = _clip(v, fast), _clip(omega, turn)
+        fleet = self._fleet
         return {
-            "scan": self._scanner.observed(self._ranges),
-            "odometry": np.array(odometry, dtype=np.float32),
-            "velocity": np.array(velocity, dtype=np.float32),
+            "scan": fleet.scans[0].copy(),
+            "odometry": fleet.odometry[0].copy(),
+            "velocity": fleet.drive.observed[0].copy(),
         }
 
     def _info(self) -> dict[str, Any]:
-        world = self._world
+        world = self._fleet.worlds[0]
         return {
-            "pose": np.array(world.pose),
-            "door_angles": world.door_angles,
+            "pose": self._fleet.drive.poses[0].copy(),
+            "door_angles": world.openings.copy(),
+            "people": world.people.copy(),
             "collision": world.collided,
             "time": world.time,
         }
-
-
-def _given(name: str, value: T, kind: type[Any]) -> T:
-    instance(name, value, kind)
-    return value
-
-
-def _plain(part: Any) -> Any:
-    return asdict(part) if is_dataclass(part) and not isinstance(part, type) else repr(part)
-
-
-def _clip(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
-
-
-def _observation_space(laser: Laser, robot: Robot) -> spaces.Dict:
-    step = np.array([MAX_STEP, MAX_STEP, MAX_TURN_STEP], dtype=np.float32)
-    speed = np.array([robot.max_speed, robot.max_turn], dtype=np.float32)
-    return spaces.Dict(
-        {
-            "scan": spaces.Box(0.0, laser.max_range, (laser.beams,), np.float32),
-            "odometry": spaces.Box(-step, step, dtype=np.float32),
-            "velocity": spaces.Box(-speed, speed, dtype=np.float32),
-        }
-    )

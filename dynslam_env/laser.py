@@ -6,12 +6,17 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
+from dynslam_env.raycast import cast, look
 from slam.checked import finite, instance, positive, whole, within
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
+
+Floats = NDArray[np.float32]
+BLOCK = 32  # scans whose noise is drawn at once
+NO_DROPOUT = np.zeros((0, 0), dtype=np.bool_)
 
 
 @dataclass(frozen=True)
@@ -66,80 +71,45 @@ class Scanner:
         self.laser, self._rng = laser, rng
         self.angles = laser.angles
         self.angles.flags.writeable = False
-        self._directions = np.stack([np.cos(self.angles), np.sin(self.angles)])
+        self._fan = np.stack([np.cos(self.angles), np.sin(self.angles)])
+        self._settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
+        self._noise, self._lost, self._scans = np.empty((0, 0)), NO_DROPOUT, 0
+        self.hits = np.empty(laser.beams, dtype=np.int32)
+        """(beams,) the segment that each beam of the last scan met first, -1 for none."""
 
-    def exact(self, pose: Pose2, segments: Array) -> Array:
+    def exact(self, pose: Pose2, segments: Array, first_edge: int | None = None) -> Array:
         """(beams,) m, ranges without noise from the robot at `pose`; inf where nothing is hit."""
-        at = pose @ self.laser.mount
-        return cast(at.x, at.y, at.theta, self._directions, segments, self.laser.max_range)
-
-    def ranges(self, pose: Pose2, segments: Array) -> Array:
-        """(beams,) m, as measured: inf for no echo, NaN for no reading."""
-        laser, rng = self.laser, self._rng
-        ranges = self.exact(pose, segments)
-        ranges += laser.sigma * rng.standard_normal(laser.beams)
-        ranges[ranges < laser.min_range] = np.nan
-        ranges[ranges >= laser.max_range] = np.inf
-        if laser.dropout:
-            ranges[rng.random(laser.beams) < laser.dropout] = np.nan
+        ranges = np.empty(self.laser.beams)
+        at, limit = pose @ self.laser.mount, self.laser.max_range
+        edge = len(segments) if first_edge is None else first_edge
+        cast(at.x, at.y, at.theta, self._fan, segments, edge, limit, ranges, self.hits)
         return ranges
+
+    def look(
+        self, pose: Array, segments: Array, first_edge: int, ranges: Array, observed: Floats
+    ) -> None:
+        """Measure from the robot at `pose` (3,), m, m, rad.
+
+        segments    (n, 4) m; from number `first_edge` on they are the edges of solid polygons,
+                    counter-clockwise, whose far sides are never seen
+        ranges      (beams,) m, written: inf for no echo, NaN for no reading
+        observed    (beams,) float32 m, written: for a Box; no echo is max_range, no reading is 0
+        """
+        row = self._scans % BLOCK
+        if row == 0:
+            self._draw()
+        self._scans += 1
+        look(pose, self._settings, self._fan, segments, first_edge,
+             row, self._noise, self._lost, ranges, observed, self.hits)  # fmt: skip
 
     def scan(self, ranges: Array, time: float) -> Scan:
         """What was measured, as a SLAM takes it."""
         laser = self.laser
         return Scan(ranges, self.angles, laser.max_range, laser.min_range, time, laser.mount)
 
-    def observed(self, ranges: Array) -> np.ndarray:
-        """(beams,) float32 m for a Box: no echo is max_range, no reading is 0."""
-        observed = np.minimum(ranges, self.laser.max_range).astype(np.float32)
-        observed[np.isnan(observed)] = 0.0
-        return observed
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def cast(x, y, theta, directions, segments, max_range):
-    """Ranges from a sensor at (x, y, theta) along `directions` (2, beams), m; inf for none.
-
-    A segment from p to q has a normal n, and the ray r d meets its line where r n.d = n.p. With
-    m = n / n.p that is 1/r = m.d: the nearest hit is the largest inverse range, without a division.
-    d meets the segment itself if p and q lie on different sides of d. Single precision finds
-    *which* segment is hit; double precision then says where.
-
-    segments (n, 4) x1, y1, x2, y2, m. Returns (beams,), double precision.
-    """
-    beams = directions.shape[1]
-    dx, dy = directions[0].astype(np.float32), directions[1].astype(np.float32)
-    nearest = np.full(beams, np.float32(1.0 / max_range))
-    winner = np.full(beams, np.int32(-1))
-    lines = np.empty((len(segments), 3))
-    c, s = math.cos(theta), math.sin(theta)
-    for i in range(len(segments)):
-        x1, y1, x2, y2 = segments[i]
-        px, py = c * (x1 - x) + s * (y1 - y), c * (y1 - y) - s * (x1 - x)
-        qx, qy = c * (x2 - x) + s * (y2 - y), c * (y2 - y) - s * (x2 - x)
-        nx, ny = py - qy, qx - px
-        offset = nx * px + ny * py
-        lines[i, 0], lines[i, 1], lines[i, 2] = nx, ny, offset
-        if abs(offset) > 1e-12:  # else the sensor sees it edge-on
-            _nearer(px, py, qx, qy, nx / offset, ny / offset, dx, dy, nearest, winner, i)
-    ranges = np.full(beams, np.inf)
-    for b in range(beams):
-        i = winner[b]
-        if i >= 0:
-            n_d = lines[i, 0] * directions[0, b] + lines[i, 1] * directions[1, b]
-            ranges[b] = lines[i, 2] / n_d
-    return ranges
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _nearer(px, py, qx, qy, mx, my, dx, dy, nearest, winner, i):
-    """Put segment number `i` in wherever its inverse range is larger than the `nearest` so far."""
-    px, py, qx, qy = np.float32(px), np.float32(py), np.float32(qx), np.float32(qy)
-    mx, my, i = np.float32(mx), np.float32(my), np.int32(i)
-    for b in range(len(dx)):
-        inverse = mx * dx[b] + my * dy[b]
-        side_p = px * dy[b] - py * dx[b]
-        side_q = qx * dy[b] - qy * dx[b]
-        hit = (side_p * side_q <= 0) & (inverse > nearest[b])
-        nearest[b] = inverse if hit else nearest[b]
-        winner[b] = i if hit else winner[b]
+    def _draw(self) -> None:
+        """Noise for the next BLOCK scans: numpy draws many numbers faster than few."""
+        laser, shape = self.laser, (BLOCK, self.laser.beams)
+        self._noise = self._rng.standard_normal(shape)
+        if laser.dropout:
+            self._lost = self._rng.random(shape) < laser.dropout

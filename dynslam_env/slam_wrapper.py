@@ -11,14 +11,13 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 import slam as slam_library
+from dynslam_env.drawing.render import Belief
 from dynslam_env.env import DoorCorridorEnv, Observation
-from dynslam_env.render import Belief
 from slam.checked import positive_number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
 from slam.interface import Builder, Slam
-from slam.metrics.change import TrueOccupancy
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
 
@@ -44,16 +43,17 @@ class SlamWrapper(
 
     Arguments:
         env: a DoorCorridor environment, wrapped or not.
-        slam: the name of a registered variant, or a builder (start, rng) -> Slam.
-        score_every: steps between two scorings of the map; 0 for never.
-        map_crop: m, side of a square of the map around the robot that the observation then carries
+        slam: the name of a registered variant (default "dynamic-ml"), or a builder (start, rng) ->
+            Slam.
+        score_every: steps between two scorings of the map (default 10); 0 for never.
+        map_crop: m (default: none), side of a square of the map around the robot that the observation then carries
             as `map`: uint8 (1, n, n), 0 free, 255 occupied, 128 unknown; the robot is in the middle
             and looks up.
-        map_cell: m, side of a cell of that square.
+        map_cell: m, side of a cell of that square (default 0.05).
         pose_estimate: the observation carries the estimated pose as `pose_estimate`, float32 (3,).
         seed: of the SLAM's own randomness; every episode begins with it.
 
-    With a `render_mode`, the map is drawn beside the world (in a "human" window one step late).
+    With a `render_mode`, the map is drawn beside the world.
     """  # noqa: E501
 
     def __init__(
@@ -104,8 +104,6 @@ class SlamWrapper(
         observation, info = self.env.reset(seed=seed, options=options)
         self._slam = self._build(self._world.pose)
         self._seen: SeenSurface | None = None
-        self._doors: list[Array] = []  # since the last scoring
-        self._occupancy: TrueOccupancy | None = None
         self._trail: list[Pose2] = []
         self._steps = 0
         return self._extended(observation, info, self._score_every > 0)
@@ -133,29 +131,24 @@ class SlamWrapper(
             self._witness()
         if scored:
             result |= self._scores(self.slam.map())
+        if world.render_mode == "human":
+            world.render()
         return self._observed(observation, estimate.pose), info | {"slam": result}
 
     # -- scores --------------------------------------------------------------------------------
 
     def _witness(self) -> None:
-        """Take down what the map is to be judged by."""
+        """Take down which surfaces were seen: the map is to be judged by those."""
         world = self._world
         if self._seen is None:
             self._seen = SeenSurface(world.layout.walls)
         self._seen.see(world.scan, world.pose)
-        self._doors.append(world.outline())
 
     def _scores(self, grid: OccupancyGrid) -> dict[str, Any]:
         assert self._seen is not None
-        walls, doors = self._world.layout.walls, np.array(self._doors)
-        self._doors.clear()
-        if self._occupancy is None:
-            truth = slam_library.Truth(np.empty((0, 3)), walls, doors)
-            self._occupancy = TrueOccupancy(truth, grid.spec.resolution)
-        else:
-            self._occupancy.add(doors)
-        change = self._occupancy.score(grid)
-        return score_map(grid, self._seen.now(doors[-1])).as_dict() | change.as_dict()
+        change = self._world.occupancy(grid.spec.resolution).score(grid)
+        surface = self._seen.now(self._world.outline())
+        return score_map(grid, surface).as_dict() | change.as_dict()
 
     # -- observation ---------------------------------------------------------------------------
 

@@ -25,6 +25,27 @@ def _hit(o, d, segment):
     return r if r > 0 and 0 <= t <= 1 else math.inf
 
 
+def meetings(x, y, theta, angles, segments):
+    """(beams, n) of all beams and all segments: how far along the beam they meet, m, and how sure.
+
+    Sure is by how many rad the beam passes inside of the nearer (by angle) of the segment's ends;
+    below zero it misses the segment. The range is inf where the beam and the line are parallel.
+    """
+    d = np.stack([np.cos(theta + angles), np.sin(theta + angles)], axis=1)[:, None]
+    p, q = segments[:, :2] - (x, y), segments[:, 2:] - (x, y)
+    n = np.stack([p[:, 1] - q[:, 1], q[:, 0] - p[:, 0]], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ranges = (n * p).sum(1) / (n * d).sum(2)
+    to_p, to_q = (np.arctan2(_cross(d, e), (d * e).sum(2)) for e in (p, q))  # rad, from the beam
+    sure = np.minimum(np.abs(to_p), np.abs(to_q))
+    between = (to_p * to_q < 0) & (np.abs(to_p - to_q) < math.pi)
+    return ranges, np.where(between, sure, -sure)
+
+
+def _cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
 def leaf(door, angle):
     """Edges (4, 4) of a door's leaf turned to the world `angle`."""
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])

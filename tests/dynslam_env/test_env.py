@@ -3,26 +3,28 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
 import dynslam_env
-from dynslam_env import Corridor, DoorCorridorEnv, Doors, Laser, Robot, Task
+from dynslam_env import Corridor, DoorCorridorEnv, Doors, Laser, Robot, Static, Task
 from slam import InputError
 
 
-def digest(seed, steps=120, **parameters):
+def digest(seed, name="DoorCorridor-v0", steps=120):
     """A hash of all that a random drive brings."""
-    env = DoorCorridorEnv(**parameters)
+    env = gym.make(name)
     rng, hashed = np.random.default_rng(seed), hashlib.sha256()
     observation, info = env.reset(seed=seed)
     for i in range(steps):
         if i == steps // 2:
             observation, info = env.reset()
-        for array in (*observation.values(), info["pose"], info["door_angles"]):
+        for array in (*observation.values(), info["pose"], info["door_angles"], info["people"]):
             hashed.update(array.tobytes())
         action = rng.uniform(-1, 1, 2).astype(np.float32)
         observation, reward, _, _, info = env.step(action)
@@ -30,13 +32,15 @@ def digest(seed, steps=120, **parameters):
     return hashed.hexdigest()
 
 
-def test_same_seed_same_bytes():
-    assert digest(1) == digest(1)
-    assert digest(1) != digest(2)
+@pytest.mark.parametrize("name", dynslam_env.WORLDS)
+def test_same_seed_same_bytes(name):
+    assert digest(1, name) == digest(1, name)
+    assert digest(1, name) != digest(2, name)
 
 
-def test_same_seed_same_bytes_in_another_process():
-    code = f"from {__name__} import digest; print(digest(1))"
+@pytest.mark.parametrize("name", dynslam_env.WORLDS)
+def test_same_seed_same_bytes_in_another_process(name):
+    code = f"from {__name__} import digest; print(digest(1, {name!r}))"
     run = subprocess.run(
         [sys.executable, "-c", code],
         cwd=Path(__file__).parents[2],
@@ -44,7 +48,7 @@ def test_same_seed_same_bytes_in_another_process():
         text=True,
         check=True,
     )
-    assert run.stdout.strip() == digest(1)
+    assert run.stdout.strip() == digest(1, name)
 
 
 def test_a_reset_without_a_seed_is_another_episode():
@@ -63,12 +67,13 @@ def test_gymnasium_makes_it(name):
     assert env.spec.max_episode_steps == 1000
 
 
-@pytest.mark.parametrize("parameters", [{}, {"doors": "static", "laser": Laser(dropout=0.3)}])
-def test_gymnasiums_checker_has_no_complaint(parameters, monkeypatch):
+@pytest.mark.parametrize("name", dynslam_env.WORLDS)
+def test_gymnasiums_checker_has_no_complaint(name, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")  # it opens a window, too
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check_env(gym.make("DoorCorridor-v0", **parameters).unwrapped)
+        check_env(gym.make(name).unwrapped)
+        check_env(gym.make(name, laser=Laser(dropout=0.3), doors="static").unwrapped)
 
 
 def test_stable_baselines3s_checker_has_no_complaint():
@@ -164,10 +169,12 @@ def test_an_episode_ends_by_arriving_by_crashing_or_by_the_clock():
     ("wrong", "message"),
     [
         ({"doors": "ajar"}, "doors must be one of 'moving', 'static', got 'ajar'"),
-        ({"doors": 3}, "doors must be a Doors, got 3"),
+        ({"doors": 3}, "doors must be .* a law such as .*, or a Doors, got 3"),
         ({"laser": 181}, "laser must be a Laser, got 181"),
         ({"robot": Doors()}, "robot must be a Robot"),
-        ({"world": "corridor"}, "world must be a Generator"),
+        ({"world": "castle"}, "world must be one of 'corridor', 'loop', 'office', 'crowd'"),
+        ({"world": Corridor}, "world must be .* a Corridor, Loop, Office or Layout"),
+        ({"doors": Doors(law=Static()), "people": 3}, "people must be a People, got 3"),
         ({"render_mode": "ascii"}, "render_mode must be one of None, 'human', 'rgb_array'"),
     ],
 )
@@ -195,3 +202,80 @@ def test_zero_doors_and_one_beam():
 
 def test_the_package_exports_what_it_says():
     assert all(hasattr(dynslam_env, name) for name in dynslam_env.__all__)
+
+
+@pytest.mark.parametrize("kind", ["float16", "float32", "float64", "int8", "int64"])
+def test_actions_of_any_kind_of_number(kind):
+    env, other = DoorCorridorEnv(), DoorCorridorEnv()
+    env.reset(seed=0)
+    other.reset(seed=0)
+    action: Any = np.array([1, 0], dtype=kind)
+    expected = other.step(action.astype(np.float32))[4]["pose"]
+    assert env.step(action)[4]["pose"].tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(
+    "action", [None, "ahead", [True, False], [1j, 0], [1.0], [1.0, 2.0, 3.0], [[1.0, 0.0]]]
+)
+def test_what_is_no_action_is_refused(action):
+    env: Any = DoorCorridorEnv()
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=r"actions are numbers from -1 to 1 in an array of shape"):
+        env.step(action)
+
+
+@pytest.mark.parametrize("name", ["pose", "motion", "scan", "layout", "physics"])
+def test_before_a_reset_there_is_nothing(name):
+    with pytest.raises(gym.error.ResetNeeded):
+        getattr(DoorCorridorEnv(), name)
+
+
+@pytest.mark.parametrize("name", ["outline", "occupancy", "bound", "scene"])
+def test_before_a_reset_nothing_can_be_asked(name):
+    with pytest.raises(gym.error.ResetNeeded):
+        getattr(DoorCorridorEnv(), name)()
+
+
+@pytest.mark.parametrize("name", dynslam_env.WORLDS)
+def test_the_specification_survives_json(name):
+    made: Any = gym.make(name).spec
+    spec = EnvSpec.from_json(made.to_json())
+    one, two = gym.make(spec), gym.make(name)
+    assert one.reset(seed=0)[0]["scan"].tobytes() == two.reset(seed=0)[0]["scan"].tobytes()
+
+
+def test_the_robot_does_not_begin_on_a_person_or_outside():
+    env = gym.make("DoorCrowd-v0")
+    _, info = env.reset(seed=0)
+    x, y = info["people"][0]
+    with pytest.raises(InputError, match="person 0 begins 0 m from there"):
+        env.reset(seed=0, options={"start": (x, y, 0.0)})
+    with pytest.raises(InputError, match="outside of the world"):
+        env.reset(seed=0, options={"start": (50.0, 50.0, 0.0)})
+
+
+def test_people_who_do_not_fit_are_refused():
+    env = gym.make("DoorCrowd-v0", people=dynslam_env.People(radius=0.5))
+    with pytest.raises(InputError, match=r"person 0 of radius 0.5 m does not fit"):
+        env.reset(seed=0)
+
+
+def test_leaves_that_would_fly_are_refused():
+    env = DoorCorridorEnv(doors=Doors(swing_time=0.1))
+    with pytest.raises(InputError, match=r"cannot open in Doors.swing_time = 0.1 s"):
+        env.reset(seed=0)
+
+
+def test_a_generator_that_draws_no_layout_is_refused():
+    class Nothing:
+        def layout(self, rng):
+            return [(0, 0, 1, 0)]
+
+    env = DoorCorridorEnv(world=Nothing())  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="gives must be a Layout"):
+        env.reset(seed=0)
+
+
+def test_a_law_will_do_for_doors():
+    law = dynslam_env.Periodic(3.0)
+    assert DoorCorridorEnv(doors=law).setup == DoorCorridorEnv(doors=Doors(law=law)).setup

@@ -80,7 +80,8 @@ def test_an_episode_is_saved_with_its_configuration(episode, tmp_path):
     loaded = Episode.load(tmp_path / "episode.npz")
     assert loaded.meta == json.loads(json.dumps(episode.meta))
     assert loaded.meta["seed"] == 3
-    assert loaded.meta["config"]["doors"]["dwell_min"] == 5.0
+    law = {"type": "Uniform", "shortest": 5.0, "longest": 20.0}
+    assert loaded.meta["config"]["doors"]["law"] == law
     assert loaded.meta["config"]["laser"]["beams"] == 181
 
 

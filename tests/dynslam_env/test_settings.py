@@ -6,10 +6,22 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Doors, Laser, Odometry, Robot, Task
+from dynslam_env import (
+    Corridor,
+    Doors,
+    Exponential,
+    Laser,
+    Odometry,
+    People,
+    Periodic,
+    Robot,
+    Task,
+    Uniform,
+)
 from slam import InputError, Pose2
 
-SETTINGS = (Corridor(), Doors(), Laser(), Odometry(), Robot(), Task())
+LAWS = (Uniform(), Exponential(), Periodic())
+SETTINGS = (Corridor(), Doors(), Laser(), Odometry(), People(), Robot(), Task(), *LAWS)
 NUMBERS = [
     (settings, field.name)
     for settings in SETTINGS

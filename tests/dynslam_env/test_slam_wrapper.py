@@ -6,7 +6,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import DoorCorridorEnv, Doors, Laser, Odometry, SlamWrapper
+from dynslam_env import DoorCorridorEnv, Doors, Laser, Odometry, SlamWrapper, Uniform
+from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_wrapper import crop, ego_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
 from slam.metrics.change import TrueOccupancy
@@ -76,7 +77,7 @@ def test_the_map_is_scored_at_the_interval_and_at_the_end():
 
 
 def test_scores_of_the_change_are_those_of_all_that_was():
-    env = wrapped(score_every=10, env=DoorCorridorEnv(doors=Doors(dwell_min=0.5, dwell_max=2.0)))
+    env = wrapped(score_every=10, env=DoorCorridorEnv(doors=Doors(Uniform(0.5, 2.0))))
     _, info = env.reset(seed=0)
     for episode in range(2):
         if episode:
@@ -209,3 +210,24 @@ def test_wrong_parameters_are_refused(wrong, message):
 def test_another_environment_is_refused():
     with pytest.raises(InputError, match="needs an environment of dynslam_env"):
         SlamWrapper(gym.make("CartPole-v1"), "odometry")  # type: ignore[arg-type]
+
+
+def test_a_window_shows_the_map_after_the_step(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    drawn, draw = [], Viewer.draw
+
+    def spied(self, scene, belief=None, view=None):
+        drawn.append((scene, belief))
+        return draw(self, scene, belief, view)
+
+    monkeypatch.setattr(Viewer, "draw", spied)
+    env = wrapped(score_every=0, env=DoorCorridorEnv(render_mode="human"))
+    world: Any = env.unwrapped
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(np.array([1.0, 0.2], dtype=np.float32))
+        scene, belief = drawn[-1]
+        assert belief.pose == env.slam.pose
+        assert scene.pose == world.pose
+    assert len(drawn) == 4
+    env.close()

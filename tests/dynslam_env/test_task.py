@@ -1,16 +1,33 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from dynslam_env import Layout, Task
-from dynslam_env.task import Event
+from dynslam_env.task import Judge
 from slam import InputError, Pose2
 
 LAYOUT = Layout(np.empty((0, 4)), (), Pose2(), np.array([(0.0, 0), (5, 0), (0, 0)]))
 
 
+class Judged:
+    """The judge of one robot in LAYOUT."""
+
+    def __init__(self, task, start=Pose2()):  # noqa: B008
+        self._task, self._judge = task, Judge(task, 1)
+        self._judge.begin(0, LAYOUT, np.array(start))
+
+    def __call__(self, x, y=0.0, collided=False):
+        """Reward, its terms, and ends, by name, after a step of 0.1 s to (x, y)."""
+        judge, task = self._judge, self._task
+        judge.judge(np.zeros(1, dtype=np.int64), np.array([(x, y, 0.0)]), np.array([collided]), 0.1)
+        terms = dict(zip(task.reward, judge.terms[0].tolist(), strict=True))
+        return float(judge.rewards[0]), terms, dict(zip(task.ends, judge.ends[0], strict=True))
+
+
 def drive(task, xs, collided=False):
-    judge = task.judge(LAYOUT, Pose2())
-    return [judge(Event(Pose2(x, 0.0, 0.0), collided, 0.1)) for x in xs]
+    judged = Judged(task)
+    return [judged(x, collided=collided) for x in xs]
 
 
 def test_there_and_back_pays_the_length_of_the_path_once():
@@ -38,15 +55,13 @@ def test_no_step_pays_more_than_was_driven():
 
 
 def test_way_aside_of_the_path_pays_nothing():
-    judge = Task(reward={"progress": 1.0}).judge(LAYOUT, Pose2())
-    ys = (0.5, -2.0, 0.0)
-    assert [judge(Event(Pose2(2.0, y, 0.0), False, 0.1))[0] for y in ys] == [2.0, 0.0, 0.0]
+    judged = Judged(Task(reward={"progress": 1.0}))
+    assert [judged(2.0, y)[0] for y in (0.5, -2.0, 0.0)] == [2.0, 0.0, 0.0]
 
 
 def test_every_waypoint_counts_even_from_a_start_beside_the_path():
-    judge = Task(reward={"progress": 1.0}).judge(LAYOUT, Pose2(0.0, 3.0, 0.0))
-    poses = [Pose2(0.0, y, 0.0) for y in (2.0, 0.0)] + [Pose2(x, 0.0, 0.0) for x in (5.0, 0.0)]
-    results = [judge(Event(pose, False, 0.1)) for pose in poses]
+    judged = Judged(Task(reward={"progress": 1.0}), Pose2(0.0, 3.0, 0.0))
+    results = [judged(*place) for place in ((0.0, 2.0), (0.0, 0.0), (5.0, 0.0), (0.0, 0.0))]
     assert [reward for reward, _, _ in results] == pytest.approx([1.0, 2.0, 5.0, 5.0])
     assert [ends["arrived"] for _, _, ends in results] == [False, False, False, True]
 
@@ -63,6 +78,28 @@ def test_ends_are_those_that_were_asked_for():
     assert ends == {"crashed": True}
     ((_, _, ends),) = drive(Task(ends=()), [0.5], collided=True)
     assert ends == {}
+
+
+def test_robots_of_one_judge_do_not_meet():
+    """Many robots with paths of their own, each as if it were alone."""
+    rng, task, n = np.random.default_rng(0), Task(), 5
+    layouts = [replace(LAYOUT, path=rng.uniform(-2, 2, (rng.integers(1, 6), 2))) for _ in range(n)]
+    together, alone = Judge(task, n), [Judge(task, 1) for _ in range(n)]
+    poses = np.zeros((n, 3))
+    for i, layout in enumerate(layouts):
+        together.begin(i, layout, poses[i])
+        alone[i].begin(0, layout, poses[i])
+    for _ in range(50):
+        which = np.flatnonzero(rng.random(n) < 0.7)
+        poses[which] += rng.normal(0, 0.3, (len(which), 3))
+        hits = rng.random(n) < 0.5
+        together.judge(which, poses, hits, 0.1)
+        for i in which:
+            alone[i].judge(np.zeros(1, dtype=np.int64), poses[i : i + 1], hits[i : i + 1], 0.1)
+        for i, judge in enumerate(alone):
+            assert (together.terms[i] == judge.terms[0]).all()
+            assert together.rewards[i] == judge.rewards[0]
+            assert (together.ends[i] == judge.ends[0]).all()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,89 @@
+# pyright: reportCallIssue=false
+"""Calls into pymunk's Chipmunk library from a kernel, without a trip through Python for each.
+
+Functions and objects of the library are known by their addresses, as pymunk's cffi hands them out.
+A kernel that does not hold Python's lock lets other threads step other spaces meanwhile. (numba
+passes an intrinsic's first argument itself, which pyright cannot know.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pymunk
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+from pymunk._chipmunk_cffi import ffi, lib
+
+ROW = 6  # numbers that tell of a body
+
+
+def address(pointer: Any) -> int:
+    """Where a cffi pointer points to."""
+    return int(ffi.cast("uintptr_t", pointer))
+
+
+FUNCTIONS = tuple(
+    address(ffi.addressof(lib, name))
+    for name in ("cpSpaceStep", "cpSpaceEachBody", "pmSpaceBodyGetIteratorFuncBatched")
+)
+
+
+class States:
+    """An array that Chipmunk fills with x, y, angle, vx, vy, omega of a space's bodies.
+
+    It tells of those that are not static in the order in which they were added.
+
+    space  pymunk's
+    rows   (bodies, 6) m, rad, s
+    """
+
+    def __init__(self, space: pymunk.Space):
+        self.space = space
+        self.rows = np.zeros((len(space.bodies) + 2, ROW))  # never full: it would be reallocated
+        self._floats, self._batch = ffi.new("pmFloatArray *"), ffi.new("pmBatchedData *")
+        self._floats.arr = ffi.cast("double *", self.rows.ctypes.data)
+        self._floats.max = self.rows.size
+        self._batch.floatArray = self._floats
+        self._batch.fields = lib.POSITION | lib.ANGLE | lib.VELOCITY | lib.ANGULAR_VELOCITY
+        count = ffi.offsetof("pmFloatArray", "num")
+        self._written = np.frombuffer(ffi.buffer(self._floats), np.int32, count=1, offset=count)
+        self._at = address(space._space), address(self._batch)
+
+    def advance(self, steps: int, dt: float) -> None:
+        """Let the space pass `steps` steps of `dt` s, and fill `rows`."""
+        _advance(FUNCTIONS, *self._at, self._written, steps, dt)
+
+
+@njit(cache=True, nogil=True)
+def _advance(functions, space, batch, written, steps, dt):
+    for _ in range(steps):
+        _step(functions[0], space, dt)
+    written[0] = 0
+    _each_body(functions[1], space, functions[2], batch)
+
+
+@intrinsic
+def _step(typingctx, function, space, dt):
+    """cpSpaceStep(space, dt)"""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.FunctionType(ir.VoidType(), [args[1].type, args[2].type])
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.uintp, types.uintp, types.float64), codegen
+
+
+@intrinsic
+def _each_body(typingctx, function, space, called, data):
+    """cpSpaceEachBody(space, called, data)"""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.FunctionType(ir.VoidType(), [arg.type for arg in args[1:]])
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.uintp, types.uintp, types.uintp, types.uintp), codegen

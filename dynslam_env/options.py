@@ -1,0 +1,43 @@
+"""The `options` of a reset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.checked import finite, instance, one_of
+from slam.errors import InputError
+from slam.geometry import Pose2
+
+Bools = NDArray[np.bool_]
+
+
+def start_of(options: Mapping[str, Any] | None) -> Pose2 | None:
+    """Where the robot is to begin, if that was said; raises InputError for anything else."""
+    instance("the options of reset", {} if options is None else options, Mapping)
+    for name in options or ():
+        one_of("an option of reset", name, ("start",))
+    start = (options or {}).get("start")
+    if start is None:
+        return None
+    finite("options['start']", start)
+    if np.shape(start) != (3,):
+        raise InputError(
+            f"options['start'] must be three numbers x, y in m, theta in rad, got {start!r}"
+        )
+    return Pose2.of(start)
+
+
+def reset_mask(options: Mapping[str, Any] | None, n: int) -> tuple[Bools, dict[str, Any]]:
+    """Which of n worlds are to be reset (all, unless a mask says otherwise), and other options."""
+    instance("the options of reset", {} if options is None else options, Mapping)
+    others = dict(options or {})
+    mask = others.pop("reset_mask", np.ones(n, dtype=np.bool_))
+    if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (n,)):
+        raise InputError(f"options['reset_mask'] must be a bool array of shape ({n},), got {mask}")
+    if not mask.any():
+        raise InputError("options['reset_mask'] must name at least one world, got none")
+    return mask, others

@@ -1,0 +1,61 @@
+"""Solid polygons that move: their edges in the world, from where their bodies are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+
+from slam.geometry import Array
+
+
+class Polygons:
+    """The outlines of bodies, in their order.
+
+    shapes  corners (k, 2) of each, m, in its body's frame
+    """
+
+    def __init__(self, shapes: Sequence[Array]):
+        self.shapes = [_counter_clockwise(np.asarray(shape)) for shape in shapes]
+        self._corners = np.concatenate([np.empty((0, 2)), *self.shapes])
+        self._first = np.cumsum([0, *(len(shape) for shape in self.shapes)])
+
+    @property
+    def count(self) -> int:
+        """Number of edges."""
+        return len(self._corners)
+
+    def outline(self, bodies: Array, edges: Array) -> None:
+        """Write the edges (count, 4), m, of bodies (m, 3 or more) at x, y (m), angle (rad).
+
+        Counter-clockwise. The first edge of each polygon runs between its first two corners.
+        """
+        _outline(bodies, self._first, self._corners, edges)
+
+
+def regular(radius: float, corners: int) -> Array:
+    """(corners, 2) m, of a regular polygon within a circle."""
+    angles = np.arange(corners) * (math.tau / corners)
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _counter_clockwise(shape: Array) -> Array:
+    """The same polygon with its interior to the left of its edges, and the same first edge."""
+    following = np.roll(shape, -1, axis=0)
+    twice_area = (shape[:, 0] * following[:, 1] - following[:, 0] * shape[:, 1]).sum()
+    return shape if twice_area > 0 else np.concatenate([shape[1::-1], shape[:1:-1]])
+
+
+@njit(cache=True)
+def _outline(bodies, first, corners, edges):
+    for i in range(len(bodies)):
+        start, stop = first[i], first[i + 1]
+        c, s = math.cos(bodies[i, 2]), math.sin(bodies[i, 2])
+        for k in range(start, stop):
+            x = bodies[i, 0] + c * corners[k, 0] - s * corners[k, 1]
+            y = bodies[i, 1] + s * corners[k, 0] + c * corners[k, 1]
+            before = stop - 1 if k == start else k - 1
+            edges[k, 0] = edges[before, 2] = x
+            edges[k, 1] = edges[before, 3] = y

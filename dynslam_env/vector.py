@@ -1,0 +1,298 @@
+"""The native vector environment: a fleet of n worlds as a Gymnasium VectorEnv."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from dynslam_env.doors import Doors
+from dynslam_env.drawing.render import Viewer
+from dynslam_env.drawing.scenery import scene
+from dynslam_env.env import DoorCorridorEnv, Observation
+from dynslam_env.fleet import Fleet, actions_of
+from dynslam_env.laser import Laser
+from dynslam_env.laws import Law
+from dynslam_env.layout import Generator
+from dynslam_env.odometry import Odometry
+from dynslam_env.options import reset_mask, start_of
+from dynslam_env.people import People
+from dynslam_env.robot import Robot
+from dynslam_env.setup import Setup
+from dynslam_env.task import Task
+from dynslam_env.world import CONTROL_DT, World
+from slam.checked import one_of, whole_number
+from slam.errors import InputError
+from slam.geometry import Pose2
+
+Bools = NDArray[np.bool_]
+Infos = dict[str, Any]
+Stepped = tuple[Observation, NDArray[np.float64], Bools, Bools, Infos]
+MODES = tuple(mode.value for mode in AutoresetMode)
+
+
+class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
+    """n environments of one kind, stepped side by side in one process: `gym.make_vec(ID, n)`.
+
+    Step by step and bit for bit what `gymnasium.vector.SyncVectorEnv` of n single environments
+    gives, observations, rewards, ends and infos alike, at a fraction of the overhead. Spaces,
+    rewards, infos and arguments are those of `DoorCorridorEnv`, and further:
+
+    | argument            | type, default         | what                                           |
+    |---------------------|-----------------------|------------------------------------------------|
+    | `num_envs`          | int, 1                | how many                                       |
+    | `max_episode_steps` | int, as registered    | after so many an episode is truncated; None: never |
+    | `autoreset_mode`    | `AutoresetMode` or its value, "NextStep" | NextStep: the step after an episode's last one resets, its action is ignored; SameStep: the last step resets, `final_obs` and `final_info` are in the infos; Disabled: the user resets by `options={"reset_mask": ...}` |
+    | `threads`           | int, 1                | how many share the work; the results are the same to the bit |
+
+    `reset(seed=s)` gives world i the seed s + i; a list gives each its own.
+    """  # noqa: E501
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        threads: int = 1,
+        world: str | Generator | None = None,
+        doors: str | Law | Doors = "moving",
+        robot: Robot | None = None,
+        laser: Laser | None = None,
+        odometry: Odometry | None = None,
+        people: People | None = None,
+        task: Task | None = None,
+        render_mode: str | None = None,
+    ):
+        whole_number("num_envs", num_envs, 1)
+        if max_episode_steps == -1:  # as in gymnasium.make
+            max_episode_steps = None
+        if max_episode_steps is not None:
+            whole_number("max_episode_steps", max_episode_steps, 1)
+        if not isinstance(autoreset_mode, AutoresetMode):
+            one_of("autoreset_mode", autoreset_mode, MODES)
+        whole_number("threads", threads, 1)
+        one_of("render_mode", render_mode, (None, "rgb_array"))
+        parts = {"world": world, "doors": doors, "robot": robot, "laser": laser}
+        parts |= {"odometry": odometry, "people": people, "task": task}
+        self.setup = Setup.of(parts)
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        own = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
+        self.metadata = DoorCorridorEnv.metadata | own
+        self.single_action_space = self.setup.action_space()
+        self.single_observation_space = self.setup.observation_space()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._fleet, self._all = Fleet(self.setup, num_envs, threads), np.arange(num_envs)
+        self._limit = np.inf if max_episode_steps is None else max_episode_steps
+        self._steps = np.zeros(num_envs, dtype=np.int64)
+        self._over: Bools = np.ones(num_envs, dtype=np.bool_)
+        self._openings, self._people = _Stack("doors", num_envs), _Stack("people", num_envs)
+        self._rngs: list[np.random.Generator | None] = [None] * num_envs
+        self._seeds: list[int | None] = [None] * num_envs
+        self._viewers: list[Viewer] = []
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The worlds' generators."""
+        return tuple(self._rng(i) for i in range(self.num_envs))
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """The worlds' seeds."""
+        _ = self.np_random
+        return tuple(self._seeds)
+
+    @property
+    def physics(self) -> list[World]:
+        """The simulated worlds of the present episodes."""
+        return self._fleet.worlds
+
+    # -- gymnasium -----------------------------------------------------------------------------
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, Infos]:
+        """Begin new episodes, in all worlds or in those of `options["reset_mask"]` (n,) bool.
+
+        options  further, as of the single environment: {"start": (x, y, theta)}
+        """
+        seeds = self._given(seed)
+        mask, others = reset_mask(options, self.num_envs)
+        start = start_of(others)
+        for i in np.flatnonzero(mask).tolist():
+            if seeds[i] is not None:
+                self._seed(i, seeds[i])
+            self._reset(i, start)
+        return self._observations(), self._infos(mask)
+
+    def step(self, actions: NDArray[np.float32]) -> Stepped:
+        """Drive all robots for a tenth of a second; actions (n, 2)."""
+        commands = actions_of(actions, (self.num_envs, 2))
+        if not np.isfinite(commands[~self._over]).all():  # told before any world begins anew
+            raise InputError("actions are finite numbers from -1 to 1, got some that are not")
+        stepped = self._ready()
+        which = self._all if stepped.all() else np.flatnonzero(stepped)
+        self._fleet.step(which, commands)
+        self._steps[which] += 1
+        judge = self._fleet.judge
+        rewards = np.where(stepped, judge.rewards, 0.0)
+        terminated = judge.ends.any(axis=1) & stepped
+        truncated = (self._steps >= self._limit) & stepped
+        over, infos = terminated | truncated, {}
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and over.any():
+            infos, stepped = self._finish(over), stepped & ~over
+        else:
+            self._over = over
+        infos |= self._infos(np.ones(self.num_envs, dtype=np.bool_)) | self._judged(stepped)
+        return self._observations(), rewards, terminated, truncated, infos
+
+    def render(self) -> tuple[NDArray[np.uint8] | None, ...]:  # type: ignore[override]
+        """An image (rows, columns, 3) of each world."""
+        if self.render_mode is None:
+            gym.logger.warn('render_mode is None: make_vec(..., render_mode="rgb_array") to see it')
+            return (None,) * self.num_envs
+        while len(self._viewers) < self.num_envs:
+            self._viewers.append(Viewer(False, self.metadata["render_fps"]))
+        poses = self._fleet.drive.poses
+        return tuple(
+            viewer.draw(scene(self._fleet, i, [Pose2.of(poses[i])]), None)
+            for i, viewer in enumerate(self._viewers)
+        )
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Let the threads go."""
+        self._fleet.close()
+
+    # -- episodes ------------------------------------------------------------------------------
+
+    def _reset(self, i: int, start: Pose2 | None = None) -> None:
+        try:
+            self._fleet.reset(i, self._rng(i), start)
+            world = self.physics[i]
+            self._openings.put(i, world.openings)
+            self._people.put(i, world.people)
+        except InputError:
+            self._fleet.forget(i)  # no step before a reset that succeeds
+            raise
+        self._steps[i], self._over[i] = 0, False
+
+    def _rng(self, i: int) -> np.random.Generator:
+        rng = self._rngs[i]
+        return self._seed(i, None) if rng is None else rng
+
+    def _seed(self, i: int, seed: int | None) -> np.random.Generator:
+        rng, self._seeds[i] = seeding.np_random(seed)
+        self._rngs[i] = rng
+        return rng
+
+    def _given(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        if seed is None:
+            return [None] * self.num_envs
+        if isinstance(seed, int | np.integer):
+            return [int(seed) + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise InputError(f"seed must be one number or {self.num_envs}, got {len(seed)}")
+        return list(seed)
+
+    def _ready(self) -> Bools:
+        """Which worlds are to step; those whose episode was over begin a new one instead."""
+        if not self._fleet.ready:
+            raise gym.error.ResetNeeded("call reset() before step()")
+        stepped = ~self._over
+        if not stepped.all():
+            over = np.flatnonzero(self._over).tolist()
+            if self.autoreset_mode is AutoresetMode.DISABLED:
+                raise gym.error.ResetNeeded(
+                    f"the episodes of worlds {over} are over and autoreset is disabled: "
+                    'reset(options={"reset_mask": ...})'
+                )
+            for i in over:
+                self._reset(i)
+        return stepped
+
+    def _finish(self, over: Bools) -> Infos:
+        """Reset worlds `over` at once; what their episodes ended with."""
+        observations = self._observations()
+        last = np.full(self.num_envs, None, dtype=object)
+        for i in np.flatnonzero(over).tolist():
+            last[i] = {key: rows[i].copy() for key, rows in observations.items()}
+        info = self._infos(over) | self._judged(over)
+        for i in np.flatnonzero(over).tolist():
+            self._reset(i)
+        return _masked({"final_obs": last, "final_info": info}, over)
+
+    # -- what is given back --------------------------------------------------------------------
+
+    def _observations(self) -> Observation:
+        fleet = self._fleet
+        return {
+            "scan": fleet.scans.copy(),
+            "odometry": fleet.odometry.copy(),
+            "velocity": fleet.drive.observed.copy(),
+        }
+
+    def _infos(self, mask: Bools) -> Infos:
+        """What a reset and a step tell of worlds `mask`; zero for the others."""
+        infos = {
+            "pose": self._fleet.drive.poses.copy(),
+            "door_angles": self._openings.array(),
+            "people": self._people.array(),
+            "collision": self._fleet.collided.copy(),
+            "time": self._steps * CONTROL_DT,
+        }
+        if not mask.all():
+            for rows in infos.values():
+                rows[~mask] = 0
+        return _masked(infos, mask)
+
+    def _judged(self, mask: Bools) -> Infos:
+        """What a step tells of worlds `mask` besides."""
+        if not mask.any():
+            return {}
+        judge, task = self._fleet.judge, self.setup.task
+        terms = dict(zip(task.reward, np.where(mask, judge.terms.T, 0.0), strict=True))
+        ends = dict(zip(task.ends, judge.ends.T & mask, strict=True))
+        named = {"reward_terms": _masked(terms, mask), "ends": _masked(ends, mask)}
+        return _masked(named, mask)
+
+
+def _masked(infos: Infos, mask: Bools) -> Infos:
+    """With a mask beside every entry, as Gymnasium has it: which worlds it speaks of."""
+    return infos | {f"_{key}": mask.copy() for key in infos}
+
+
+class _Stack:
+    """Rows of n worlds, each of which its world changes in place."""
+
+    def __init__(self, what: str, n: int):
+        self._what, self._rows = what, [np.empty(0)] * n
+        self._known: set[int] = set()
+
+    def put(self, i: int, row: NDArray[Any]) -> None:
+        """`row` is that of world `i` from now on; all worlds' rows have one length."""
+        lengths = {len(self._rows[k]) for k in self._known - {i}}
+        if lengths - {len(row)}:
+            raise InputError(
+                f"the worlds of a vector environment need equally many {self._what}, "
+                f"got {lengths.pop()} and {len(row)}"
+            )
+        if not lengths:
+            self._rows = [np.zeros_like(row)] * len(self._rows)
+        self._rows[i] = row
+        self._known.add(i)
+
+    def array(self) -> NDArray[Any]:
+        """(n, ...) as they are now; zero where a world has not begun yet."""
+        shape = len(self._rows), *self._rows[0].shape
+        return np.concatenate(self._rows).reshape(shape)

@@ -1,0 +1,201 @@
+"""How people decide where to walk next: kernels, one person after another."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+REACH = 0.15  # m, so near a waypoint counts as there
+ROOM = 0.25  # m more than side by side: so near counts as there where another stands
+APART = 0.5  # m between two outlines, from which on people begin to make way
+STOP = 0.08  # m, at which they stand
+BESIDE = 0.1  # m between two ways, from which on they do not meet
+LOOK = 0.5  # m, so far ahead on the line between waypoints people aim
+SHARP = 0.3  # share of the speed in sharp bends
+
+
+@njit(cache=True)
+def steer(
+    time, dt, bodies, robot, opened, routes, lengths, gates, state, clock, settings, ways, out
+):
+    """Decide for every person where to go next, and how fast; how many came to an end to rest.
+
+    bodies   (p, 6) x, y, angle, vx, vy, ... m, rad, s; robot x, y, radius
+    opened   (d,) whether doors can be walked through
+    routes   (p, k, 2) waypoints, m, of which `lengths` (p,) count
+    gates    (p, k - 1) the door that each leg leads through, -1 for none
+    state    (p, 3) from which waypoint, to which, whether walking; changed
+    clock    (p, 2) s: rests until (inf: to be drawn), cannot go on since; changed
+    settings radius m, speed m/s, patience s, braking m/s^2
+    ways     (p, 2) unit vectors to where they walk, zero for who stands; changed
+    out      (p, 2) m/s, the velocities wanted; written
+    """
+    radius, speed, patience, brake = settings
+    arrived = 0
+    for i in range(len(bodies)):
+        out[i] = 0.0
+        if not state[i, 2] and time >= clock[i, 0] and _may_go(i, opened, gates, state):
+            state[i, 2] = 1
+        if state[i, 2] and _there(i, radius, bodies, robot, routes, state):
+            arrived += _arrive(i, lengths, gates, state, clock)
+        ways[i] = 0.0
+        if state[i, 2]:
+            far = _aim(i, bodies, routes, state, ways)
+            last = speed * _share_at_end(i, opened, routes, lengths, gates, state)
+            v = min(speed, far / dt, math.sqrt(last**2 + 2.0 * brake * far))
+            _go(i, v, radius, bodies, robot, ways, out)
+            _lose_patience(i, dt, speed, patience, bodies, ways, state, clock)
+        elif _step_aside(i, speed, radius, bodies, ways, out):
+            continue
+        elif not _there(i, radius, bodies, robot, routes, state):  # was shoved, or stepped aside
+            far = _back(i, bodies, routes, state, ways)
+            _go(i, min(0.5 * speed, far / dt), radius, bodies, robot, ways, out)
+            ways[i] = 0.0
+    return arrived
+
+
+@njit(cache=True)
+def _gate(i, gates, state):
+    """The door of the leg that person `i` is on; -1 for none."""
+    return gates[i, min(state[i, 0], state[i, 1])]
+
+
+@njit(cache=True)
+def _may_go(i, opened, gates, state):
+    """Nothing speaks against beginning the leg: its door is open, and nobody passes through."""
+    gate = _gate(i, gates, state)
+    if gate < 0:
+        return True
+    for k in range(len(state)):
+        if k != i and state[k, 2] and _gate(k, gates, state) == gate:
+            return False
+    return opened[gate]
+
+
+@njit(cache=True)
+def _there(i, radius, bodies, robot, routes, state):
+    """Person `i` is where it walks to, or where it is to stand; beside it, if that is taken."""
+    goal = state[i, 1] if state[i, 2] else state[i, 0]
+    gx, gy = routes[i, goal]
+    far = math.hypot(gx - bodies[i, 0], gy - bodies[i, 1])
+    if far < REACH:
+        return True
+    for k in range(-1, len(bodies)):
+        if k != i:
+            ox, oy, reach = _other(k, radius, bodies, robot)
+            beside = radius + reach
+            if far < beside + ROOM and math.hypot(gx - ox, gy - oy) < beside:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _other(k, radius, bodies, robot):
+    """x, y and radius of person `k`, or of the robot for -1."""
+    if k < 0:
+        return robot[0], robot[1], robot[2]
+    return bodies[k, 0], bodies[k, 1], radius
+
+
+@njit(cache=True)
+def _arrive(i, lengths, gates, state, clock):
+    """Person `i` has come to a waypoint: goes on, waits at a door, or rests at the end (then 1)."""
+    at, to = state[i, 1], 2 * state[i, 1] - state[i, 0]
+    end = to < 0 or to >= lengths[i]
+    if end:
+        to = state[i, 0]
+        clock[i, 0] = np.inf  # a rest, whose end is to be drawn
+    state[i, 0], state[i, 1] = at, to
+    state[i, 2] = 0 if end or _gate(i, gates, state) >= 0 else 1
+    clock[i, 1] = 0.0
+    return 1 if end else 0
+
+
+@njit(cache=True)
+def _share_at_end(i, opened, routes, lengths, gates, state):
+    """Share of the speed at which the leg may end: none where it has to stand, less in a bend."""
+    at, to = state[i, 0], state[i, 1]
+    onward = 2 * to - at
+    if onward < 0 or onward >= lengths[i]:
+        return 0.0
+    gate = gates[i, min(to, onward)]
+    if gate >= 0 and not opened[gate]:
+        return 0.0
+    ax, ay = routes[i, to, 0] - routes[i, at, 0], routes[i, to, 1] - routes[i, at, 1]
+    bx, by = routes[i, onward, 0] - routes[i, to, 0], routes[i, onward, 1] - routes[i, to, 1]
+    return max((ax * bx + ay * by) / (math.hypot(ax, ay) * math.hypot(bx, by)), SHARP)
+
+
+@njit(cache=True)
+def _aim(i, bodies, routes, state, ways):
+    """Walk back to the line between the waypoints, and along it; m that are left to go."""
+    ax, ay = routes[i, state[i, 0]]
+    bx, by = routes[i, state[i, 1]]
+    length = math.hypot(bx - ax, by - ay)
+    dx, dy = (bx - ax) / length, (by - ay) / length
+    along = (bodies[i, 0] - ax) * dx + (bodies[i, 1] - ay) * dy
+    along = min(max(along, 0.0) + LOOK, length)
+    return _towards(i, ax + along * dx, ay + along * dy, bx, by, bodies, ways)
+
+
+@njit(cache=True)
+def _back(i, bodies, routes, state, ways):
+    """To the waypoint where person `i` is to stand; m to go."""
+    x, y = routes[i, state[i, 0]]
+    return _towards(i, x, y, x, y, bodies, ways)
+
+
+@njit(cache=True)
+def _towards(i, x, y, goal_x, goal_y, bodies, ways):
+    dx, dy = x - bodies[i, 0], y - bodies[i, 1]
+    far = math.hypot(dx, dy)
+    if far > 0.0:
+        ways[i, 0], ways[i, 1] = dx / far, dy / far
+    return math.hypot(goal_x - bodies[i, 0], goal_y - bodies[i, 1])
+
+
+@njit(cache=True)
+def _go(i, v, radius, bodies, robot, ways, out):
+    """At `v` m/s on one's way, slower and aside of the nearest that is in it."""
+    ux, uy = ways[i]
+    nearest, side = 0.0, 1.0
+    for k in range(-1, len(bodies)):
+        if k == i:
+            continue
+        ox, oy, reach = _other(k, radius, bodies, robot)
+        dx, dy = ox - bodies[i, 0], oy - bodies[i, 1]
+        gap = math.hypot(dx, dy) - radius - reach
+        left = ux * dy - uy * dx
+        if gap < APART and ux * dx + uy * dy > 0.0 and abs(left) < radius + reach + BESIDE:
+            nearness = min((APART - gap) / (APART - STOP), 1.0)
+            if nearness > nearest:
+                nearest, side = nearness, 1.0 if left > -BESIDE else -1.0
+    out[i, 0] = v * ((1.0 - nearest) * ux + 0.5 * nearest * side * uy)  # right: (uy, -ux)
+    out[i, 1] = v * ((1.0 - nearest) * uy - 0.5 * nearest * side * ux)
+
+
+@njit(cache=True)
+def _step_aside(i, speed, radius, bodies, ways, out):
+    """Who stands in the way of another steps out of it; whether somebody comes."""
+    for k in range(len(bodies)):
+        dx, dy = bodies[i, 0] - bodies[k, 0], bodies[i, 1] - bodies[k, 1]
+        gap = math.hypot(dx, dy) - 2.0 * radius
+        left = ways[k, 0] * dy - ways[k, 1] * dx
+        ahead = ways[k, 0] * dx + ways[k, 1] * dy
+        if k != i and gap < APART and ahead > 0.0 and abs(left) < 2.0 * radius + BESIDE:
+            side = 0.5 * speed if left > -BESIDE else -0.5 * speed  # k passes on the other
+            out[i, 0], out[i, 1] = -side * ways[k, 1], side * ways[k, 0]
+            return True
+    return False
+
+
+@njit(cache=True)
+def _lose_patience(i, dt, speed, patience, bodies, ways, state, clock):
+    """Who cannot go on for long turns around."""
+    along = bodies[i, 3] * ways[i, 0] + bodies[i, 4] * ways[i, 1]
+    clock[i, 1] = clock[i, 1] + dt if along < 0.2 * speed else 0.0
+    if clock[i, 1] > patience * (1.0 + 0.25 * (i % 4)):
+        state[i, 0], state[i, 1] = state[i, 1], state[i, 0]
+        clock[i, 1] = 0.0
