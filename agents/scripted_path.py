@@ -63,7 +63,7 @@ class ScriptedPath:
         return np.array(action, dtype=np.float32), state
 
     def _command(self, pose: Pose2) -> tuple[float, float]:
-        while not self.finished and self._away(pose) < REACH:
+        while not self.finished and self._there(pose):
             self._next += 1
         if self.finished:
             return 0.0, 0.0
@@ -75,18 +75,29 @@ class ScriptedPath:
         v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._away(pose)))
         return v, 2.0 * v * math.sin(aside) / LOOKAHEAD
 
+    def _there(self, pose: Pose2) -> bool:
+        """Within REACH of the next waypoint, or just past the end of the leg that leads to it."""
+        away = self._away(pose)
+        if away >= LOOKAHEAD or away < REACH:
+            return away < REACH
+        start, leg, length = self._leg()
+        return length > 0.0 and float((pose[:2] - start) @ leg) > length**2
+
+    def _leg(self) -> tuple[Array, Array, float]:
+        """Where the present leg begins, the way to its end, and its length, m."""
+        start = self._waypoints[max(self._next - 1, 0)]
+        leg = self._waypoints[self._next] - start
+        return start, leg, float(np.hypot(*leg))
+
     def _away(self, pose: Pose2) -> float:
         x, y = self._waypoints[self._next]
         return math.hypot(x - pose.x, y - pose.y)
 
     def _carrot(self, pose: Pose2) -> tuple[float, float]:
         """The point of the present leg LOOKAHEAD m beyond the foot of the perpendicular."""
-        end = self._waypoints[self._next]
-        start = self._waypoints[max(self._next - 1, 0)]
-        leg = end - start
-        length = float(np.hypot(*leg))
+        start, leg, length = self._leg()
         if length == 0.0:
-            return end[0], end[1]
+            return start[0], start[1]
         along = float((np.array([pose.x, pose.y]) - start) @ leg) / length
         x, y = start + leg * ((along + LOOKAHEAD) / length)
         return x, y

@@ -86,6 +86,17 @@ def test_it_passes_every_waypoint_and_stops_at_the_last(start):
     assert car.v == 0.0
 
 
+@pytest.mark.parametrize(("short", "turn", "then"), [(0.48, -1.45, -2.88), (0.66, 1.98, -3.12)])
+def test_legs_too_short_to_steer_on_are_driven_past(short, turn, then):
+    car, corner = Car(Pose2(0, 0, 0)), np.array([2.0, 0.0])
+    behind = corner + short * np.array([np.cos(turn), np.sin(turn)])
+    waypoints = np.array([corner, behind, behind + 2 * np.array([np.cos(then), np.sin(then)])])
+    path = ScriptedPath(waypoints, lambda: car.pose)
+    for _ in range(500):
+        car.drive(path.predict()[0])
+    assert path.finished
+
+
 def test_wrong_waypoints_are_refused():
     with pytest.raises(InputError, match=r"waypoints have shape \(p, 2\)"):
         ScriptedPath(np.zeros((3, 3)), Pose2)
