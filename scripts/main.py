@@ -45,11 +45,14 @@ def status(arguments: list[str] | None = None) -> int:
 def _command(arguments: list[str] | None) -> int:
     import tyro
 
-    from . import demo, run
+    from . import demo, endure, play, run, speed
 
     known = (
         Annotated[demo.Demo, tyro.conf.subcommand("demo")]
+        | Annotated[endure.Endure, tyro.conf.subcommand("endure")]
+        | Annotated[play.Play, tyro.conf.subcommand("play")]
         | Annotated[run.Run, tyro.conf.subcommand("run")]
+        | Annotated[speed.Speed, tyro.conf.subcommand("speed")]
     )
     config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitSubcommandPrefixes)
     description = "2D laser SLAM in places that change."

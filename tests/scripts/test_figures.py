@@ -15,7 +15,7 @@ from PIL import Image, ImageSequence
 
 import slam
 from agents.scripted_path import record_corridor
-from dynslam_env import Doors
+from dynslam_env import Doors, Uniform
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode, Truth
 from slam.errors import InputError
@@ -37,7 +37,7 @@ def first_scans(episode: Episode, count: int = SCANS) -> Episode:
 
 @pytest.fixture(scope="module")
 def moving() -> Episode:
-    return first_scans(record_corridor(1, Doors(dwell_min=1.0, dwell_max=3.0, swing_time=0.5)))
+    return first_scans(record_corridor(1, Doors(Uniform(1.0, 3.0), swing_time=0.5)))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,167 @@
+"""Cockpit: one drive by keyboard, in real time: keys in, pictures out. It owns no window."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import gymnasium as gym
+import numpy as np
+
+from dynslam_env import DoorCorridorEnv
+from dynslam_env.drawing.colours import SOLID
+from dynslam_env.drawing.picture import Painter
+from dynslam_env.drawing.render import LIVE
+from dynslam_env.drawing.scene import Belief, Scene, belief_between, scene_between
+
+from . import overlay
+from .keys import COMMANDS, Drive, drive
+from .lens import Lens
+
+if TYPE_CHECKING:
+    import pygame
+
+DT = 0.1  # s, one step of the environment
+MOST = 3  # steps at once; beyond, time is lost rather than made good
+SLOW = 0.9  # of real time, below which one is told
+MEMORY = 1.0  # s over which the pace is averaged
+
+
+class Cockpit:
+    """A drive.
+
+    env   of dynslam_env, wrapped or not, made with a render_mode; without a limit of steps
+    seed  of the first episode
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], seed: int | None = None):
+        world = env.unwrapped
+        assert isinstance(world, DoorCorridorEnv)
+        self._env, self._world = env, world
+        self._painter = Painter(LIVE)
+        self._lens = Lens()
+        self.running, self.paused = True, False
+        self._help, self._map = False, True
+        self._commands = {
+            "closer": self._closer, "farther": self._farther, "follow": self._follow,
+            "map": self._toggle_map, "new": self.begin, "pause": self._pause,
+            "help": self._toggle_help, "quit": self._quit,
+        }  # fmt: skip
+        self.begin(seed)
+
+    def begin(self, seed: int | None = None) -> None:
+        """A new episode."""
+        observation, info = self._env.reset(seed=seed)
+        self._held: set[str] = set()
+        self._drive = Drive()
+        self._due, self._pace, self._fresh = 0.0, 1.0, True
+        self._took(observation, info, arrived=False)
+        self._before = self._now
+
+    # -- keys ----------------------------------------------------------------------------------
+
+    def press(self, key: str) -> None:
+        """A key went down, by pygame's name for it."""
+        if key in COMMANDS:
+            self._commands[COMMANDS[key]]()
+        else:
+            self._held.add(key)
+
+    def release(self, key: str) -> None:
+        """A key went up."""
+        self._held.discard(key)
+
+    def let_go(self) -> None:
+        """All keys: the window is no longer the one that is typed into."""
+        self._held.clear()
+
+    # -- time ----------------------------------------------------------------------------------
+
+    def advance(self, seconds: float) -> None:
+        """Let real time pass; the world keeps step as far as it can."""
+        if self.paused or self._fresh:  # it took a while to begin; nobody drove meanwhile
+            self._fresh = False
+            return
+        self._due += seconds
+        steps = min(int(self._due / DT + 1e-9), MOST)
+        for _ in range(steps):
+            self._step()
+        self._due -= steps * DT
+        lost = max(0.0, self._due - DT)
+        self._due -= lost
+        share = min(seconds / MEMORY, 1.0)
+        if seconds > 0:
+            self._pace += share * (1.0 - lost / seconds - self._pace)
+
+    def _step(self) -> None:
+        self._drive = drive(self._held, self._drive, self._speed, self._world.robot)
+        action = np.array(self._drive.action(self._world.robot), dtype=np.float32)
+        observation, _, terminated, _, info = self._env.step(action)
+        self._before = self._now
+        self._took(observation, info, self._arrived or terminated)
+
+    def _took(self, observation: Any, info: dict[str, Any], arrived: bool) -> None:
+        self._speed = float(observation["velocity"][0])
+        self._bumped, self._arrived = bool(info["collision"]), arrived
+        belief = self._world.belief
+        self._now: tuple[Scene, Belief | None] = self._world.scene(), belief() if belief else None
+
+    # -- picture -------------------------------------------------------------------------------
+
+    def picture(self, size: tuple[int, int]) -> pygame.Surface:
+        """All of a window of that size, pixels."""
+        import pygame
+
+        surface = pygame.Surface(size)
+        surface.fill(SOLID)
+        scene, belief = self._shown()
+        room = size[0], size[1] - overlay.STRIP
+        view = self._lens.view(scene.walls, room, 1 if belief is None else 2)
+        surface.blit(self._painter.picture(scene, belief, view), (0, 0))
+        overlay.bottom_line(surface, *self._status())
+        if self._help:
+            overlay.help_panel(surface)
+        elif self.paused:
+            overlay.notice(surface, "paused: P goes on")
+        return surface
+
+    def _shown(self) -> tuple[Scene, Belief | None]:
+        """Between the last two steps, so that all moves smoothly; a tenth of a second late."""
+        (old, old_belief), (new, new_belief) = self._before, self._now
+        share = min(self._due / DT, 1.0)
+        scene = scene_between(old, new, share)
+        if not self._map or old_belief is None or new_belief is None:
+            return scene, None
+        return scene, belief_between(old_belief, new_belief, share)
+
+    def _status(self) -> tuple[str, bool]:
+        """What to tell, and whether it is a warning."""
+        if self._pace < SLOW:
+            return f"this machine is too slow: {self._pace:.1f} x real time", True
+        if self._bumped:
+            return "bumped into something", True
+        arrived = "arrived: R for another   " if self._arrived else ""
+        return f"{arrived}{self._speed:.2f} m/s", False
+
+    # -- commands ------------------------------------------------------------------------------
+
+    def _closer(self) -> None:
+        self._lens = self._lens.closer()
+
+    def _farther(self) -> None:
+        self._lens = self._lens.farther()
+
+    def _follow(self) -> None:
+        pose = self._world.pose
+        self._lens = self._lens.toggled((pose.x, pose.y))
+
+    def _toggle_map(self) -> None:
+        self._map = not self._map
+
+    def _pause(self) -> None:
+        self.paused = not self.paused
+
+    def _toggle_help(self) -> None:
+        self._help = not self._help
+
+    def _quit(self) -> None:
+        self.running = False
