@@ -40,8 +40,8 @@ def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
 
 
 def instance(name: str, value: object, kind: type) -> None:
-    """`value` is a `kind`."""
-    if not isinstance(value, kind):
+    """`value` is a `kind`; a class is no instance of a protocol, though its methods fit."""
+    if isinstance(value, type) or not isinstance(value, kind):
         raise InputError(f"{name} must be a {kind.__name__}, got {value!r}")
 
 
