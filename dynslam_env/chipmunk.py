@@ -50,19 +50,21 @@ class States:
         self._batch.fields = lib.POSITION | lib.ANGLE | lib.VELOCITY | lib.ANGULAR_VELOCITY
         count = ffi.offsetof("pmFloatArray", "num")
         self._written = np.frombuffer(ffi.buffer(self._floats), np.int32, count=1, offset=count)
-        self._at = address(space._space), address(self._batch)
+        objects = address(space._space), address(self._batch)
+        self._addresses = np.array([*FUNCTIONS, *objects], dtype=np.uintp)
 
     def advance(self, steps: int, dt: float) -> None:
         """Let the space pass `steps` steps of `dt` s, and fill `rows`."""
-        _advance(FUNCTIONS, *self._at, self._written, steps, dt)
+        _advance(self._addresses, self._written, steps, dt)
 
 
 @njit(cache=True, nogil=True)
-def _advance(functions, space, batch, written, steps, dt):
+def _advance(addresses, written, steps, dt):
+    step, each_body, read, space, batch = addresses
     for _ in range(steps):
-        _step(functions[0], space, dt)
+        _step(step, space, dt)
     written[0] = 0
-    _each_body(functions[1], space, functions[2], batch)
+    _each_body(each_body, space, read, batch)
 
 
 @intrinsic
