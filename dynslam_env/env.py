@@ -222,7 +222,7 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def occupancy(self, cell: float = CELL) -> TrueOccupancy:
         """The true map so far in cells of `cell` m: `now`, and `share`, of the time since reset."""
-        assert self._begun
+        _ = self._begun  # before a reset there is no past
         return self._past.occupancy(cell)
 
     def bound(self) -> Bound:
