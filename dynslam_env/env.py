@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.doors import Doors
-from dynslam_env.drawing.render import Belief, Scene, Viewer
+from dynslam_env.drawing.render import Viewer
+from dynslam_env.drawing.scene import Belief, Scene
 from dynslam_env.drawing.scenery import scene
 from dynslam_env.drawing.view import View
 from dynslam_env.fleet import Fleet, actions_of

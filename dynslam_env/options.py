@@ -17,10 +17,10 @@ Bools = NDArray[np.bool_]
 
 def start_of(options: Mapping[str, Any] | None) -> Pose2 | None:
     """Where the robot is to begin, if that was said; raises InputError for anything else."""
-    instance("the options of reset", {} if options is None else options, Mapping)
-    for name in options or ():
+    given = _given(options)
+    for name in given:
         one_of("an option of reset", name, ("start",))
-    start = (options or {}).get("start")
+    start = given.get("start")
     if start is None:
         return None
     finite("options['start']", start)
@@ -33,11 +33,17 @@ def start_of(options: Mapping[str, Any] | None) -> Pose2 | None:
 
 def reset_mask(options: Mapping[str, Any] | None, n: int) -> tuple[Bools, dict[str, Any]]:
     """Which of n worlds are to be reset (all, unless a mask says otherwise), and other options."""
-    instance("the options of reset", {} if options is None else options, Mapping)
-    others = dict(options or {})
+    others = _given(options)
     mask = others.pop("reset_mask", np.ones(n, dtype=np.bool_))
     if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (n,)):
         raise InputError(f"options['reset_mask'] must be a bool array of shape ({n},), got {mask}")
     if not mask.any():
         raise InputError("options['reset_mask'] must name at least one world, got none")
     return mask, others
+
+
+def _given(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """A copy of the options, empty for None."""
+    given = {} if options is None else options
+    instance("the options of reset", given, Mapping)
+    return dict(given)

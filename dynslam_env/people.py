@@ -10,6 +10,7 @@ import numpy as np
 
 from dynslam_env.layout import Layout
 from dynslam_env.walking import steer
+from dynslam_env.worlds.clearance import any_crossing
 from slam.checked import positive, within
 from slam.errors import InputError
 from slam.geometry import Array
@@ -119,16 +120,10 @@ class Walkers:
 
 def _door_between(a: Array, b: Array, layout: Layout) -> int:
     """The door through which a leg from `a` to `b` leads; -1 for none."""
+    leg = np.array([(*a, *b)])
     for number, door in enumerate(layout.doors):
-        hinge = np.array(door.hinge)
-        edge = hinge + door.width * np.array([math.cos(door.closed), math.sin(door.closed)])
-        if (_side(a, b, hinge) * _side(a, b, edge) < 0) and (
-            _side(hinge, edge, a) * _side(hinge, edge, b) < 0
-        ):
+        x, y = door.hinge
+        edge = x + door.width * math.cos(door.closed), y + door.width * math.sin(door.closed)
+        if any_crossing(leg, np.array([(x, y, *edge)])):
             return number
     return -1
-
-
-def _side(a: Array, b: Array, point: Array) -> float:
-    (ux, uy), (vx, vy) = b - a, point - a
-    return float(ux * vy - uy * vx)

@@ -20,8 +20,7 @@ from dynslam_env.task import Task
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
-from slam.checked import one_of
-from slam.errors import InputError
+from slam.checked import instance, one_of
 
 NAMED_DOORS = {"moving": Doors(), "static": Doors(law=Static())}
 NAMED_WORLDS = {"corridor": Corridor(), "loop": Loop(), "office": Office(),
@@ -55,8 +54,7 @@ class Setup:
         if isinstance(doors, Law) and not isinstance(doors, type):
             given["doors"] = Doors(law=doors)
         for name, part in given.items():
-            if isinstance(part, type) or not isinstance(part, KINDS[name]):
-                raise InputError(f"{name} must be {ALLOWED[name]}, got {part!r}")
+            instance(name, part, KINDS[name], ALLOWED.get(name))
         return Setup(**given)
 
     def plain(self) -> dict[str, Any]:
@@ -84,8 +82,7 @@ class Setup:
 KINDS = {"world": Generator, "doors": Doors, "robot": Robot, "laser": Laser,
          "odometry": Odometry, "people": People, "task": Task}  # fmt: skip
 
-
-ALLOWED = {name: f"a {kind.__name__}" for name, kind in KINDS.items()} | {
+ALLOWED = {
     "doors": '"moving", "static", a law such as Uniform(5, 20), or a Doors',
     "world": '"corridor", "loop", "office", "crowd", a Corridor, Loop, Office or Layout, or '
     "anything else with layout(rng) -> Layout",

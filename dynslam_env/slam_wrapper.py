@@ -11,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 import slam as slam_library
-from dynslam_env.drawing.render import Belief
+from dynslam_env.drawing.scene import Belief
 from dynslam_env.env import DoorCorridorEnv, Observation
 from slam.checked import positive_number, whole_number
 from slam.errors import InputError

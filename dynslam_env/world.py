@@ -64,21 +64,22 @@ class World:
         self._clock = doors.law.clock(count, door_rng)
         self._doors = Motors(layout.doors, doors, is_open)
         self._people = Walkers(people, layout, people_rng)
-        check_people(layout, self._people.beginnings(), people.radius, robot.radius)
+        places = self._people.beginnings()
+        check_people(layout, places, people.radius, robot.radius)
         self._fastest = robot.max_speed
         self._add_walls(layout.walls)
         self._robot_radius, self._open_angle = robot.radius, doors.open_angle
         self._pulling: list[pymunk.Body | Constraint] = []
         self._wheels = self._add_robot(layout.start, robot)._body
         self._add_doors(layout.doors, doors)
-        self._add_people(people)
+        self._add_people(people, places)
         self._space.add(*self._pulling)
         self._watch_contacts()
         self.states = States(self._space)
         self._tell_apart(self.states.rows)
         self._lay_segments(layout)
         self.states.advance(0, PHYSICS_DT)
-        self._check_order(layout)
+        self._check_order(layout, places)
         self._react()
 
     # -- state ---------------------------------------------------------------------------------
@@ -216,13 +217,7 @@ class World:
             self._space.add(body)
             if not doors.fixed:
                 self._add_motor(body, door, doors)
-            tip = 0.0 if doors.fixed else doors.speed * door.width
-            if tip > FASTEST_LEAF:
-                raise InputError(
-                    f"a leaf {door.width:g} m wide cannot open in Doors.swing_time = "
-                    f"{doors.swing_time:g} s: its edge may move at {FASTEST_LEAF:g} m/s at most"
-                )
-            skin = self._skin(tip)
+            skin = self._skin(0.0 if doors.fixed else _tip_speed(door, doors))
             self._add_shape(pymunk.Poly(body, door.corners.tolist(), radius=skin), LEAF)
 
     def _add_motor(self, body: pymunk.Body, door: Door, doors: Doors) -> None:
@@ -233,10 +228,10 @@ class World:
         self._space.add(motor, RotaryLimitJoint(frame, body, min(angles), max(angles)))
         self._motors.append(motor)
 
-    def _add_people(self, people: People) -> None:
+    def _add_people(self, people: People, places: Array) -> None:
         self._feet: list[pymunk.Body] = []
         self._person = regular(people.radius, OCTAGON)
-        for x, y in self._people.beginnings().tolist():
+        for x, y in places.tolist():
             body = pymunk.Body(people.mass, float("inf"))
             body.position = x, y
             self._feet.append(self._pulled(body, people.force))
@@ -263,11 +258,11 @@ class World:
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
         self._walking, self._movers = rows[last_leaf:last], rows[1:last]
 
-    def _check_order(self, layout: Layout) -> None:
+    def _check_order(self, layout: Layout, people: Array) -> None:
         """pymunk promises no order of its bodies; with another one, all would be confused."""
         hinges = [door.hinge for door in layout.doors] if self._motors else []
-        places = [layout.start[:2], *hinges, *self._people.beginnings().tolist()]
-        if not np.array_equal(np.vstack([self.robot, self._movers])[:, :2], np.array(places)):
+        places = np.array([layout.start[:2], *hinges, *people.tolist()])
+        if not np.array_equal(self.bodies[:, :2], places):
             raise RuntimeError("pymunk tells of its bodies in an order that dynslam does not know")
 
     def _lay_segments(self, layout: Layout) -> None:
@@ -284,3 +279,14 @@ class World:
         hinges = np.array([door.hinge for door in layout.doors]).reshape(-1, 2)
         poses = np.column_stack([hinges, self._doors.targets])[: len(fixed)]
         still.outline(poses, self.segments[self.first_edge :])
+
+
+def _tip_speed(door: Door, doors: Doors) -> float:
+    """m/s, of a leaf's edge at full speed; raises InputError beyond FASTEST_LEAF."""
+    speed = doors.speed * door.width
+    if speed > FASTEST_LEAF:
+        raise InputError(
+            f"a leaf {door.width:g} m wide cannot open in Doors.swing_time = "
+            f"{doors.swing_time:g} s: its edge may move at {FASTEST_LEAF:g} m/s at most"
+        )
+    return speed

@@ -39,10 +39,13 @@ def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
         raise InputError(f"{name} must be one of {known}, got {value!r}")
 
 
-def instance(name: str, value: object, kind: type) -> None:
-    """`value` is a `kind`; a class is no instance of a protocol, though its methods fit."""
+def instance(name: str, value: object, kind: type, allowed: str | None = None) -> None:
+    """`value` is a `kind`; a class is no instance of a protocol, though its methods fit.
+
+    `allowed` says what is, where the name of the kind would not.
+    """
     if isinstance(value, type) or not isinstance(value, kind):
-        raise InputError(f"{name} must be a {kind.__name__}, got {value!r}")
+        raise InputError(f"{name} must be {allowed or f'a {kind.__name__}'}, got {value!r}")
 
 
 def finite(name: str, value: Any, columns: int | None = None) -> None:

@@ -18,8 +18,6 @@ from dynslam_env.drawing.view import View
 if TYPE_CHECKING:
     import pygame
 
-__all__ = ["Belief", "Scene", "View", "Viewer"]
-
 LIVE = FINE // 2  # a window is smoothed less, for speed
 
 

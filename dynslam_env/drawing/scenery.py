@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dynslam_env.drawing.render import Scene
+from dynslam_env.drawing.scene import Scene
 from dynslam_env.fleet import Fleet
 from slam.geometry import Pose2
 

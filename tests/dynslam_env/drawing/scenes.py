@@ -3,7 +3,8 @@
 import numpy as np
 
 from dynslam_env.drawing.captions import TITLE
-from dynslam_env.drawing.render import Belief, Scene, Viewer
+from dynslam_env.drawing.render import Viewer
+from dynslam_env.drawing.scene import Belief, Scene
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.scan import Scan
