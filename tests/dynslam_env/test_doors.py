@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Doors, Static
+from dynslam_env import Corridor, Coupled, Doors, Scripted, Static
 from dynslam_env.doors import Motors
 from slam import InputError
 from tests.dynslam_env import naive
@@ -146,3 +146,10 @@ def test_corners_agree_with_the_naive_reference():
 def test_wrong_parameters_are_refused(wrong, message):
     with pytest.raises(InputError, match=message):
         Doors(**wrong)
+
+
+def test_leaves_are_fixed_however_deep_the_law_that_says_so():
+    assert Doors(law=Static()).fixed
+    assert Doors(law=Coupled(Static())).fixed
+    assert Doors(law=Coupled(Coupled(Static()))).fixed
+    assert not Doors(law=Coupled(Scripted())).fixed
