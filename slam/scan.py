@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
@@ -60,10 +61,24 @@ class Scan:
     def directions(self) -> Array:
         """(beams, 2) unit vectors of the beams in the robot's frame."""
         angles = self.angles + self.mount.theta
-        return np.column_stack([np.cos(angles), np.sin(angles)])
+        directions = np.empty((len(angles), 2))
+        np.cos(angles, out=directions[:, 0])
+        np.sin(angles, out=directions[:, 1])
+        return directions
 
     @cached_property
     def points(self) -> Array:
         """(hits, 2) end points of the beams with an echo, m, in the robot's frame."""
-        ranges, directions = self.ranges[self.hit], self.directions[self.hit]
-        return directions * ranges[:, None] + (self.mount.x, self.mount.y)
+        return _points(self.ranges, self.directions, self.hit, self.mount.x, self.mount.y)
+
+
+@njit(cache=True)
+def _points(ranges, directions, hit, x, y):
+    points = np.empty((hit.sum(), 2))
+    n = 0
+    for k in range(len(ranges)):
+        if hit[k]:
+            points[n, 0] = directions[k, 0] * ranges[k] + x
+            points[n, 1] = directions[k, 1] * ranges[k] + y
+            n += 1
+    return points

@@ -6,45 +6,48 @@ import numpy as np
 from numba import njit
 
 from slam.geometry import Array
-from slam.grid import GridSpec, grown
+from slam.grid import TILE
+from slam.tiles import AREA, MASK, SHIFT, Tiles
+
+UNIT = 1 / 65536  # of a cell: what offsets are counted in
+LARGEST = np.iinfo(np.int16).max  # an echo just before the border of its cell rounds to one more
+MEMORY = 50  # echoes that a mean looks back on at most: what moved is followed
 
 
 class Centroids:
     """Per cell the mean of the echoes that fell into it, so that a map is finer than its cells.
 
-    memory  how many echoes the mean looks back on at most: what moved is followed
-    offset  (rows, cols, 2) x, y in m from the cell's centre; zero where there was no echo
-    count   (rows, cols) echoes, up to `memory`
+    offset  layer of (x, y) from the cell's centre, int16 in UNITs of a cell; zero without an echo
+    count   layer of echoes, uint8, up to MEMORY
     """
 
-    def __init__(self, spec: GridSpec, memory: int = 50):
-        self.memory = memory
-        self.offset = np.zeros((*spec.shape, 2), np.float32)
-        self.count = np.zeros(spec.shape, np.uint16)
+    def __init__(self, tiles: Tiles):
+        self.tiles = tiles
+        self.offset = tiles.layer(np.int16, 0, (AREA, 2))
+        self.count = tiles.layer(np.uint8)
 
-    def grow(self, old: GridSpec, new: GridSpec) -> None:
-        """Take the shape of the larger grid `new`."""
-        self.offset = grown(self.offset, old, new, 0.0)
-        self.count = grown(self.count, old, new, 0)
+    def add(self, echoes: Array) -> None:
+        """Take in echoes (n, 2), m in the world, all in tiles that are in use."""
+        tiles = self.tiles
+        cells = (echoes - tiles.origin) * (1 / tiles.resolution)
+        _add(cells, tiles.index, self.offset.flat, self.count.flat)
 
-    def add(self, spec: GridSpec, echoes: Array) -> None:
-        """Take in echoes (n, 2), m in the world, all within the grid."""
-        _add(
-            (echoes - spec.origin) * (1 / spec.resolution),
-            spec.resolution,
-            self.offset,
-            self.count,
-            self.memory,
-        )
+    def dense(self) -> tuple[np.ndarray, np.ndarray]:
+        """(rows, cols, 2) offsets in m, and (rows, cols) counts, of the grid `tiles.spec`."""
+        offset = self.tiles.dense(self.offset) * (UNIT * self.tiles.resolution)
+        return offset, self.tiles.dense(self.count)
 
 
 @njit(cache=True)
-def _add(echoes, resolution, offset, count, memory):
-    """Running means; echoes in units of cells, rounded as `rays.trace` does."""
+def _add(echoes, index, offset, count):
+    """Running means; echoes in units of cells, rounded as `rays` does."""
     for k in range(len(echoes)):
         x, y = echoes[k, 0], echoes[k, 1]
-        i, j = int(np.floor(y)), int(np.floor(x))
-        if count[i, j] < memory:
-            count[i, j] += 1
-        offset[i, j, 0] += ((x - j - 0.5) * resolution - offset[i, j, 0]) / count[i, j]
-        offset[i, j, 1] += ((y - i - 0.5) * resolution - offset[i, j, 1]) / count[i, j]
+        row, col = int(y), int(x)
+        i = index[row >> SHIFT, col >> SHIFT] * AREA + (row & MASK) * TILE + (col & MASK)
+        if count[i] < MEMORY:
+            count[i] += np.uint8(1)
+        dx = round(((x - col - 0.5) / UNIT - offset[i, 0]) / count[i])
+        dy = round(((y - row - 0.5) / UNIT - offset[i, 1]) / count[i])
+        offset[i, 0] = min(offset[i, 0] + dx, LARGEST)
+        offset[i, 1] = min(offset[i, 1] + dy, LARGEST)

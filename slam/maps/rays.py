@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,22 +11,27 @@ from numba import njit
 
 from slam.checked import positive, within
 from slam.geometry import Array, Pose2
-from slam.grid import GridSpec
 from slam.scan import Scan
+from slam.tiles import MASK, SHIFT, Tiles
 
-MARGIN = 1e-6  # m
+MARGIN = 8  # cells around every echo whose tiles are taken too: readings look so far
+AROUND = 32  # cells around all that was seen that lie in `Tiles.index`, taken or not
+SPARE = 2  # cells around the window of a scan
+NEVER = 1e30  # a border that a beam along it does not meet
 FREE, HIT = np.uint8(1), np.uint8(2)
 
 
 class Seen(NamedTuple):
     """What one scan says of the cells, each cell once; a hit outweighs the beams that pass it.
 
-    cells  (n,) int flat indices into the grid
-    hit    (n,) bool, occupied rather than free
+    cells   (n,) int64 ids (see `Tiles`)
+    hit     (n,) bool, occupied rather than free
+    echoes  (m, 2) where the beams that hit ended, m, world
     """
 
     cells: np.ndarray
     hit: np.ndarray
+    echoes: Array
 
 
 @dataclass(frozen=True)
@@ -57,79 +63,116 @@ class Rays:
         return sensor, (directions * lengths[:, None]) @ turn + sensor, hit
 
 
-def covering(spec: GridSpec, sensor: Array, ends: Array) -> GridSpec:
-    """`spec`, grown if need be to hold the sensor (2,) and all beam ends (n, 2).
+class Tracer:
+    """Follows beams through tiles. Its memory is kept from scan to scan, and blank between them."""
 
-    With a little to spare: rounding puts a point on the border to this side of it or to that.
-    """
-    points = np.vstack([ends, sensor[None]])
-    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-    return spec.covering(tuple(low.tolist()), tuple(high.tolist()))
+    def __init__(self) -> None:
+        self._marks = np.zeros(0, np.uint8)
 
+    def trace(self, tiles: Tiles, sensor: Array, ends: Array, hit: np.ndarray) -> Seen:
+        """The cells that beams from `sensor` (2,) to `ends` (n, 2) cross (free) or end in (hit).
 
-def trace(spec: GridSpec, sensor: Array, ends: Array, hit: np.ndarray) -> Seen:
-    """The cells that beams from `sensor` to `ends` cross (free) or end in (hit).
-
-    All points must lie in the grid (see `covering`). A beam that is no hit frees its last cell too.
-    """
-    origin = np.array(spec.origin)
-    scale = 1 / spec.resolution
-    return Seen(*_trace((sensor - origin) * scale, (ends - origin) * scale, hit, spec.cols))
-
-
-@njit(cache=True)
-def _trace(sensor, ends, hit, stride):
-    """Amanatides and Woo (1987) for every beam, in units of cells; marks, then collects."""
-    row0 = row1 = int(np.floor(sensor[1]))
-    col0 = col1 = int(np.floor(sensor[0]))
-    for k in range(len(ends)):
-        row, col = int(np.floor(ends[k, 1])), int(np.floor(ends[k, 0]))
-        row0, row1 = min(row0, row), max(row1, row)
-        col0, col1 = min(col0, col), max(col1, col)
-    marks = np.zeros((row1 - row0 + 1, col1 - col0 + 1), np.uint8)
-    count = 0
-    for k in range(len(ends)):
-        count += _mark(marks, sensor[0] - col0, sensor[1] - row0, ends[k, 0] - col0,
-                       ends[k, 1] - row0, hit[k])  # fmt: skip
-    cells, flags = np.empty(count, np.int64), np.empty(count, np.bool_)
-    n = 0
-    for row in range(marks.shape[0]):
-        for col in range(marks.shape[1]):
-            if marks[row, col]:
-                cells[n] = (row + row0) * stride + col + col0
-                flags[n] = marks[row, col] == HIT
-                n += 1
-    return cells, flags
+        Takes the tiles that it needs. A beam that is no hit frees its last cell too.
+        """
+        left, low, right, high = _box(sensor, ends)
+        spare = AROUND * tiles.resolution
+        tiles.cover((left - spare, low - spare), (right + spare, high + spare))
+        origin, scale = np.array(tiles.origin), 1 / tiles.resolution
+        col0 = math.floor((left - origin[0]) * scale) - SPARE
+        row0 = math.floor((low - origin[1]) * scale) - SPARE
+        col1 = math.floor((right - origin[0]) * scale) + SPARE
+        row1 = math.floor((high - origin[1]) * scale) + SPARE
+        bits = (col1 - col0).bit_length()
+        size = (row1 - row0 + 1) << bits
+        if size > len(self._marks):
+            self._marks = np.zeros(size, np.uint8)
+        cells, flags, used = _trace(
+            (sensor - origin) * scale - (col0, row0),
+            (ends - origin) * scale - (col0, row0),
+            hit,
+            self._marks,
+            bits,
+            row0,
+            col0,
+            tiles.index,
+            tiles.used,
+        )
+        if used != tiles.used:
+            tiles.take(used)
+        return Seen(cells, flags, ends[hit])
 
 
 @njit(cache=True)
-def _mark(marks, x0, y0, x1, y1, hit):
-    """Mark one beam's cells; the number of cells not marked before."""
-    col, row = int(np.floor(x0)), int(np.floor(y0))
-    last_col, last_row = int(np.floor(x1)), int(np.floor(y1))
+def _box(sensor, ends):
+    """Left, low, right and high border of a sensor and the ends of its beams."""
+    left, low = sensor[0], sensor[1]
+    right, high = left, low
+    for k in range(len(ends)):
+        left, right = min(left, ends[k, 0]), max(right, ends[k, 0])
+        low, high = min(low, ends[k, 1]), max(high, ends[k, 1])
+    return left, low, right, high
+
+
+@njit(cache=True)
+def _trace(sensor, ends, hit, marks, bits, row0, col0, index, used):
+    """Follow every beam, in units of cells from the corner of a window, whose marks are left blank.
+
+    bits        the window has 1 << bits columns
+    row0, col0  of its corner in the tiles
+    """
+    most = 1
+    for k in range(len(ends)):
+        most += abs(int(ends[k, 0]) - int(sensor[0])) + abs(int(ends[k, 1]) - int(sensor[1])) + 1
+    visited = np.empty(most, np.int32)
+    n = np.uint64(0)
+    for k in range(len(ends)):
+        n = _follow(marks, bits, sensor[0], sensor[1], ends[k, 0], ends[k, 1], hit[k], visited, n)
+    cells, flags = np.empty(n, np.int64), np.empty(n, np.bool_)
+    for k in range(n):
+        place = np.uint64(visited[k])
+        row, col = (visited[k] >> bits) + row0, (visited[k] & ((1 << bits) - 1)) + col0
+        slot = index[row >> SHIFT, col >> SHIFT]
+        if slot == 0:
+            slot = index[row >> SHIFT, col >> SHIFT] = used
+            used += 1
+        cells[k] = (slot << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)
+        flags[k] = marks[place] & HIT != 0
+        marks[place] = 0
+        if flags[k]:
+            for r in ((row - MARGIN) >> SHIFT, (row + MARGIN) >> SHIFT):
+                for c in ((col - MARGIN) >> SHIFT, (col + MARGIN) >> SHIFT):
+                    if index[r, c] == 0:
+                        index[r, c] = used
+                        used += 1
+    return cells, flags, used
+
+
+@njit(cache=True)
+def _follow(marks, bits, x0, y0, x1, y1, hit, visited, n):
+    """One beam (Amanatides and Woo 1987): notes the cells that are new, gives how many there are.
+
+    It takes as many steps as there are borders between its ends; a rounding error may take one of
+    them aside, by a cell at most, for which the window has room.
+    """
+    col, row = int(x0), int(y0)
+    end_col, end_row = int(x1), int(y1)
     dx, dy = x1 - x0, y1 - y0
-    step_col, step_row = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
-    delta_x = abs(1.0 / dx) if dx != 0 else np.inf
-    delta_y = abs(1.0 / dy) if dy != 0 else np.inf
-    next_x = (col + (dx > 0) - x0) / dx if dx != 0 else np.inf
-    next_y = (row + (dy > 0) - y0) / dy if dy != 0 else np.inf
-    new = 0
-    for _ in range(abs(last_col - col) + abs(last_row - row)):
-        if marks[row, col] == 0:
-            marks[row, col] = FREE
-            new += 1
-        if next_x < next_y:
-            next_x += delta_x
-            col += step_col
-        else:
-            next_y += delta_y
-            row += step_row
-        col = min(max(col, 0), marks.shape[1] - 1)
-        row = min(max(row, 0), marks.shape[0] - 1)
-    if marks[last_row, last_col] == 0:
-        new += 1
-    if hit:
-        marks[last_row, last_col] = HIT
-    elif marks[last_row, last_col] == 0:
-        marks[last_row, last_col] = FREE
-    return new
+    along = np.uint64(1 if dx > 0 else -1)  # unsigned, so that no index is checked for its sign
+    across = np.uint64((1 if dy > 0 else -1) << bits)
+    delta_x = abs(1.0 / dx) if dx != 0 else NEVER
+    delta_y = abs(1.0 / dy) if dy != 0 else NEVER
+    next_x = (col + (dx > 0) - x0) / dx if dx != 0 else NEVER
+    next_y = (row + (dy > 0) - y0) / dy if dy != 0 else NEVER
+    place, end = np.uint64((row << bits) + col), np.uint64((end_row << bits) + end_col)
+    for _ in range(abs(end_col - col) + abs(end_row - row)):
+        visited[n] = place
+        n += np.uint64(marks[place] == 0)
+        marks[place] |= FREE
+        x_first = next_x < next_y
+        place += along if x_first else across
+        next_x += delta_x if x_first else 0.0
+        next_y += 0.0 if x_first else delta_y
+    visited[n] = end
+    n += np.uint64(marks[end] == 0)
+    marks[end] |= HIT if hit else FREE
+    return n

@@ -102,21 +102,121 @@ def static(history, hit=0.85, free=-0.4, limit=math.inf, prior=0.2) -> dict[tupl
     return log_odds
 
 
-def temporal(history, delta_t, bins, hit=0.85, free=-0.4, prior=0.2, weight=0.1):
-    """{cell: (h, histogram)} from every window that ever was, none forgotten (eq. 6 and 9)."""
+def windows(history, delta_t, hit=0.85, free=-0.4, prior=0.2) -> dict:
+    """{cell: {window: log-odds}} of every window that ever was, none forgotten (eq. 6)."""
     start = math.log(prior / (1 - prior))
-    windows: dict = defaultdict(lambda: defaultdict(lambda: start))
+    result: dict = defaultdict(lambda: defaultdict(lambda: start))
     for time, cells in history:
         for at, occupied in cells.items():
-            windows[at][math.floor(time / delta_t)] += hit if occupied else free
+            window = math.floor((time - history[0][0]) / delta_t)
+            result[at][window] += hit if occupied else free
+    return result
+
+
+def temporal(history, delta_t, bins, hit=0.85, free=-0.4, prior=0.2, weight=0.1):
+    """{cell: (h, histogram)} from every window that ever was, none forgotten (eq. 6 and 9)."""
     result = {}
-    for at, sums in windows.items():
+    for at, sums in windows(history, delta_t, hit, free, prior).items():
         histogram = [0] * bins
         for log_odds in sums.values():
-            histogram[min(int(bins / (1 + math.exp(-log_odds))), bins - 1)] += 1
+            histogram[min(int(bins * sigmoid(log_odds)), bins - 1)] += 1
         occupied = sum(n * b / (bins - 1) for b, n in enumerate(histogram))
         result[at] = (occupied + weight * prior) / (len(sums) + weight), histogram
     return result
+
+
+def recency(history, scales, hit=0.85, free=-0.4, prior=0.2) -> dict[tuple[int, int], float]:
+    """h per cell: the weight of every observation from its age when the cell was last seen."""
+    evidence = defaultdict(list)
+    for time, cells in history:
+        for at, occupied in cells.items():
+            evidence[at].append((time, hit if occupied else free))
+    start = math.log(prior / (1 - prior))
+    result = {}
+    for at, all_of_it in evidence.items():
+        now = all_of_it[-1][0]
+        sums = [sum(e * math.exp((t - now) / scale) for t, e in all_of_it) for scale in scales]
+        result[at] = sum(sigmoid(start + sum_) for sum_ in sums) / len(scales)
+    return result
+
+
+STEPS = 2**24
+
+
+class Chain:
+    """A cell of `maps.hmm`: states are 0 free and 1 occupied; None: not decided."""
+
+    def __init__(self, changes: float, dwell: float, prior: float):
+        self.p, self.at, self.state = prior, None, None
+        self.seconds = [(1 - prior) * dwell, prior * dwell]
+        self.changed = [changes, changes]  # closings, while free; openings, while occupied
+
+    def see(self, time: float, ratio: float) -> None:
+        gone = 0.0 if self.at is None else max(time - self.at, 0.0)
+        closing, opening = self.rates
+        step = np.eye(2) + self.generator * gone / STEPS
+        distribution = np.array([1 - self.p, self.p]) @ np.linalg.matrix_power(step, STEPS)
+        likelihood = np.array([1.0, ratio])
+        self.p = (distribution * likelihood / (distribution @ likelihood))[1]
+        if gone * (closing + opening) >= 1:
+            self.state = None
+        before, self.at = self.state, time
+        if self.p > 0.8:
+            self.state = 1
+        elif self.p < 0.2:
+            self.state = 0
+        if before is not None:
+            self.seconds[before] += gone
+            self.changed[before] += self.state != before
+
+    @property
+    def rates(self) -> tuple[float, float]:
+        """Closing and opening, 1/s."""
+        return self.changed[0] / self.seconds[0], self.changed[1] / self.seconds[1]
+
+    @property
+    def generator(self) -> np.ndarray:
+        closing, opening = self.rates
+        return np.array([[-closing, closing], [opening, -opening]])
+
+
+def hmm(history, changes, dwell, hit=0.85, free=-0.4, prior=0.2) -> dict[tuple[int, int], Chain]:
+    """The chain of each cell, gone through in small steps of time."""
+    chains: dict = defaultdict(lambda: Chain(changes, dwell, prior))
+    for time, cells in history:
+        for at, occupied in cells.items():
+            chains[at].see(time, math.exp(hit if occupied else free))
+    return chains
+
+
+def filtered(history, sure, limit, hit=0.85, free=-0.4, prior=0.2):
+    """{cell: (static log-odds, dynamic log-odds)} by the table of Wolf and Sukhatme (2005)."""
+    start = math.log(prior / (1 - prior))
+    grids: dict = defaultdict(lambda: (start, start))
+    for _, cells in history:
+        for at, occupied in cells.items():
+            stays, moves = grids[at]
+            surely_free = sigmoid(stays) < sure
+            stays += hit if occupied and not surely_free else free
+            moves += hit if occupied and surely_free else free
+            grids[at] = stays, max(-limit, min(limit, moves))
+    return grids
+
+
+def hybrid(history, delta_t, bins, hit=0.85, free=-0.4, prior=0.2) -> dict[tuple[int, int], float]:
+    """h per cell, from the whole static map and the whole history."""
+    all_windows = windows(history, delta_t, hit, free, prior)
+    means = temporal(history, delta_t, bins, hit, free, prior)
+    result = {}
+    for at, log_odds in static(history, hit, free, prior=prior).items():
+        occupied_in = sum(sum_ > 0 for sum_ in all_windows[at].values())
+        mean = means[at][0] if occupied_in >= 2 else 0.0
+        result[at] = max(sigmoid(log_odds), mean)
+    return result
+
+
+def sigmoid(x: float) -> float:
+    return 1 / (1 + math.exp(-x))
 
 
 def centroids(history, resolution: float) -> dict[tuple[int, int], np.ndarray]:
@@ -157,3 +257,113 @@ def _bump(t: float) -> float:
     if abs(t) <= 0.5:
         return 0.75 - t * t
     return (1.5 - abs(t)) ** 2 / 2 if abs(t) <= 1.5 else 0.0
+
+
+def walls(occupied, offset, count) -> dict[tuple[int, int], float | None]:
+    """{(row, col): heading of the wall, None where echoes lie on no line} of a dense map; offset in
+    cells."""
+    result = {}
+    for row, col in np.argwhere((count > 0) & (occupied > np.float32(0.02))):
+        points, weights = [], []
+        own = offset[row, col] + (col, row)
+        for r, c in np.argwhere(count > 0):
+            if abs(r - row) <= 2 and abs(c - col) <= 2:
+                points.append(offset[r, c] + (c, r) - own)
+                weights.append(occupied[r, c] * math.exp(-(points[-1] @ points[-1]) / (2 * 1.5**2)))
+        p, w = np.array(points), np.array(weights)
+        mean = w @ p / w.sum()
+        (thin, long), axes = np.linalg.eigh((p - mean).T @ ((p - mean) * w[:, None]))
+        heading = math.atan2(axes[1, 1], axes[0, 1])
+        straight = thin <= 0.25**2 * long and (thin + long) / 2 >= 0.05 * w.sum()
+        result[row, col] = round(heading * 128 / math.pi) * math.pi / 128 if straight else None
+    return result
+
+
+def spans(start, heading: float, length: float):
+    """((row, col), t0, t1) of the cells on the way, in units of cells."""
+    end = start[0] + length * math.cos(heading), start[1] + length * math.sin(heading)
+    cuts = {0.0, 1.0}
+    for a, b in zip(start, end, strict=True):
+        for line in range(math.floor(min(a, b)), math.ceil(max(a, b)) + 1):
+            if a != b and 0 < (line - a) / (b - a) < 1:
+                cuts.add((line - a) / (b - a))
+    for t0, t1 in pairwise(sorted(cuts)):
+        t = (t0 + t1) / 2
+        x, y = (a + t * (b - a) for a, b in zip(start, end, strict=True))
+        yield (math.floor(y), math.floor(x)), t0 * length, t1 * length
+
+
+def first_hit(known, start, heading: float, z: float, sigma: float, spread: float, beyond: float):
+    """Density of the range z, and probability of no hit before z; all in units of cells.
+
+    known  {(row, col): (h, None or (x, y, heading or None) of the wall)}; elsewhere known[None]
+    """
+    dx, dy = math.cos(heading), math.sin(heading)
+    survival, density = 1.0, 0.0
+    for at, t0, t1 in spans(start, heading, z + beyond):
+        h, wall = known.get(at, known[None])
+        h = min(max(h, 0.02), 0.98)
+        if wall is None:
+            rate = -math.log1p(-h)
+            steps = (np.arange(500) + 0.5) * (t1 - t0) / 500
+            hits = survival * rate * np.exp(-rate * steps) * (t1 - t0) / 500
+            density += hits @ _normal(t0 + steps - z, sigma)
+            survival *= (1 - h) ** (t1 - t0)
+            continue
+        mx, my = wall[0] - start[0], wall[1] - start[1]
+        r, s, share = mx * dx + my * dy, spread, None
+        if wall[2] is not None:
+            nx, ny = -math.sin(wall[2]), math.cos(wall[2])
+            across = nx * dx + ny * dy
+            if abs(across) > 0.02:
+                r, s = (nx * mx + ny * my) / across, min(spread / abs(across), 0.3)
+                share = (math.erf((t1 - r) / s / 2**0.5) - math.erf((t0 - r) / s / 2**0.5)) / 2
+        stop = h * (float(t0 <= r <= t1) if share is None else share)
+        density += survival * stop * _normal(r - z, math.hypot(sigma, s))
+        survival *= (1 - stop) * 0.98 ** (t1 - t0)
+    return density, survival
+
+
+def _normal(x, sigma):
+    return np.exp(-0.5 * (x / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
+
+
+def beam_reading(reading, grid, scan: Scan, pose: Pose2) -> float:
+    """What `Beam` gives for a scan seen from a pose, beam by beam, cell by cell."""
+    tiles, unit = grid.cells.tiles, 1 / grid.cells.tiles.resolution
+    occupied, count = tiles.dense(grid.cells.occupied), tiles.dense(grid.cells.centroids.count)
+    offset = tiles.dense(grid.cells.centroids.offset) / 65536
+    known: dict = {None: (grid.cells.prior, None)}
+    for (row, col), h in np.ndenumerate(occupied):
+        known[row + tiles.row0, col + tiles.col0] = float(h), None
+    for (row, col), heading in walls(occupied, offset, count).items():
+        at = row + tiles.row0, col + tiles.col0
+        x, y = offset[row, col] + (at[1] + 0.5, at[0] + 0.5)
+        known[at] = known[at][0], (x, y, heading)
+    rays, total = grid.cells.rays, 0.0
+    (x, y), ends = beams(scan, pose, rays.reach, rays.no_echo_reach)
+    for end, hit in ends:
+        z, heading = math.hypot(end[0] - x, end[1] - y), math.atan2(end[1] - y, end[0] - x)
+        density, survival = first_hit(
+            known, (x * unit, y * unit), heading, z * unit, reading.sigma * unit,
+            reading.spread * unit, 6.0 if hit else 0.0,
+        )  # fmt: skip
+        farthest = min(scan.max_range, rays.reach)
+        if hit:
+            total += math.log(reading.z_hit * density * unit + reading.z_rand / farthest)
+        else:
+            total += math.log(reading.z_hit * survival + reading.z_rand)
+    return reading.beta * total
+
+
+def literal_reading(reading, grid, scan: Scan, pose: Pose2) -> float:
+    """What `Literal` gives: the map that the scan implies, cell by cell."""
+    tiles, rays = grid.cells.tiles, grid.cells.rays
+    occupied, total = tiles.dense(grid.cells.occupied), 0.0
+    scan_seen = seen(scan, pose, tiles.resolution, rays.reach, rays.no_echo_reach)
+    for (row, col), hit in scan_seen.items():
+        r, c = row - tiles.row0, col - tiles.col0
+        inside = 0 <= r < occupied.shape[0] and 0 <= c < occupied.shape[1]
+        h = min(max(float(occupied[r, c]) if inside else grid.cells.prior, 0.02), 0.98)
+        total += math.log(h if hit else 1 - h)
+    return reading.beta * total

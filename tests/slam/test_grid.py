@@ -1,9 +1,11 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slam.errors import InputError
 from slam.grid import TILE, GridSpec, grown
 
 corner = st.tuples(st.floats(-40, 40), st.floats(-40, 40))
@@ -83,3 +85,9 @@ def test_a_point_on_the_border_of_a_tile_has_a_cell_in_the_grid() -> None:
     spec = GridSpec.around((-16.0, 0.0), (16.0, 16.0), 0.25)
     assert (spec.row0, spec.col0, spec.rows, spec.cols) == (0, -64, 128, 192)
     assert spec.cells(np.array([[-16.0, 0.0], [16.0, 16.0]])).tolist() == [[0, 0], [64, 128]]
+
+
+def test_a_grid_too_large_for_any_place_is_refused() -> None:
+    spec = GridSpec.around((0, 0), (1, 1), 0.05)
+    with pytest.raises(InputError, match="does the odometry leap"):
+        spec.covering((0, 0), (1000, 1000))

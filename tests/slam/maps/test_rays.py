@@ -2,42 +2,76 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2
-from slam.grid import GridSpec
-from slam.maps.rays import Rays, covering, trace
+from slam.maps.rays import MARGIN, Rays, Seen, Tracer
 from slam.scan import Scan
+from slam.tiles import AREA, TILE, Tiles
 from tests.slam import naive
+from tests.slam.maps.driving import id_of, lattice
 from tests.slam.worlds import beam
 
 RESOLUTION = 0.05
-lattice = st.integers(-400, 400).map(lambda n: n * 0.0101 + 0.0003)  # on no line of the lattice
-points = st.tuples(lattice, lattice)
+numbers = st.integers(-400, 400).map(lambda n: n * 0.0101 + 0.0003)  # on no line of the lattice
+points = st.tuples(numbers, numbers)
+beams_to = st.lists(st.tuples(points, st.booleans()), min_size=1, max_size=6)
+
+
+def trace(tiles: Tiles, sensor, ends, hit, tracer: Tracer | None = None) -> Seen:
+    ends = np.array(ends, dtype=float).reshape(-1, 2)
+    return (tracer or Tracer()).trace(tiles, np.array(sensor), ends, np.array(hit, dtype=bool))
+
+
+def found(tiles: Tiles, seen: Seen) -> dict[tuple[int, int], bool]:
+    assert len(set(seen.cells.tolist())) == len(seen.cells)
+    assert (seen.cells >= AREA).all()  # none in the blank tile
+    return dict(zip(lattice(tiles, seen.cells), seen.hit.tolist(), strict=True))
 
 
 def traced(sensor, ends, hit) -> dict[tuple[int, int], bool]:
-    sensor, ends = np.array(sensor), np.array(ends, dtype=float).reshape(-1, 2)
-    spec = covering(GridSpec(RESOLUTION, 0, 0, 0, 0), sensor, ends)
-    seen = trace(spec, sensor, ends, np.array(hit, dtype=bool))
-    assert len(set(seen.cells.tolist())) == len(seen.cells)
-    cells = np.column_stack(np.divmod(seen.cells, spec.cols)) + (spec.row0, spec.col0)
-    return {(r, c): h for (r, c), h in zip(cells.tolist(), seen.hit.tolist(), strict=True)}
+    tiles = Tiles(RESOLUTION)
+    return found(tiles, trace(tiles, sensor, ends, hit))
 
 
-@given(points, st.lists(st.tuples(points, st.booleans()), min_size=1, max_size=6))
+@settings(deadline=None)
+@given(points, beams_to)
 def test_cells_are_those_that_the_beams_cross(sensor, beams) -> None:
     expected: dict[tuple[int, int], bool] = {}
     for end, _ in beams:
         crossed = naive.crossed(sensor, end, RESOLUTION)
         expected |= dict.fromkeys(crossed, False)
     expected |= {naive.cell(end, RESOLUTION): True for end, hit in beams if hit}
-    found = traced(sensor, [end for end, _ in beams], [hit for _, hit in beams])
-    assert expected.items() <= found.items()
-    for cut in found.keys() - expected.keys():  # a corner that a beam passes through
+    cells = traced(sensor, [end for end, _ in beams], [hit for _, hit in beams])
+    assert expected.items() <= cells.items()
+    for cut in cells.keys() - expected.keys():  # a corner that a beam passes through
         assert any(naive.touched(sensor, end, cut, RESOLUTION) for end, _ in beams)
-        assert not found[cut]
+        assert not cells[cut]
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(points, beams_to), min_size=2, max_size=4))
+def test_a_scan_leaves_nothing_behind_for_the_next(scans) -> None:
+    tiles, tracer = Tiles(RESOLUTION), Tracer()
+    for sensor, beams in scans:
+        ends, hit = [end for end, _ in beams], [hit for _, hit in beams]
+        seen = trace(tiles, sensor, ends, hit, tracer)
+        assert found(tiles, seen) == traced(sensor, ends, hit)
+        assert seen.echoes.tolist() == [list(end) for end, hit in beams if hit]
+
+
+@settings(deadline=None)
+@given(points, beams_to)
+def test_tiles_are_taken_for_all_that_was_seen_and_around_the_echoes(sensor, beams) -> None:
+    tiles = Tiles(RESOLUTION)
+    seen = trace(tiles, sensor, [end for end, _ in beams], [hit for _, hit in beams])
+    needed = {(row // TILE, col // TILE) for row, col in lattice(tiles, seen.cells)}
+    for (row, col), hit in found(tiles, seen).items():
+        if hit:
+            needed |= {((row + r) // TILE, (col + c) // TILE)
+                       for r in (-MARGIN, MARGIN) for c in (-MARGIN, MARGIN)}  # fmt: skip
+    assert {tuple(place) for place in tiles.places[1:].tolist()} == needed
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(1, 0), (-1, 0), (0, 1), (0, -1)])
@@ -51,13 +85,20 @@ def test_straight_beams_by_hand(dx: int, dy: int) -> None:
 def test_a_hit_outweighs_the_beam_that_passes_whatever_the_order() -> None:
     near, far = (0.125, 0.025), (0.225, 0.025)
     for ends, hits in (([near, far], [True, False]), ([far, near], [False, True])):
-        found = traced((0.025, 0.025), ends, hits)
-        assert found == {(0, 0): False, (0, 1): False, (0, 2): True, (0, 3): False, (0, 4): False}
+        cells = traced((0.025, 0.025), ends, hits)
+        assert cells == {(0, 0): False, (0, 1): False, (0, 2): True, (0, 3): False, (0, 4): False}
 
 
 def test_an_echo_in_the_sensors_own_cell_and_no_beam_at_all() -> None:
     assert traced((0.01, 0.01), [(0.02, 0.02)], [True]) == {(0, 0): True}
     assert traced((0.01, 0.01), [], []) == {}
+
+
+def test_a_beam_along_a_line_of_the_lattice_stays_beside_it() -> None:
+    for sensor, end in (((0.0, 0.1), (0.2, 0.1)), ((0.2, 0.1), (0.0, 0.1))):
+        cells = traced(sensor, [end], [True])
+        assert {row for row, _ in cells} == {2}
+        assert {col for _, col in cells} == {0, 1, 2, 3, 4}
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -97,14 +138,23 @@ def test_the_scan_is_left_as_it_was() -> None:
     assert scan.hit.tolist() == [True]
 
 
-def test_a_point_that_rounding_puts_across_the_border_stays_in_the_grid() -> None:
-    sensor, ends = np.array([0.5, -1e-17]), np.array([[0.7, -0.1]])
-    spec = covering(GridSpec(RESOLUTION, 0, 0, 0, 0), sensor, ends)
-    seen = trace(spec, sensor, ends, np.array([True]))
-    assert seen.cells.max() < spec.rows * spec.cols
+def test_a_point_that_rounding_puts_across_the_border_has_a_cell() -> None:
+    cells = traced((0.5, -1e-17), [(0.7, -0.1)], [True])
+    hits = [cell for cell, hit in cells.items() if hit]
+    assert len(hits) == 1
+    assert hits[0] in [(-3, 13), (-2, 13), (-3, 14), (-2, 14)]
 
 
 def test_a_map_far_from_the_origin_is_not_larger() -> None:
-    sensor, ends = np.array([100.2, -200.2]), np.array([[100.4, -200.4]])
-    spec = covering(GridSpec(RESOLUTION, 0, 0, 0, 0), sensor, ends)
-    assert spec.rows * spec.cols <= 4 * 64 * 64
+    tiles = Tiles(RESOLUTION)
+    trace(tiles, (100.2, -200.2), [(100.4, -200.4)], [True])
+    assert tiles.index.size <= 9
+    assert tiles.used <= 5
+
+
+def test_only_what_was_seen_takes_memory() -> None:
+    tiles = Tiles(RESOLUTION)
+    trace(tiles, (0.5, 0.5), [(40.5, 0.5), (0.5, 40.5)], [True, True])  # an L, not its square
+    assert tiles.used - 1 <= 2 * math.ceil(40 / 3.2) + 6
+    assert tiles.index.size > 150
+    assert id_of(tiles, (600, 600)) < AREA

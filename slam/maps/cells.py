@@ -1,0 +1,48 @@
+"""Cells: what all map models have in common, and all that a reading looks at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.checked import positive_number
+from slam.geometry import Pose2
+from slam.grid import OccupancyGrid
+from slam.maps.centroids import Centroids
+from slam.maps.rays import Rays, Seen, Tracer
+from slam.scan import Scan
+from slam.tiles import Tiles
+
+
+class Cells:
+    """The tiles of a map, h of every cell, and where its echoes came from.
+
+    A map model adds layers of its own (`tiles.layer`) and writes h to `occupied`.
+
+    prior      h of a cell that nothing was seen of
+    occupied   layer of h, P(occupied now), float32
+    observed   layer, bool
+    centroids  of the echoes
+    """
+
+    def __init__(self, resolution: float, prior: float, rays: Rays):
+        positive_number("resolution", resolution)
+        self.rays = rays
+        self.prior = prior
+        self.tiles = Tiles(resolution)
+        self.occupied = self.tiles.layer(np.float32, prior)
+        self.observed = self.tiles.layer(np.bool_)
+        self.centroids = Centroids(self.tiles)
+        self._tracer = Tracer()
+
+    def see(self, scan: Scan, pose: Pose2) -> Seen:
+        """The cells that a scan taken at `pose` saw; tiles are taken for them."""
+        sensor, ends, hit = self.rays.ends(scan, pose)
+        seen = self._tracer.trace(self.tiles, sensor, ends, hit)
+        self.observed.flat[seen.cells] = True
+        self.centroids.add(seen.echoes)
+        return seen
+
+    def grid(self) -> OccupancyGrid:
+        """The map as it is now, a copy."""
+        tiles = self.tiles
+        return OccupancyGrid(tiles.spec, tiles.dense(self.occupied), tiles.dense(self.observed))
