@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from slam.geometry import Array, Pose2
-from slam.grid import GridSpec, OccupancyGrid
-from slam.maps.centroids import Centroids
+from slam.grid import OccupancyGrid
+from slam.maps.cells import Cells
+from slam.motion import Prediction
 from slam.scan import Scan
 
 
@@ -44,56 +46,102 @@ class Slam(Protocol):
 
 
 class MapModel(Protocol):
-    """One way to remember what the cells have been. `occupied` is h, P(occupied now)."""
+    """One way to remember what the cells have been."""
 
-    spec: GridSpec
-    prior: float
-    occupied: np.ndarray
-    observed: np.ndarray
-    centroids: Centroids
+    cells: Cells
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Put a scan taken at `pose` into the map, which grows to hold it.
 
-        Gives the cells that changed, as flat indices.
+        Gives the ids of all cells whose h or centroid may have changed.
         """
         ...
 
 
-Objective = Callable[[Array], Array]
-"""Poses (n, 3) -> log posterior of each (n,): the product of equation 7 in the log domain."""
+class Slope(NamedTuple):
+    """A function around a pose.
+
+    value      at the pose
+    gradient   (3,) by x, y in m and theta in rad, world
+    curvature  (3, 3), nowhere positive: the Hessian, or what of it bends down
+    """
+
+    value: float
+    gradient: Array
+    curvature: Array
 
 
 class Perception(Protocol):
-    """One reading of log p(scan | pose, h)."""
+    """One reading of log p(scan | pose, h).
+
+    levels  how many resolutions it can be read at; 0 is the finest, the reading itself
+    """
+
+    levels: int
 
     def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
-        """Take notice that `changed` cells of the map have a new h."""
+        """Take notice that `changed` cells (ids) of the map have a new h."""
         ...
 
-    def log_likelihood(self, scan: Scan, poses: Array) -> Array:
-        """(n,) log p(scan | pose, h) of each of the poses (n, 3)."""
+    def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
+        """(n,) log p(scan | pose, h) of each of the poses (n, 3).
+
+        Where it is below `floor`, -inf will do: who asks has no use for it.
+        """
         ...
+
+    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
+        """(n,) no less than the log-likelihood at any pose within `reach` m, in x and in y, of each
+        of the poses (n, 3), with the same heading. Infinity where nothing better is known."""
+        ...
+
+    def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
+        """The log-likelihood around a pose, at one of the resolutions."""
+        ...
+
+
+class Posterior:
+    """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant: what a search climbs."""
+
+    def __init__(self, perception: Perception, scan: Scan, prediction: Prediction):
+        self.perception = perception
+        self.scan = scan
+        self.prediction = prediction
+
+    def __call__(self, poses: Array, floor: float = -math.inf) -> Array:
+        """(n,) at each of the poses (n, 3); maybe -inf where it is below `floor`."""
+        likelihood = self.perception.log_likelihood(self.scan, poses, floor)  # no prior is above 0
+        return likelihood + self.prediction.log_density(poses)
+
+    def slope(self, pose: Pose2, level: int = 0) -> Slope:
+        """Value, gradient and curvature, with the scan read at one of the resolutions."""
+        scan = self.perception.slope(self.scan, pose, level)
+        value, gradient, curvature = self.prediction.slope(pose)
+        return Slope(scan.value + value, scan.gradient + gradient, scan.curvature + curvature)
 
 
 class Motion(Protocol):
-    """p(s | u, s'): where the robot may be after the odometry said `motion`."""
+    """What the odometry says, and how far it may be off."""
+
+    def corrected(self, motion: Pose2) -> Pose2:
+        """What was probably moved where the odometry says `motion`."""
+        ...
 
     def deviations(self, motion: Pose2) -> Array:
-        """(3,) standard deviations of the error of `motion`, in the frame that it leads to."""
+        """(3,) standard deviations of what is wrong then, in the frame that it leads to."""
+        ...
+
+    def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
+        """Take notice that the robot moved `found`, as far as (3, 3) `covariance` tells, where the
+        odometry said `motion`."""
         ...
 
 
 class Search(Protocol):
     """The argmax of equation 7."""
 
-    def __call__(
-        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
-    ) -> Pose2:
-        """The pose of the largest `objective` near `start`.
-
-        deviations  (3,) how far off `start` is likely to be, in its own frame: m, m, rad
-        """
+    def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
+        """The pose of the largest `posterior` near the one that the odometry predicts."""
         ...
 
 

@@ -12,6 +12,7 @@ from importlib.metadata import entry_points
 
 import numpy as np
 
+from slam.algorithms.ceilings import CEILINGS
 from slam.algorithms.variants import BUILDERS
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -24,7 +25,7 @@ def register(name: str, builder: Builder) -> None:
     """Make `builder` known as `name` in this process; an entry point makes it known in all."""
     if not name or any(c.isspace() or c == "," for c in name):
         raise InputError(f"a variant's name has no spaces or commas, got {name!r}")
-    if name in BUILDERS:
+    if name in BUILDERS or name in CEILINGS:
         raise InputError(f"{name!r} is one of dynslam's own variants; choose another name")
     _BUILDERS[name] = builder
 
@@ -37,6 +38,11 @@ def variants() -> list[str]:
 
 def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
     """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result."""
+    if name in CEILINGS:
+        raise InputError(
+            f"{name!r} is shown the truth: it needs an episode that holds it, recorded in a "
+            f"simulation, and is made by slam.benchmark.run.build(name, episode)"
+        )
     if name not in _BUILDERS and name not in variants():
         raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
     if seed < 0:

@@ -35,5 +35,4 @@ class DeadReckoning:
 
     def map(self) -> OccupancyGrid:
         """The scans as the odometry lays them out."""
-        grid = self._grid
-        return OccupancyGrid(grid.spec, grid.occupied.copy(), grid.observed.copy())
+        return self._grid.cells.grid()

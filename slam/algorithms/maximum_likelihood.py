@@ -6,18 +6,21 @@ import math
 
 import numpy as np
 
+from slam.adaptive_odometry import AdaptiveOdometry
+from slam.belief import Ground, fused, moved
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, MapModel, Motion, Objective, Perception, Search
+from slam.interface import Estimate, MapModel, Motion, Perception, Posterior, Search
 from slam.maps.static import Static
-from slam.motion import OdometryMotion, log_prior
+from slam.motion import Prediction
 from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
 from slam.search.correlative import Correlative
-from slam.search.laplace import laplace_covariance
+from slam.search.laplace import laplace
 from slam.spacing import KEYFRAMES, Spacing
 
 MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
+NOWHERE = np.zeros((3, 3))  # the error of a map that is given
 
 
 class MaximumLikelihood:
@@ -43,14 +46,16 @@ class MaximumLikelihood:
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.grid = Static() if grid is None else grid
         self.perception = Endpoint() if perception is None else perception
-        self.motion = OdometryMotion() if motion is None else motion
+        self.motion = AdaptiveOdometry() if motion is None else motion
         self.search = Correlative() if search is None else search
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
+        self._ground = Ground(self.grid.cells.tiles)
         self._keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._keyframe_at = self._matched_at = -math.inf
         self._since_keyframe = self._since_match = Pose2()
+        self._within = NOWHERE  # how sure the last match is, were keyframe and map exact
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match and map the scan where that has led far enough."""
@@ -68,46 +73,47 @@ class MaximumLikelihood:
 
     def _match(self, scan: Scan) -> Estimate:
         """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
-        predicted = self._keyframe.pose @ self._since_keyframe
-        deviations = self.motion.deviations(self._since_keyframe)
+        prediction = self._prediction(self._keyframe, self._since_keyframe)
         if self._keyframe_at == -math.inf:
-            estimate = Estimate(predicted, np.zeros((3, 3)), 0.0, True)
+            estimate = Estimate(prediction.pose, self._keyframe.covariance, 0.0, True)
         else:
-            objective = self.objective(scan, predicted, deviations)
-            pose = self.search(objective, predicted, deviations, self.rng)
-            covariance = laplace_covariance(objective, pose, deviations)
-            score = self.perception.log_likelihood(scan, np.array([pose]))[0]
-            estimate = Estimate(pose, covariance, score / max(len(scan.points), 1), True)
+            pose = self.search(Posterior(self.perception, scan, prediction), self.rng)
+            likelihood, information = laplace(self.perception, scan, pose)
+            before = self._carried(self._keyframe, prediction)
+            ground = self._ground.covariance(pose, scan.points)
+            covariance = fused(before, ground, information)
+            self._within = fused(prediction.covariance(), NOWHERE, information)
+            estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
         self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Put the scan into the map, where it was matched: a keyframe."""
+        if self._keyframe_at > -math.inf:
+            found = self._keyframe.pose.between(estimate.pose)
+            self.motion.learn(self._since_keyframe, found, self._within)
         changed = self.grid.integrate(scan, estimate.pose)
         self.perception.refresh(self.grid, changed)
+        self._ground.settle(estimate.pose, estimate.covariance)
         self._keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
 
     def _dead_reckoned(self) -> Estimate:
         """Where the odometry leads from the last match, and as much less sure."""
-        pose = self._matched.pose @ self._since_match
-        c, s = math.cos(pose.theta), math.sin(pose.theta)
-        turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        spread = (turn * self.motion.deviations(self._since_match) ** 2) @ turn.T
-        return self._matched._replace(
-            pose=pose, covariance=self._matched.covariance + spread, matched=False
+        prediction = self._prediction(self._matched, self._since_match)
+        covariance = self._carried(self._matched, prediction)
+        return self._matched._replace(pose=prediction.pose, covariance=covariance, matched=False)
+
+    def _prediction(self, origin: Estimate, motion: Pose2) -> Prediction:
+        """Where `motion` leads from `origin`."""
+        return Prediction(
+            origin.pose, self.motion.corrected(motion), self.motion.deviations(motion)
         )
 
-    def objective(self, scan: Scan, predicted: Pose2, deviations: Array) -> Objective:
-        """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant."""
-        centre = np.array(predicted)
-
-        def log_posterior(poses: Array) -> Array:
-            likelihood = self.perception.log_likelihood(scan, poses)
-            return likelihood + log_prior(poses, centre, deviations)
-
-        return log_posterior
+    def _carried(self, origin: Estimate, prediction: Prediction) -> Array:
+        """How sure the robot is at the prediction, unseen what it sees there."""
+        x, y = prediction.pose.x - origin.pose.x, prediction.pose.y - origin.pose.y
+        return moved(origin.covariance, x, y, prediction.covariance())
 
     def map(self) -> OccupancyGrid:
         """h as it is now."""
-        grid = self.grid
-        return OccupancyGrid(grid.spec, grid.occupied.copy(), grid.observed.copy())
+        return self.grid.cells.grid()

@@ -1,30 +1,70 @@
 """The variants that dynslam knows from the start, each a builder; equal but for what they name.
 
-`/beta1` is the paper's weight: every beam counts in full, as if independent of the others.
+`MAP-ml` is maximum likelihood SLAM on that map, `MAP-ml/READING` the same with another reading of
+p(z | s, h). `/beta1` is the paper's weight: every beam counts in full, as if independent of the
+others; `/beam` and `/literal` are the two other readings that the paper allows. Two variants swap
+another part: `/random-restart` climbs as the paper does, `/gauss-newton` as Hector does, and
+`/learned-odometry` corrects a systematic error of the odometry.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
+from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.geometry import Pose2
-from slam.interface import Builder, MapModel, Slam
+from slam.interface import Builder, MapModel, Motion, Perception, Search, Slam
+from slam.learned_odometry import LearnedOdometry
 from slam.maps.clamped import Clamped
+from slam.maps.filtered import Filtered
 from slam.maps.histogram import Histogram
+from slam.maps.hmm import HMM
+from slam.maps.hybrid import Hybrid
+from slam.maps.recency import Recency
 from slam.maps.static import Static
+from slam.maps.temporal import Temporal
+from slam.perception.beam import Beam
 from slam.perception.endpoint import Endpoint
+from slam.perception.literal import Literal
+from slam.search.correlative import Correlative
+from slam.search.gauss_newton import GaussNewton
+from slam.search.random_restart import RandomRestart
+
+MAPS: dict[str, Callable[[], MapModel]] = {
+    "static": Static,
+    "clamped": Clamped,
+    "dynamic": Histogram,
+    "temporal": Temporal,
+    "recency": Recency,
+    "hmm": HMM,
+    "filtered": Filtered,
+    "hybrid": Hybrid,
+}
+READINGS: dict[str, Callable[[], Perception]] = {
+    "": Endpoint,
+    "/beta1": partial(Endpoint, beta=1.0),
+    "/beam": Beam,
+    "/literal": Literal,
+}
 
 
-def maximum_likelihood(grid: Callable[[], MapModel], beta: float | None = None) -> Builder:
+def maximum_likelihood(
+    grid: Callable[[], MapModel],
+    perception: Callable[[], Perception] = Endpoint,
+    motion: Callable[[], Motion] = AdaptiveOdometry,
+    search: Callable[[], Search] = Correlative,
+) -> Builder:
     """A builder of maximum likelihood SLAM on a map model of one's own; all else as tuned."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        perception = Endpoint() if beta is None else Endpoint(beta=beta)
-        return MaximumLikelihood(start, rng, grid=grid(), perception=perception)
+        return MaximumLikelihood(
+            start, rng, grid=grid(), perception=perception(), motion=motion(), search=search()
+        )
 
     return build
 
@@ -36,10 +76,15 @@ def dead_reckoning(start: Pose2, rng: np.random.Generator) -> Slam:
 
 BUILDERS: dict[str, Builder] = {
     "odometry": dead_reckoning,
-    "static-ml": maximum_likelihood(Static),
-    "clamped-ml": maximum_likelihood(Clamped),
-    "dynamic-ml": maximum_likelihood(Histogram),
-    "static-ml/beta1": maximum_likelihood(Static, beta=1.0),
-    "clamped-ml/beta1": maximum_likelihood(Clamped, beta=1.0),
-    "dynamic-ml/beta1": maximum_likelihood(Histogram, beta=1.0),
+    **{
+        f"{name}-ml{tail}": maximum_likelihood(grid, reading)
+        for tail, reading in READINGS.items()
+        for name, grid in MAPS.items()
+    },
 }
+for _name in ("static", "dynamic"):
+    BUILDERS[f"{_name}-ml/random-restart"] = maximum_likelihood(MAPS[_name], search=RandomRestart)
+    BUILDERS[f"{_name}-ml/gauss-newton"] = maximum_likelihood(MAPS[_name], search=GaussNewton)
+    BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
+        MAPS[_name], motion=LearnedOdometry
+    )

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slam.algorithms.ceilings import CEILINGS
 from slam.episode import Episode
+from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, Slam
@@ -73,9 +75,23 @@ def run(slam: Slam, episode: Episode) -> Run:
     return playback.result()
 
 
+def build(variant: str, episode: Episode, seed: int = 0) -> Slam:
+    """A new SLAM by name, to be run on `episode`: a variant from the true start, or a ceiling.
+
+    Raises InputError for an unknown name, and for a ceiling if the episode does not hold the truth.
+    """
+    if variant not in CEILINGS:
+        return make(variant, true_start(episode), seed)
+    if episode.truth is None:
+        raise InputError(
+            f"{variant!r} needs an episode that holds the truth, and this one does not"
+        )
+    return CEILINGS[variant](episode.truth, np.random.default_rng(seed))
+
+
 def warm_up(variant: str, episode: Episode) -> None:
     """Compile what `variant` needs (numba, cached on disk), so that its time is its own."""
-    slam = make(variant, true_start(episode))
+    slam = build(variant, episode)
     for motion, scan in zip(episode.motions(), episode.scans[:WARM_UP_SCANS], strict=False):
         slam.update(motion, scan)
 

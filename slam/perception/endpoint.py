@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.checked import positive
-from slam.geometry import Array
-from slam.grid import GridSpec, grown
-from slam.interface import MapModel
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.interface import MapModel, Slope
+from slam.maps.rays import MARGIN
+from slam.perception import field
 from slam.scan import Scan
+from slam.tiles import AREA
 
-BLOCK = 8  # cells; side of the squares in which the field is brought up to date
-HALF, ONE = np.float32(0.5), np.float32(1.0)
-MOVED = 0.001  # m; a centroid that moved less is where it was
+ROUNDING = 1e-6
+FINENESS = 4096  # values of the logarithm that are tabulated
 
 
 class Endpoint:
@@ -33,141 +34,87 @@ class Endpoint:
     z_rand  floor of an echo that it does not
     """
 
-    H_MIN, H_MAX = 0.02, 0.98  # h is clipped to these
+    levels = field.LEVELS
 
     def __init__(
-        self, beta: float = 0.2, sigma: float = 0.05, z_hit: float = 0.95, z_rand: float = 0.05
+        self, beta: float = 0.3, sigma: float = 0.04, z_hit: float = 0.9, z_rand: float = 0.1
     ):
         self.beta = beta
         self.sigma = sigma
         self.z_hit = z_hit
         self.z_rand = z_rand
         positive(self, "beta", "sigma", "z_hit", "z_rand")
-        self.spec = GridSpec(1.0, 0, 0, 0, 0)
-        self.unknown = math.log(z_rand)
-        self.known = np.zeros((0, 0, 3), np.float32)
-        self.field = np.zeros((0, 0), np.float32)
+        self._grid: MapModel | None = None
 
     def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
-        """Bring the field up to date around the `changed` cells (flat indices) of the map."""
-        if grid.spec != self.spec:
-            changed = np.concatenate([changed, self._grow(grid)])
-        stale = _take_notice(
-            changed,
-            grid.occupied,
-            grid.centroids.offset,
-            self.known,
-            (self.H_MIN, self.H_MAX),
-            self._radius,
-        )
-        model = self.sigma, self.z_hit, self.z_rand
-        _refresh(stale, self.known, grid.centroids.count, self.field, self.spec.resolution,
-                 self._radius, model)  # fmt: skip
+        """Bring the field up to date around the `changed` cells (ids) of the map."""
+        if grid is not self._grid:
+            self._begin(grid)
+        cells, tiles = grid.cells, grid.cells.tiles
+        blocks = field.take_notice(
+            changed, cells.occupied.flat, cells.centroids.offset.flat, cells.centroids.count.flat,
+            self._level.flat, self._moved.flat, self._stale.values, tiles.places, tiles.corner,
+            tiles.index, self._radius,
+        )  # fmt: skip
+        whole, half, quarter = (layer.values for layer in self.fields)
+        field.refresh(blocks, self._stale.values, tiles.index, self._level.flat, self._moved.flat,
+                      whole.reshape(-1), half, quarter, self._radius, *self._model)  # fmt: skip
+        field.lift(blocks, tiles.index, whole.reshape(-1), self._peaks.values, self._low,
+                   1 / self._step)  # fmt: skip
 
-    def _grow(self, grid: MapModel) -> np.ndarray:
-        """A field of the map's size, unknown where it is new.
-
-        Gives the cells (flat indices) near the old border: what they hold reaches into the new.
-        """
-        spec, resolution = grid.spec, grid.spec.resolution
-        if not self.field.size:
-            self.spec = GridSpec(resolution, spec.row0, spec.col0, 0, 0)
-            self._radius = math.ceil(3 * self.sigma / resolution)
-        old, prior = self.spec, max(grid.prior, self.H_MIN)
-        self.unknown = math.log(self.z_hit * prior + self.z_rand)
-        self.known = grown(self.known, old, spec, 0.0)
-        self.known[self.known[..., 0] == 0.0, 0] = prior
-        self.field = grown(self.field, old, spec, self.unknown)
-        self.spec = spec
-        row, col, reach = old.row0 - spec.row0, old.col0 - spec.col0, self._radius
-        edge = np.zeros(spec.shape, np.bool_)
-        edge[row : row + old.rows, col : col + old.cols] = True
-        edge[row + reach : row + old.rows - reach, col + reach : col + old.cols - reach] = False
-        edge &= grid.observed
-        self.known[edge, 0] = 0.0  # which no h is, so that all of these are noticed
-        return np.flatnonzero(edge)
-
-    def log_likelihood(self, scan: Scan, poses: Array) -> Array:
-        """(n,) log p(scan | pose, h) of the poses (n, 3)."""
-        return self.beta * _scores(
-            poses, scan.points, self.field, self.spec.origin, self.spec.resolution, self.unknown
-        )
-
-
-@njit(cache=True)
-def _take_notice(changed, h, offset, known, limits, radius):
-    """Copy clipped h and centroids of the changed cells to `known`; the blocks that they reach."""
-    rows, cols = h.shape
-    stale = np.zeros((rows // BLOCK + 1, cols // BLOCK + 1), np.bool_)
-    for cell in changed:
-        r, c = cell // cols, cell % cols
-        value = min(max(h[r, c], np.float32(limits[0])), np.float32(limits[1]))
-        dx, dy = offset[r, c, 0] - known[r, c, 1], offset[r, c, 1] - known[r, c, 2]
-        if value == known[r, c, 0] and abs(dx) < MOVED and abs(dy) < MOVED:
-            continue
-        known[r, c, 0], known[r, c, 1], known[r, c, 2] = value, offset[r, c, 0], offset[r, c, 1]
-        for i in range(max(r - radius, 0) // BLOCK, min(r + radius, rows - 1) // BLOCK + 1):
-            for j in range(max(c - radius, 0) // BLOCK, min(c + radius, cols - 1) // BLOCK + 1):
-                stale[i, j] = True
-    return stale
-
-
-@njit(cache=True)
-def _refresh(stale, known, echoes, field, resolution, radius, model):
-    """log(z_hit F + z_rand) at the centres of the cells of all stale blocks."""
-    sigma, z_hit, z_rand = model
-    rows, cols = field.shape
-    scale = -0.5 / (sigma * sigma)
-    sources = np.empty(((BLOCK + 2 * radius) ** 2, 3), np.float32)
-    for i in range(stale.shape[0]):
-        for j in range(stale.shape[1]):
-            if not stale[i, j]:
-                continue
-            r0, c0 = i * BLOCK, j * BLOCK
-            r1, c1 = min(r0 + BLOCK, rows), min(c0 + BLOCK, cols)
-            n = 0
-            for r in range(max(r0 - radius, 0), min(r1 + radius, rows)):
-                for c in range(max(c0 - radius, 0), min(c1 + radius, cols)):
-                    if echoes[r, c]:
-                        sources[n, 0] = np.log(known[r, c, 0])
-                        sources[n, 1] = (c - c0) * resolution + known[r, c, 1]
-                        sources[n, 2] = (r - r0) * resolution + known[r, c, 2]
-                        n += 1
-            for r in range(r0, r1):
-                for c in range(c0, c1):
-                    x, y = (c - c0) * resolution, (r - r0) * resolution
-                    best = np.log(known[r, c, 0])
-                    for k in range(n):
-                        dx, dy = sources[k, 1] - x, sources[k, 2] - y
-                        best = max(best, sources[k, 0] + scale * (dx * dx + dy * dy))
-                    field[r, c] = np.log(z_hit * np.exp(best) + z_rand)
-
-
-@njit(cache=True)
-def _scores(poses, points, field, origin, resolution, unknown):
-    """Sum of the field at the points seen from each pose, by quadratic B-splines."""
-    rows, cols = field.shape
-    scale = 1.0 / resolution
-    scores = np.empty(len(poses))
-    for n in range(len(poses)):
-        c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
-        x0, y0 = (poses[n, 0] - origin[0]) * scale, (poses[n, 1] - origin[1]) * scale
-        total = 0.0
-        for k in range(len(points)):
-            x = x0 + c * points[k, 0] - s * points[k, 1]
-            y = y0 + s * points[k, 0] + c * points[k, 1]
-            if not (x >= 1.0 and y >= 1.0 and x < cols - 1 and y < rows - 1):
-                total += unknown
-                continue
-            i, j = np.int32(y), np.int32(x)
-            fy, fx = np.float32(y - i), np.float32(x - j)
-            u2, v2 = HALF * fx * fx, HALF * fy * fy
-            u0, v0 = HALF - fx + u2, HALF - fy + v2
-            u1, v1 = ONE - u0 - u2, ONE - v0 - v2
-            total += (
-                v0 * (u0 * field[i - 1, j - 1] + u1 * field[i - 1, j] + u2 * field[i - 1, j + 1])
-                + v1 * (u0 * field[i, j - 1] + u1 * field[i, j] + u2 * field[i, j + 1])
-                + v2 * (u0 * field[i + 1, j - 1] + u1 * field[i + 1, j] + u2 * field[i + 1, j + 1])
+    def _begin(self, grid: MapModel) -> None:
+        """Fields for a map that was not read before: what is unknown takes the map's prior."""
+        tiles = grid.cells.tiles
+        self._grid, self._tiles = grid, tiles
+        self._radius = math.ceil(3 * self.sigma / tiles.resolution - ROUNDING)
+        if self._radius + field.REACH > MARGIN:
+            raise InputError(
+                f"Endpoint.sigma may be {tiles.resolution * (MARGIN - field.REACH) / 3:g} m at "
+                f"most with cells of {tiles.resolution:g} m, got {self.sigma:g}"
             )
-        scores[n] = total
-    return scores
+        h = np.clip(np.arange(256), field.H_LOW, field.H_HIGH) / 255
+        low, high = math.log(h[0]), math.log(h[-1])
+        log_f = np.linspace(high, low, FINENESS)
+        transformed = np.log(self.z_hit * np.exp(log_f) + self.z_rand)
+        falloff = 0.5 * (tiles.resolution / self.sigma) ** 2
+        self._model = (
+            np.float32(falloff),
+            np.log(h).astype(np.float32),
+            transformed.astype(np.float32),
+        )
+        prior = min(max(round(255 * grid.cells.prior), field.H_LOW), field.H_HIGH)
+        self.unknown = float(np.log(self.z_hit * h[prior] + self.z_rand))
+        self._low, self._top = float(transformed[-1]), max(float(transformed[0]), self.unknown)
+        self._step = (float(transformed[0]) - self._low) / 255
+        self._level = tiles.layer(np.uint8, prior)
+        self._moved = tiles.layer(np.int8, field.NO_ECHO, (AREA, 2))
+        self._stale = tiles.layer(np.bool_, shape=(field.BLOCKS**2,))
+        self.fields = [tiles.layer(np.float32, self.unknown, (AREA >> 2 * n,))
+                       for n in range(self.levels)]  # fmt: skip
+        height = math.ceil((self.unknown - self._low) / self._step)
+        self._peaks = tiles.layer(np.uint8, height, (AREA // 4,))
+
+    def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
+        """(n,) log p(scan | pose, h) of the poses (n, 3); maybe -inf where it is below `floor`."""
+        tiles = self._tiles
+        return self.beta * field.values(
+            poses, scan.points, tiles.index, self.fields[0].flat, tiles.origin, tiles.resolution,
+            self.unknown, floor / self.beta - ROUNDING, self._top,
+        )  # fmt: skip
+
+    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
+        """(n,) no less than the log-likelihood at any pose within `reach` m, in x and in y, of each
+        of the poses (n, 3), with the same heading."""
+        tiles = self._tiles
+        return self.beta * field.bounds(poses, scan.points, tiles.index, self._peaks.values,
+                                        tiles.origin, tiles.resolution, self.unknown, self._low,
+                                        self._step, reach)  # fmt: skip
+
+    def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
+        """Value, gradient and curvature of the log-likelihood, read off the field of `level`."""
+        tiles = self._tiles
+        value, gradient, curvature = field.slope(
+            np.array(pose), scan.points, tiles.index, self.fields[level].values, tiles.origin,
+            tiles.resolution, level,
+        )  # fmt: skip
+        return Slope(self.beta * value, self.beta * gradient, self.beta * curvature)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numba import njit
 
 from slam.checked import positive
 from slam.geometry import Array, Pose2
-from slam.interface import Objective
+from slam.interface import Posterior
 
 NEIGHBOURS = 6  # to and fro along x, y and theta of the robot's frame
 
@@ -30,13 +31,11 @@ class HillClimb:
     def __post_init__(self) -> None:
         positive(self, "step", "turn", "precision")
 
-    def __call__(
-        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
-    ) -> Pose2:
-        """Climb from `start`."""
-        return Pose2.of(self.climb(objective, np.array([start]))[0])
+    def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
+        """Climb from where the odometry leads."""
+        return Pose2.of(self.climb(posterior, np.array([posterior.prediction.pose]))[0])
 
-    def climb(self, objective: Objective, starts: Array) -> Array:
+    def climb(self, objective: Callable[[Array], Array], starts: Array) -> Array:
         """Climb from all `starts` (n, 3) at once; where each ended (n, 3)."""
         poses, scores = starts.copy(), objective(starts)
         scale = np.ones(len(starts))

@@ -1,36 +1,44 @@
-"""Laplace's approximation: the covariance of a pose from the curvature of its log posterior."""
+"""Laplace's approximation: what a scan knows of a pose, from the curvature of its likelihood."""
 
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from slam.geometry import Array, Pose2
-from slam.interface import Objective
+from slam.interface import Perception
+from slam.scan import Scan
 
 STEPS = np.array([0.02, 0.02, 0.01])  # m, m, rad: wider than the kinks of an interpolated field
-PAIRS = ((0, 1), (0, 2), (1, 2))
+PAIRS = (0, 1), (0, 2), (1, 2)
 UNIT = np.eye(3)
-STENCIL = np.array(
+OFFSETS = STEPS * np.array(
     [np.zeros(3)]
     + [sign * UNIT[i] for i in range(3) for sign in (1, -1)]
     + [sign * (UNIT[i] + UNIT[j]) for i, j in PAIRS for sign in (1, -1)]
 )
 
 
-def laplace_covariance(objective: Objective, pose: Pose2, deviations: Array) -> Array:
-    """(3, 3) inverse of the negative Hessian of `objective` at `pose`, by central differences.
+def laplace(perception: Perception, scan: Scan, pose: Pose2) -> tuple[float, Array]:
+    """The log-likelihood at `pose`, and its negative Hessian (3, 3) by central differences.
 
-    A direction in which the posterior falls off less than the motion's own `deviations` (3,) say
-    keeps these: the scan added nothing there.
+    The Hessian is the information about x, y (1/m^2) and theta (1/rad^2) in the world. A direction
+    in which the likelihood does not fall off holds none.
     """
-    values = objective(np.array(pose) + STENCIL * STEPS)
+    values = perception.log_likelihood(scan, np.array(pose) + OFFSETS)
+    return float(values[0]), _information(values)
+
+
+@njit(cache=True)
+def _information(values):
     hessian = np.zeros((3, 3))
     for i in range(3):
         hessian[i, i] = values[1 + 2 * i] + values[2 + 2 * i] - 2 * values[0]
-    for k, (i, j) in enumerate(PAIRS):
-        both = values[7 + 2 * k] + values[8 + 2 * k] - 2 * values[0]
-        hessian[i, j] = hessian[j, i] = (both - hessian[i, i] - hessian[j, j]) / 2
-    whitened = -hessian * np.outer(deviations / STEPS, deviations / STEPS)
-    curvature, axes = np.linalg.eigh(whitened)
-    variance = 1.0 / np.maximum(curvature, 1.0)
-    return (axes * variance) @ axes.T * np.outer(deviations, deviations)
+    n = 7
+    for i in range(3):
+        for j in range(i + 1, 3):
+            both = values[n] + values[n + 1] - 2 * values[0]
+            hessian[i, j] = hessian[j, i] = (both - hessian[i, i] - hessian[j, j]) / 2
+            n += 2
+    curvature, axes = np.linalg.eigh(-hessian)
+    return (axes * np.maximum(curvature, 0.0)) @ axes.T / np.outer(STEPS, STEPS)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.checked import whole
-from slam.geometry import Array, Pose2, compose
-from slam.interface import Objective
+from slam.geometry import Pose2
+from slam.interface import Posterior
 from slam.search.hill_climb import HillClimb
 
 
@@ -22,11 +22,10 @@ class RandomRestart:
     def __post_init__(self) -> None:
         whole(self, "restarts", 0)
 
-    def __call__(
-        self, objective: Objective, start: Pose2, deviations: Array, rng: np.random.Generator
-    ) -> Pose2:
+    def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
         """The highest of the peaks that were reached."""
-        errors = rng.standard_normal((self.restarts, 3)) * deviations
-        starts = np.vstack([[start], compose(start, errors)])
-        ends = self.climber.climb(objective, starts)
-        return Pose2.of(ends[objective(ends).argmax()])
+        prediction = posterior.prediction
+        errors = rng.standard_normal((1 + self.restarts, 3)) * prediction.deviations
+        errors[0] = 0.0
+        ends = self.climber.climb(posterior, prediction.poses(errors))
+        return Pose2.of(ends[posterior(ends).argmax()])

@@ -11,6 +11,7 @@ from slam.maps.rays import Rays
 from slam.maps.static import Static
 from slam.motion import OdometryMotion
 from slam.search.correlative import Correlative
+from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
 from slam.search.random_restart import RandomRestart
 from slam.spacing import Spacing
@@ -21,7 +22,7 @@ from slam.spacing import Spacing
     [
         (lambda: HillClimb(precision=0.0), "HillClimb.precision"),
         (lambda: Correlative(step=0.0), "Correlative.step"),
-        (lambda: Correlative(peaks=0), "Correlative.peaks"),
+        (lambda: GaussNewton(levels=0), "GaussNewton.levels"),
         (lambda: RandomRestart(restarts=-1), "RandomRestart.restarts"),
         (lambda: Static(resolution=0.0), "resolution"),
         (lambda: Static(resolution=math.nan), "resolution"),

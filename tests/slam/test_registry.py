@@ -9,6 +9,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
+from slam.perception.endpoint import Endpoint
 
 
 @pytest.fixture
@@ -25,7 +26,8 @@ def test_the_known_variants_differ_by_what_they_name() -> None:
         for made in (tempered, paper):
             assert isinstance(made, MaximumLikelihood)
             assert isinstance(made.grid, grid)
-        assert (tempered.perception.beta, paper.perception.beta) == (0.2, 1.0)  # pyright: ignore
+        betas = tempered.perception.beta, paper.perception.beta  # pyright: ignore
+        assert betas == (Endpoint().beta, 1.0)
     assert slam.make("static-ml").grid.limit == np.inf  # pyright: ignore
     assert slam.make("clamped-ml").grid.limit == 2.0  # pyright: ignore
 

@@ -5,12 +5,16 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.configuration import configuration
 from slam.maps.histogram import Histogram
 from slam.maps.log_odds import Evidence
+from slam.motion import OdometryMotion
+from slam.perception.endpoint import Endpoint
 from slam.search.random_restart import RandomRestart
 
 
 def test_every_part_is_told_with_its_parameters() -> None:
     made = MaximumLikelihood(
         grid=Histogram(evidence=Evidence(0.9, -0.5, 0.3), delta_t=2.5, bins=2),
+        perception=Endpoint(beta=0.35),
+        motion=OdometryMotion(rotation_floor=0.01),
         search=RandomRestart(7),
     )
     found = configuration(made)
@@ -25,8 +29,9 @@ def test_every_part_is_told_with_its_parameters() -> None:
     }  # fmt: skip
     assert found["search"]["restarts"] == 7
     assert found["search"]["climber"]["type"] == "HillClimb"
-    assert found["perception"]["beta"] == 0.2
+    assert found["perception"]["beta"] == 0.35
     assert found["motion"]["type"] == "OdometryMotion"
+    assert found["motion"]["rotation_floor"] == 0.01
 
 
 def test_the_configuration_of_every_variant_is_json_and_tells_them_apart() -> None:

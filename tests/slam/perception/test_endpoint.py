@@ -7,68 +7,29 @@ from slam.errors import InputError
 from slam.geometry import Pose2, compose, transform_points
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.perception.endpoint import MOVED, Endpoint
+from slam.perception.endpoint import Endpoint
+from slam.perception.field import H_LOW
+from slam.scan import Scan
 from tests.slam import naive
+from tests.slam.perception.rooms import around, mapped
 from tests.slam.worlds import FAN, beam, loop, scan_at
-
-
-def mapped(grid, endpoint: Endpoint, poses, angles=FAN):
-    """The room, mapped from poses that are true, the field brought up to date scan by scan."""
-    for k, pose in enumerate(poses):
-        pose = Pose2.of(pose)
-        scan = scan_at(pose, time=1.7 * k, angles=angles)
-        endpoint.refresh(grid, grid.integrate(scan, pose))
-    return grid, endpoint
-
-
-def rebuilt(grid, endpoint: Endpoint) -> np.ndarray:
-    """The field anew, from the whole map and the centroids that the reading believes in."""
-    h = np.clip(grid.occupied, endpoint.H_MIN, endpoint.H_MAX)
-    known = np.dstack([h, endpoint.known[..., 1:]])
-    return naive.field(known, grid.centroids.count, grid.spec.resolution, endpoint.sigma,
-                       endpoint.z_hit, endpoint.z_rand)  # fmt: skip
-
-
-@pytest.mark.parametrize("model", [Static, Histogram])
-@pytest.mark.parametrize("sigma", [0.05, 0.08])
-def test_the_field_kept_up_to_date_is_the_field_rebuilt(model, sigma: float) -> None:
-    grid, endpoint = mapped(model(), Endpoint(sigma=sigma), loop(12))
-    np.testing.assert_allclose(endpoint.field, rebuilt(grid, endpoint), atol=1e-5)
-    assert np.abs(endpoint.known[..., 1:] - grid.centroids.offset).max() < MOVED
-
-
-def test_the_field_follows_a_map_that_grows_every_way() -> None:
-    poses = [(0, 0, 0), (3, 0, 1), (0, 3, 2), (-3, 0, 3), (0, -3, 4), (0, 0, 5)]
-    grid, endpoint = Static(), Endpoint()
-    for pose in poses:
-        scan = scan_at(Pose2(0.1, 0.1))
-        endpoint.refresh(grid, grid.integrate(scan, Pose2.of(pose)))
-    assert grid.spec.row0 < -64
-    assert endpoint.field.shape == grid.spec.shape
-    np.testing.assert_allclose(endpoint.field, rebuilt(grid, endpoint), atol=1e-5)
-
-
-def test_an_echo_at_the_maps_border_reaches_over_it_when_the_map_grows() -> None:
-    grid, endpoint = Static(), Endpoint()
-    for y, x_end in ((0.52, 3.18), (2.52, 4.5)):  # the border is at 64 cells = 3.2 m, then farther
-        endpoint.refresh(grid, grid.integrate(beam(x_end - 0.5), Pose2(0.5, y)))
-    assert grid.spec.cols == 128
-    np.testing.assert_allclose(endpoint.field, rebuilt(grid, endpoint), atol=1e-5)
 
 
 def test_the_score_is_the_sum_of_the_spline_over_the_echoes() -> None:
     grid, endpoint = mapped(Static(), Endpoint(beta=0.3), loop(8))
-    scan, poses = scan_at(Pose2(0.3, 0.1, 0.4)), np.random.default_rng(2).normal(size=(10, 3))
-    origin, resolution = grid.spec.origin, grid.spec.resolution
-    rows, cols = grid.spec.shape
+    tiles = grid.cells.tiles
+    scan = scan_at(Pose2(0.3, 0.1, 0.4), mount=Pose2(0.2, 0.05, 0.1))
+    poses = np.random.default_rng(2).normal(size=(30, 3))
+    field = tiles.dense(endpoint.fields[0])
+    rows, cols = field.shape
     expected = []
     for pose in poses:
         total = 0.0
-        for x, y in (transform_points(Pose2.of(pose), scan.points) - origin) / resolution:
+        for x, y in (transform_points(Pose2.of(pose), scan.points) - tiles.origin) / 0.05:
             if 1 <= x < cols - 1 and 1 <= y < rows - 1:
-                total += naive.spline(endpoint.field, x, y)
+                total += naive.spline(field, x, y)
             else:
-                total += math.log(0.95 * grid.prior + 0.05)
+                total += math.log(0.9 * 0.2 + 0.1)
         expected.append(0.3 * total)
     np.testing.assert_allclose(endpoint.log_likelihood(scan, poses), expected, rtol=1e-5)
 
@@ -78,27 +39,45 @@ def test_one_echo_on_one_known_wall_by_hand() -> None:
     pose = Pose2(0.525, 0.525)
     for k in range(50):
         endpoint.refresh(grid, grid.integrate(beam(1.0, k), pose))
-    on_it, beside, unseen = np.array(pose), np.array(pose) + (0, 0.5, 0), np.array(pose) + 1.2
-    found = endpoint.log_likelihood(beam(1.0), np.array([on_it, beside, unseen]))
-    # the smoothed peak lies a little below log(0.95 x 0.98 + 0.05); nothing is known elsewhere
-    assert math.log(0.5) < found[0] < math.log(0.95 * 0.98 + 0.05)
-    assert found[1:] == pytest.approx([math.log(0.95 * 0.2 + 0.05)] * 2, abs=1e-5)
+    on_it, free, unseen = np.array(pose), np.array(pose) - (0.5, 0, 0), np.array(pose) + 1.2
+    found = endpoint.log_likelihood(beam(1.0), np.array([on_it, free, unseen]))
+    # the smoothed peak lies a little below log(0.9 x 0.98 + 0.1); the free lane is a cell wide
+    assert math.log(0.5) < found[0] < math.log(0.9 * 0.98 + 0.1)
+    lane = 0.75 * math.log(0.9 * H_LOW / 255 + 0.1) + 0.25 * math.log(0.9 * 0.2 + 0.1)
+    assert found[1] == pytest.approx(lane, abs=2e-3)
+    assert found[2] == pytest.approx(math.log(0.9 * 0.2 + 0.1), abs=1e-5)
 
 
 def test_points_outside_the_map_count_as_unknown() -> None:
     _, endpoint = mapped(Static(), Endpoint(), loop(3))
     scan = scan_at(Pose2(0.1, 0.1))
-    found = endpoint.log_likelihood(scan, np.array([[500.0, -500.0, 0.0]]))[0]
-    assert found == pytest.approx(0.2 * len(scan.points) * math.log(0.95 * 0.2 + 0.05))
+    unknown = 0.3 * len(scan.points) * math.log(0.9 * 0.2 + 0.1)
+    for pose in ([500.0, -500.0, 0.0], [-1e6, 3.0, 1.0]):
+        found = endpoint.log_likelihood(scan, np.array([pose]))[0]
+        assert found == pytest.approx(unknown)
+        slope = endpoint.slope(scan, Pose2.of(pose))
+        assert slope.value == pytest.approx(unknown)
+        assert not slope.gradient.any()
+
+
+def test_whatever_is_no_echo_says_nothing() -> None:
+    _, endpoint = mapped(Static(), Endpoint(), loop(3))
+    scan, poses = scan_at(Pose2(0.1, 0.1)), np.array([[0.1, 0.1, 0.0]])
+    ranges = np.concatenate([scan.ranges, [np.nan, np.inf, 6.0, 7.0, 0.0, -1.0]])
+    more = Scan(ranges, np.concatenate([scan.angles, np.zeros(6)]), 6.0)
+    assert endpoint.log_likelihood(more, poses) == endpoint.log_likelihood(scan, poses)
+    empty = Scan(np.zeros(0), np.zeros(0), 6.0)
+    assert endpoint.log_likelihood(empty, poses) == 0.0
+    assert endpoint.bound(empty, poses, 0.1) == 0.0
+    assert endpoint.slope(empty, Pose2()).value == 0.0
+    assert endpoint.log_likelihood(scan, np.zeros((0, 3))).shape == (0,)
 
 
 @pytest.mark.parametrize("model", [Static, Histogram])
 def test_the_likelihood_peaks_at_the_truth(model) -> None:
-    _, endpoint = mapped(model(), Endpoint(), loop(20))
+    _, endpoint = mapped(model(), Endpoint())
     truth = Pose2(0.217, -0.144, 2.2)
-    steps = np.arange(-8, 9) * 0.0125
-    turns = np.radians(np.arange(-8, 9) * 0.5)
-    errors = np.stack(np.meshgrid(steps, steps, turns), axis=-1).reshape(-1, 3)
+    errors = around(truth)
     scores = endpoint.log_likelihood(scan_at(truth), compose(truth, errors))
     best = errors[scores.argmax()]
     assert np.abs(best[:2]).max() <= 0.0125
@@ -108,9 +87,32 @@ def test_the_likelihood_peaks_at_the_truth(model) -> None:
 
 def test_beta_only_scales() -> None:
     scan, poses = scan_at(Pose2()), np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.1]])
-    tempered = mapped(Static(), Endpoint(), loop(3))[1].log_likelihood(scan, poses)
-    paper = mapped(Static(), Endpoint(beta=1.0), loop(3))[1].log_likelihood(scan, poses)
-    np.testing.assert_allclose(paper, tempered / 0.2)
+    tempered = mapped(Static(), Endpoint(), loop(3))[1]
+    paper = mapped(Static(), Endpoint(beta=1.0), loop(3))[1]
+    for beta, reading in ((0.3, tempered), (1.0, paper)):
+        scale = beta / 0.3
+        np.testing.assert_allclose(
+            reading.log_likelihood(scan, poses), scale * tempered.log_likelihood(scan, poses)
+        )
+        np.testing.assert_allclose(
+            reading.bound(scan, poses, 0.1), scale * tempered.bound(scan, poses, 0.1)
+        )
+        for a, b in zip(reading.slope(scan, Pose2()), tempered.slope(scan, Pose2()), strict=True):
+            np.testing.assert_allclose(a, scale * b)
+
+
+@pytest.mark.parametrize("z_hit", [0.9, 2.0])
+def test_above_the_floor_nothing_changes_and_below_it_nothing_is_missed(z_hit: float) -> None:
+    _, endpoint = mapped(Static(), Endpoint(z_hit=z_hit), loop(8))
+    scan = scan_at(Pose2(0.1, 0.2, 0.3))
+    poses = (0.1, 0.2, 0.3) + np.random.default_rng(1).normal(0, (0.1, 0.1, 0.1), (200, 3))
+    values = endpoint.log_likelihood(scan, poses)
+    for floor in (values.max(), np.median(values), values.min()):
+        found = endpoint.log_likelihood(scan, poses, float(floor))
+        np.testing.assert_array_equal(found[values >= floor], values[values >= floor])
+        below = found[values < floor]
+        assert ((below == -np.inf) | (below == values[values < floor])).all()
+    assert (endpoint.log_likelihood(scan, poses, float(values.max())) == -np.inf).sum() > 100
 
 
 @pytest.mark.parametrize("name", ["beta", "sigma", "z_hit", "z_rand"])
@@ -119,21 +121,50 @@ def test_what_is_not_positive_is_refused(name: str) -> None:
         Endpoint(**{name: 0.0})
 
 
-def test_cells_of_a_metre_are_as_good_as_others() -> None:
-    grid, endpoint = Static(1.0), Endpoint(sigma=1.0)
-    endpoint.refresh(grid, grid.integrate(beam(3.0), Pose2(0.5, 0.5)))
-    np.testing.assert_allclose(endpoint.field, rebuilt(grid, endpoint), atol=1e-5)
+@pytest.mark.parametrize("offset", [(0.0, 0.0), (0.0, 3.2), (-3.2, -6.4)])
+def test_a_wall_on_the_border_of_tiles_reads_the_same_from_both_sides(offset) -> None:
+    """A wall at x = 0 exactly, its echoes now in this tile and now in that: a former bug."""
+    wall = np.array([[0.0, -1.0, 0.0, 1.0]]) + np.tile(offset, 2)
+    angles = np.radians(np.arange(-40, 41, 2.0))
+    found = []
+    for side in (1, -1):
+        grid, endpoint, rng = Static(), Endpoint(), np.random.default_rng(0)
+        for k in range(20):
+            heading = 0.0 if side < 0 else math.pi
+            pose = Pose2(offset[0] + side * 0.93, offset[1] + 0.013, heading)
+            seen = scan_at(pose, k, angles, wall)
+            noise = rng.normal(0, 0.01, len(angles))[::-side]
+            scan = Scan(seen.ranges + noise, angles, 6.0, time=k)
+            endpoint.refresh(grid, grid.integrate(scan, pose))
+        d = np.linspace(-0.08, 0.08, 17)
+        points = np.column_stack([offset[0] + side * d, np.full(17, offset[1]), np.zeros(17)])
+        found.append(endpoint.log_likelihood(beam(1.0), points - (1.0, 0, 0)))
+    np.testing.assert_allclose(found[0], found[1], atol=0.03)
+    assert abs(found[0].argmax() - 8) <= 1
+    # free before it, unknown behind
+    assert found[0].max() - found[0][-1] > 0.15
 
 
-@pytest.mark.parametrize(("column", "known"), [(1.5, True), (1.0, True), (0.9, False)])
+@pytest.mark.parametrize(("column", "known"), [(1.5, True), (1.01, True), (0.99, False)])
 def test_the_outermost_cells_cannot_be_read_between(column: float, known: bool) -> None:
-    grid, endpoint = Static(), Endpoint(beta=1.0)
-    for k in range(3):
-        to_the_border = beam(0.525, k, angle=math.pi)
-        endpoint.refresh(grid, grid.integrate(to_the_border, Pose2(0.6, 0.6)))
-    assert grid.spec.origin == (0.0, 0.0)
-    pose = np.array([[column * 0.05 + 1.0, 0.6, 0.0]])
-    found = endpoint.log_likelihood(beam(1.0, angle=math.pi), pose)[0]
-    read = naive.spline(endpoint.field, column, 12.0)
-    assert abs(read - endpoint.unknown) > 0.01
+    grid, endpoint = mapped(Static(), Endpoint(beta=1.0), loop(3))
+    tiles = grid.cells.tiles
+    endpoint.fields[0].values[:] = np.random.default_rng(0).normal(
+        size=endpoint.fields[0].values.shape
+    )
+    x, y = tiles.origin[0] + column * 0.05, tiles.origin[1] + 100.4 * 0.05
+    pose = np.array([[x - 1.0, y, 0.0]])
+    found = endpoint.log_likelihood(beam(1.0), pose)[0]
+    read = naive.spline(tiles.dense(endpoint.fields[0]), column, 100.4)
     assert found == pytest.approx(read if known else endpoint.unknown, abs=1e-5)
+
+
+def test_two_thousand_beams_and_one() -> None:
+    _, endpoint = mapped(Static(), Endpoint(), loop(8))
+    pose = Pose2(0.1, 0.2, 0.3)
+    many = scan_at(pose, angles=np.linspace(-3, 3, 2000))
+    one = Scan(many.ranges[:1], many.angles[:1], 6.0)
+    values = [endpoint.log_likelihood(s, np.array([pose]))[0] for s in (many, one)]
+    assert values[0] / 2000 == pytest.approx(0.3 * math.log(0.8), abs=0.1)
+    assert 0.3 * math.log(0.1) < values[1] < 0
+    assert len(FAN) < 2000

@@ -1,30 +1,101 @@
-"""Smooth synthetic objectives whose maxima are known."""
+"""Readings whose log-likelihood is known everywhere, and a posterior made of one."""
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 
-from slam.geometry import between
+from slam.geometry import Pose2, wrap_angle
+from slam.interface import Posterior, Slope
+from slam.motion import Prediction
+from tests.slam.worlds import beam
 
 WIDTH = np.array([0.05, 0.05, 0.05])  # m, m, rad
+WIDE = np.array([10.0, 10.0, 10.0])  # a motion that says next to nothing
 
 
-def exponent(poses, peak, width=WIDTH):
-    errors = between(peak, poses) / width
-    return -0.5 * (errors**2).sum(axis=-1)
+class Peaks:
+    """The highest of some paraboloids: log-likelihoods with a peak at each of `tops` (n, 3).
+
+    heights  (n,) of the peaks
+    known    whether bounds are given; infinity otherwise
+    asked    every array of poses that was asked for
+    """
+
+    levels = 1
+
+    def __init__(self, tops, heights=None, width: Any = WIDTH, known=True):
+        self.tops = np.atleast_2d(np.asarray(tops, dtype=float))
+        self.heights = np.zeros(len(self.tops)) if heights is None else np.asarray(heights)
+        self.width = np.asarray(width)
+        self.known = known
+        self.asked: list[np.ndarray] = []
+
+    def refresh(self, grid, changed):
+        """It knows all from the start."""
+
+    def log_likelihood(self, scan, poses, floor=-math.inf):
+        self.asked.append(poses.copy())
+        values = self._values(poses, 0.0)
+        return np.where(values < floor, -math.inf, values)
+
+    def bound(self, scan, poses, reach):
+        return self._values(poses, reach) if self.known else np.full(len(poses), math.inf)
+
+    def slope(self, scan, pose, level=0):
+        poses = np.array([pose])
+        k = self._each(poses, 0.0)[0].argmax()
+        errors = np.array(pose) - self.tops[k]
+        errors[2] = wrap_angle(errors[2])
+        curvature = np.diag(-1.0 / self.width**2)
+        return Slope(float(self._values(poses, 0.0)[0]), curvature @ errors, curvature)
+
+    def _values(self, poses, reach):
+        return self._each(poses, reach).max(axis=1)
+
+    def _each(self, poses, reach):
+        errors = np.abs(poses[:, None] - self.tops)
+        errors[..., 2] = np.abs(wrap_angle(errors[..., 2]))
+        errors[..., :2] = np.maximum(errors[..., :2] - reach, 0.0)
+        return self.heights - 0.5 * ((errors / self.width) ** 2).sum(axis=-1)
+
+    @property
+    def count(self) -> int:
+        return sum(map(len, self.asked))
 
 
-def one_peak(peak):
-    """The log of one Gaussian."""
-    return lambda poses: exponent(poses, peak)
+class Plain(Peaks):
+    """Sees nothing: the same everywhere, exactly."""
+
+    def __init__(self, known=True):
+        super().__init__((0.0, 0.0, 0.0), known=known)
+
+    def _values(self, poses, reach):
+        return np.full(len(poses), -3.0)
+
+    def slope(self, scan, pose, level=0):
+        return Slope(-3.0, np.zeros(3), np.zeros((3, 3)))
 
 
-def two_peaks(low, high):
-    """The log of two narrow Gaussians, one a tenth of the other."""
-    narrow = WIDTH * 0.4
+class Stepped(Posterior):
+    """Rounded down to whole numbers: many poses are exactly equal."""
 
-    def objective(poses):
-        a, b = exponent(poses, low, narrow), exponent(poses, high, narrow)
-        return np.logaddexp(a + np.log(0.1), b)
+    def __call__(self, poses, floor=-math.inf):
+        return np.floor(super().__call__(poses, floor))
 
-    return objective
+
+class Level(Posterior):
+    """Rounded down so far that all poses are equal."""
+
+    def __call__(self, poses, floor=-math.inf):
+        return np.floor(super().__call__(poses, floor) / 100) * 100
+
+
+def posterior(
+    reading: Any, start=Pose2(), deviations: Any = WIDE, motion=Pose2(), kind=Posterior
+) -> Posterior:
+    """A posterior around `start @ motion`."""
+    prediction = Prediction(start, motion, np.asarray(deviations, dtype=float))
+    return kind(reading, beam(1.0), prediction)

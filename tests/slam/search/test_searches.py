@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from slam.geometry import Pose2, compose
-from slam.motion import OdometryMotion
 from slam.search.correlative import Correlative
+from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
 from slam.search.random_restart import RandomRestart
-from tests.slam.search.objectives import one_peak, two_peaks
+from tests.slam.search.maps import in_room, room
+from tests.slam.search.objectives import WIDTH, Peaks, Plain, posterior
 
-SEARCHES = [HillClimb(), RandomRestart(), Correlative()]
+SEARCHES = [HillClimb(), RandomRestart(), Correlative(), GaussNewton()]
+SEEING = [RandomRestart(restarts=30), Correlative(step=0.03, reach=1.5)]  # more than one peak
 DEVIATIONS = np.array([0.06, 0.06, 0.1])
 START = Pose2(1.0, -2.0, 3.1)  # a heading that wraps nearby
 
@@ -21,43 +23,86 @@ def error(found: Pose2, peak) -> tuple[float, float]:
     return math.hypot(away.x, away.y), abs(away.theta)
 
 
+def value(asked, pose) -> float:
+    return float(asked(np.array([pose]))[0])
+
+
 @pytest.mark.parametrize("search", SEARCHES)
 @pytest.mark.parametrize("seed", range(4))
 def test_the_peak_is_found_to_precision(search, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    peak = compose(START, rng.uniform(-1, 1, 3) * DEVIATIONS)
-    found = search(one_peak(peak), START, DEVIATIONS, rng)
-    metres, radians = error(found, peak)
+    peak = compose(START, rng.uniform(-0.7, 0.7, 3) * DEVIATIONS)
+    asked = posterior(Peaks(peak, width=0.02 * WIDTH), START, DEVIATIONS)
+    metres, radians = error(search(asked, rng), peak)
     assert metres < 0.0015
     assert radians < math.radians(0.1)
 
 
 @pytest.mark.parametrize("search", SEARCHES)
 def test_a_start_at_the_peak_is_kept(search) -> None:
-    found = search(one_peak(START), START, DEVIATIONS, np.random.default_rng(0))
+    asked = posterior(Peaks(START), START, DEVIATIONS)
+    found = search(asked, np.random.default_rng(0))
     assert error(found, START) == pytest.approx((0, 0), abs=1e-12)
 
 
+@pytest.mark.parametrize("search", SEARCHES)
+def test_where_nothing_is_seen_it_ends_where_the_odometry_leads(search) -> None:
+    motion = Pose2(0.2, -0.05, 0.3)
+    asked = posterior(Plain(), START, DEVIATIONS, motion)
+    assert search(asked, np.random.default_rng(0)) == pytest.approx(START @ motion, abs=1e-9)
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_prior_and_the_scan_are_weighed(search, seed: int) -> None:
+    """Of two Gaussians of equal width the product peaks half way."""
+    off = np.random.default_rng(seed).uniform(-0.04, 0.04, 3)
+    asked = posterior(Peaks(np.array(START) + off), START, WIDTH)
+    found = search(asked, np.random.default_rng(0))
+    assert error(found, np.array(START) + off / 2) == pytest.approx((0, 0), abs=1.5e-3)
+
+
 @pytest.mark.parametrize("seed", range(4))
-def test_only_hill_climbing_stays_at_the_lower_of_two_peaks(seed: int) -> None:
+def test_only_climbing_stays_at_the_lower_of_two_peaks(seed: int) -> None:
     low, high = compose(START, (0.02, 0.0, 0.0)), compose(START, (-0.06, 0.05, -0.12))
-    objective = two_peaks(low, high)
+    reading = Peaks([low, high], [0.0, 3.0], 0.4 * WIDTH)
+    asked = posterior(reading, START, DEVIATIONS)
 
     def end(search) -> Pose2:
-        return search(objective, START, DEVIATIONS, np.random.default_rng(seed))
+        return search(asked, np.random.default_rng(seed))
 
-    assert error(end(HillClimb()), low)[0] < 0.002
-    assert error(end(RandomRestart(restarts=30)), high)[0] < 0.002
-    assert error(end(Correlative()), high)[0] < 0.002
+    for search in (HillClimb(), GaussNewton()):
+        assert error(end(search), low)[0] < 0.005
+    for search in SEEING:
+        assert error(end(search), high)[0] < 0.025  # the prior draws
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+def test_the_place_is_found_in_a_room(search) -> None:
+    truth = Pose2(0.717, -0.344, 2.2)
+    asked = in_room(room(), truth, truth @ Pose2(0.03, -0.02, 0.05), Pose2(), DEVIATIONS)
+    metres, radians = error(search(asked, np.random.default_rng(0)), truth)
+    assert metres < 0.012
+    assert radians < math.radians(0.5)
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+def test_the_same_seed_gives_the_same_pose(search) -> None:
+    truth = Pose2(0.717, -0.344, 2.2)
+    asked = in_room(room(), truth, truth @ Pose2(0.1, -0.1, 0.1), Pose2(), DEVIATIONS)
+    first, again = (search(asked, np.random.default_rng(5)) for _ in range(2))
+    assert first == again
+
+
+# -- hill climbing -----------------------------------------------------------------------------
 
 
 def test_climbing_never_ends_lower_than_it_began() -> None:
-    rng = np.random.default_rng(3)
-    starts = rng.normal(size=(20, 3)) * 0.2
-    objective = two_peaks((0.1, 0.0, 0.0), (-0.2, 0.1, 0.1))
-    ends = HillClimb().climb(objective, starts)
-    assert (objective(ends) >= objective(starts)).all()
-    alone = [HillClimb().climb(objective, start[None])[0] for start in starts]
+    starts = np.random.default_rng(3).normal(size=(20, 3)) * 0.2
+    asked = posterior(Peaks([(0.1, 0.0, 0.0), (-0.2, 0.1, 0.1)], [0.0, 2.0]))
+    ends = HillClimb().climb(asked, starts)
+    assert (asked(ends) >= asked(starts)).all()
+    alone = [HillClimb().climb(asked, start[None])[0] for start in starts]
     np.testing.assert_array_equal(ends, alone)
 
 
@@ -65,43 +110,6 @@ def test_climbing_a_plain_ends_and_stays() -> None:
     starts = np.ones((3, 3))
     ends = HillClimb().climb(lambda poses: np.zeros(len(poses)), starts)
     np.testing.assert_array_equal(ends, starts)
-
-
-def test_the_same_seed_restarts_at_the_same_places() -> None:
-    asked: list[np.ndarray] = []
-
-    def objective(poses):
-        asked.append(poses)
-        return one_peak(START)(poses)
-
-    for seed in (1, 1, 2):
-        RandomRestart(restarts=3)(objective, START, DEVIATIONS, np.random.default_rng(seed))
-    starts = [poses for poses in asked if len(poses) == 4][::2]
-    first, again, other = starts[0], starts[1], starts[2]
-    np.testing.assert_array_equal(first, again)
-    assert not np.array_equal(first, other)
-    np.testing.assert_array_equal(first[0], START)
-
-
-def test_the_coarse_stage_visits_zero_and_covers_its_reach_evenly() -> None:
-    search = Correlative(step=0.03, turn=math.radians(1.0), reach=2.0)
-    found = search.candidates(DEVIATIONS)
-    assert [0.0, 0.0, 0.0] in found.tolist()
-    for axis, step in enumerate((0.03, 0.03, math.radians(1.0))):
-        ticks = np.unique(found[:, axis])
-        np.testing.assert_allclose(np.diff(ticks), step)
-        np.testing.assert_allclose(ticks, -ticks[::-1], atol=1e-12)
-        assert 2.0 * DEVIATIONS[axis] <= ticks[-1] < 2.0 * DEVIATIONS[axis] + step
-    assert len(found) == len(np.unique(found, axis=0)) == 9 * 9 * 25
-
-
-def test_a_robot_that_cannot_have_moved_is_looked_for_where_it_was() -> None:
-    assert Correlative().candidates(np.zeros(3)).tolist() == [[0.0, 0.0, 0.0]]
-
-
-def test_a_leap_of_the_odometry_does_not_drown_the_search() -> None:
-    deviations = OdometryMotion().deviations(Pose2(5.0))
-    assert len(Correlative().candidates(deviations)) < 1_000_000
 
 
 def test_a_climber_looks_to_and_fro_along_its_own_axes() -> None:
@@ -118,3 +126,57 @@ def test_a_climber_looks_to_and_fro_along_its_own_axes() -> None:
         np.testing.assert_allclose(
             around[np.lexsort(around.T)], expected[np.lexsort(expected.T)], atol=1e-12
         )
+
+
+def test_a_climber_takes_the_best_of_its_neighbours() -> None:
+    reading = Peaks((0.0, -1.0, 0.0), width=(1.0, 1.0, 1.0))
+    HillClimb(step=0.1, turn=0.1, precision=0.1).climb(
+        posterior(reading), np.array([[0.05, 0.0, 0.0]])
+    )
+    assert reading.asked[2][:, 1].mean() == pytest.approx(-0.1)
+
+
+# -- random restarts ---------------------------------------------------------------------------
+
+
+def starts_of(restarts: int, seed: int, motion=Pose2(), deviations=DEVIATIONS) -> np.ndarray:
+    """Where the climbing began."""
+    reading = Plain()
+    asked = posterior(reading, START, deviations, motion)
+    RandomRestart(restarts=restarts)(asked, np.random.default_rng(seed))
+    return reading.asked[0]
+
+
+def test_the_same_seed_restarts_at_the_same_places() -> None:
+    first, again, other = (starts_of(3, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+    assert first[0] == pytest.approx(START)
+    assert len(first) == 4
+
+
+def test_restarts_are_drawn_from_the_motion_model() -> None:
+    motion = Pose2(0.5, 0.1, 0.4)
+    starts = starts_of(4000, 0, motion)
+    asked = posterior(Plain(), START, DEVIATIONS, motion)
+    chi2 = -2 * asked.prediction.log_density(starts[1:])
+    assert chi2.mean() == pytest.approx(3.0, abs=0.2)  # three independent errors
+    assert chi2.var() == pytest.approx(6.0, rel=0.2)
+
+
+def test_no_restart_is_hill_climbing() -> None:
+    truth = Pose2(0.717, -0.344, 2.2)
+    asked = in_room(room(), truth, truth @ Pose2(0.1, -0.1, 0.1), Pose2(), DEVIATIONS)
+    rng = np.random.default_rng(0)
+    assert RandomRestart(restarts=0)(asked, rng) == pytest.approx(HillClimb()(asked, rng))
+
+
+def test_more_restarts_find_no_less() -> None:
+    truth = Pose2(0.717, -0.344, 2.2)
+    asked = in_room(
+        room(), truth, truth @ Pose2(0.7, -0.5, 0.9), Pose2(), np.array([0.8, 0.6, 1.0])
+    )
+    ends = [RandomRestart(n)(asked, np.random.default_rng(0)) for n in (0, 10, 40)]
+    values = [value(asked, end) for end in ends]
+    assert values == sorted(values)
+    assert values[2] > values[0] + 20

@@ -1,0 +1,102 @@
+"""Ceilings: what mapping and localization could do if the other were perfect (THEORY, section 6).
+
+They are shown the truth of the episode, scan by scan, and stand beside the variants of a
+benchmark to tell where an error comes from. `slam.benchmark.run.build` makes them by name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.episode import Truth
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.grid import OccupancyGrid
+from slam.interface import Estimate, MapModel, Slam
+from slam.maps.clamped import Clamped
+from slam.maps.histogram import Histogram
+from slam.maps.static import Static
+from slam.maps.true_map import TrueMap, known_moments
+from slam.scan import Scan
+from slam.spacing import KEYFRAMES, Spacing
+
+ShownTruth = Callable[[Truth, np.random.Generator], Slam]
+"""Makes a SLAM that is shown the truth, scan by scan: (truth, randomness) -> Slam."""
+
+
+class MappingOnly:
+    """Maps from the true poses: the ceiling of a map model.
+
+    Scans go into the map at the same `keyframes` as those of the other algorithms.
+    """
+
+    def __init__(self, truth: Truth, grid: MapModel | None = None, keyframes: Spacing = KEYFRAMES):
+        self.grid = Histogram() if grid is None else grid
+        self.keyframes = keyframes
+        self.pose = self._keyframe = Pose2.of(truth.poses[0])
+        self._keyframe_at = -math.inf
+        self._moments = known_moments(truth.poses)
+
+    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+        """Whatever the odometry says, the pose is the true one; nothing is ever matched."""
+        self.pose = Pose2.of(next(self._moments))
+        if self.keyframes.due(self._keyframe.between(self.pose), scan.time - self._keyframe_at):
+            self.grid.integrate(scan, self.pose)
+            self._keyframe, self._keyframe_at = self.pose, scan.time
+        return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
+
+    def map(self) -> OccupancyGrid:
+        """h as it is now."""
+        return self.grid.cells.grid()
+
+
+class LocalizationOnly:
+    """Finds its way in the true map: the ceiling of localization, to be held against its bound.
+
+    Walls and doors stand in the map where they stand at each scan, and nothing is learned. Where
+    the robot is, is found by the same matcher as ever.
+
+    matcher  begins at the true start; its `grid` is a `TrueMap`
+    """
+
+    def __init__(self, matcher: MaximumLikelihood):
+        if not isinstance(matcher.grid, TrueMap):
+            raise InputError(f"LocalizationOnly needs a matcher on a TrueMap, got {matcher.grid}")
+        self.matcher = matcher
+        self.pose = matcher.pose
+        self._grid = matcher.grid
+
+    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+        """Put the doors where they are, then match."""
+        self.matcher.perception.refresh(self._grid, self._grid.advance())
+        estimate = self.matcher.update(motion, scan)
+        self.pose = estimate.pose
+        return estimate
+
+    def map(self) -> OccupancyGrid:
+        """The truth as it stands."""
+        return self.matcher.map()
+
+
+def mapping_only(grid: Callable[[], MapModel]) -> ShownTruth:
+    """A builder of the ceiling of a map model."""
+    return lambda truth, rng: MappingOnly(truth, grid())
+
+
+def localization_only(truth: Truth, rng: np.random.Generator) -> Slam:
+    """The ceiling of localization, all as tuned."""
+    start = Pose2.of(truth.poses[0])
+    return LocalizationOnly(MaximumLikelihood(start, rng, grid=TrueMap(truth)))
+
+
+CEILINGS: dict[str, ShownTruth] = {
+    "mapping-only": mapping_only(Histogram),
+    "mapping-only/static": mapping_only(Static),
+    "mapping-only/clamped": mapping_only(Clamped),
+    "localization-only": localization_only,
+}
+"""By name, as the variants are; but made of an episode's truth."""

@@ -1,0 +1,82 @@
+"""Gauss-Newton: straight up the slope of a smooth field (Kohlbrecher et al. 2011)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from slam.checked import positive, whole
+from slam.geometry import Pose2
+from slam.interface import Posterior
+
+DAMPED = 1e-9  # of the curvature's trace
+
+
+@dataclass(frozen=True)
+class GaussNewton:
+    """Newton steps on the log posterior, from the coarsest field to the finest.
+
+    Kohlbrecher et al. (2011) minimise squared residuals of an interpolated occupancy grid, at
+    several resolutions one after the other. Here the function is the log posterior of equation 7
+    itself, so that the steps end at its maximum; its curvature is taken where it bends down, which
+    gives them the direction of Gauss-Newton steps. A step that does not lead up is quartered.
+
+    levels     how many resolutions are gone through (a reading may have fewer); 1: the finest alone
+    steps      at most, at each
+    precision  m and rad: a shorter step is not taken
+    """
+
+    levels: int = 3
+    steps: int = 12
+    precision: float = 0.0002
+
+    def __post_init__(self) -> None:
+        whole(self, "levels", 1)
+        whole(self, "steps", 1)
+        positive(self, "precision")
+
+    def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
+        """Climb from where the odometry leads."""
+        return self.climb(posterior, posterior.prediction.pose)
+
+    def climb(self, posterior: Posterior, start: Pose2) -> Pose2:
+        """Climb from `start`."""
+        pose = start
+        for level in reversed(range(min(self.levels, posterior.perception.levels))):
+            pose = self._climb(posterior, pose, level)
+        return pose
+
+    def _climb(self, posterior: Posterior, pose: Pose2, level: int) -> Pose2:
+        here = posterior.slope(pose, level)
+        for _ in range(self.steps):
+            x, y, theta = _step(here.gradient, here.curvature)
+            while max(abs(x), abs(y), abs(theta)) > self.precision:
+                turned = math.remainder(pose.theta + theta, math.tau)
+                next_pose = Pose2(pose.x + x, pose.y + y, turned)
+                there = posterior.slope(next_pose, level)
+                if there.value > here.value:
+                    break
+                x, y, theta = x / 4, y / 4, theta / 4
+            else:
+                break
+            here, pose = there, next_pose
+        return pose
+
+
+@njit(cache=True)
+def _step(g, H):
+    """-(H - e)^-1 g for H that is nowhere positive, by Cramer's rule; e: so that it can be had."""
+    e = DAMPED * (1.0 - H[0, 0] - H[1, 1] - H[2, 2])
+    a, b, c = e - H[0, 0], e - H[1, 1], e - H[2, 2]
+    f, h, k = -H[0, 1], -H[0, 2], -H[1, 2]
+    A, B, C = b * c - k * k, k * h - f * c, f * k - b * h
+    D, E, F = a * c - h * h, f * h - a * k, a * b - f * f
+    determinant = a * A + f * B + h * C
+    return (
+        (A * g[0] + B * g[1] + C * g[2]) / determinant,
+        (B * g[0] + D * g[1] + E * g[2]) / determinant,
+        (C * g[0] + E * g[1] + F * g[2]) / determinant,
+    )
