@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import gc
 import json
-import os
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -23,6 +20,7 @@ from slam.checked import whole_number
 from slam.geometry import Array
 
 from .exits import EXIT_FOUND
+from .process_memory import resident_mb
 from .progress import progress_bar
 
 HOLD = 12  # steps for which a random action is held: the robot gets somewhere
@@ -130,15 +128,6 @@ def _wrong(observation: dict[str, Any], reward: float, world: DoorCorridorEnv) -
     if (places < ends.min(axis=0)).any() or (places > ends.max(axis=0)).any():
         wrong.add("a body has left the world")
     return wrong
-
-
-def resident_mb() -> float:
-    """Memory that this process holds now, MB; 0 where the system does not tell."""
-    gc.collect()
-    pages = Path("/proc/self/statm")
-    if not pages.exists():
-        return 0.0
-    return int(pages.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def _table(drives: list[Endured]) -> Table:

@@ -45,7 +45,7 @@ def status(arguments: list[str] | None = None) -> int:
 def _command(arguments: list[str] | None) -> int:
     import tyro
 
-    from . import demo, endure, play, run, speed
+    from . import demo, endure, play, run, speed, study
 
     known = (
         Annotated[demo.Demo, tyro.conf.subcommand("demo")]
@@ -53,6 +53,7 @@ def _command(arguments: list[str] | None) -> int:
         | Annotated[play.Play, tyro.conf.subcommand("play")]
         | Annotated[run.Run, tyro.conf.subcommand("run")]
         | Annotated[speed.Speed, tyro.conf.subcommand("speed")]
+        | Annotated[study.Study, tyro.conf.subcommand("study")]
     )
     config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitSubcommandPrefixes)
     description = "2D laser SLAM in places that change."

@@ -38,7 +38,7 @@ class Run:
     log: tyro.conf.Positional[Path]
     """CARMEN log, plain or .gz, with ODOM and FLASER or ROBOTLASER1 lines."""
     slam: str = "dynamic-ml"
-    """SLAM variant: odometry, static-ml, clamped-ml, dynamic-ml, each ML also as NAME/beta1."""
+    """SLAM variant, such as odometry, static-ml, dynamic-ml; an unknown name lists them all."""
     relations: Path | None = None
     """Known relations between poses (Kuemmerle et al. 2009) to score the trajectory with."""
     out: Path | None = None

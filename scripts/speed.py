@@ -1,199 +1,121 @@
-"""`dynslam speed`: what a step of the environment costs, beside the physics alone."""
+"""`dynslam speed`: what a step of the environment and a scan of a SLAM cost, in time and memory."""
 
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from statistics import median
-from typing import Any
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
 
-import gymnasium as gym
-import numpy as np
-from rich.box import HORIZONTALS
 from rich.console import Console
 from rich.table import Table
 
-from dynslam_env import Corridor, DoorCorridorEnv, DoorCorridorVectorEnv, Laser, Layout
-from dynslam_env.chipmunk import States
-from dynslam_env.world import World
+from agents import record_corridor
 from slam.benchmark.results import versions
 from slam.checked import whole_number
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.io.carmen import read_carmen
 
+from .building import building_rows, building_table
+from .chosen import PLAIN, chosen, chosen_variants
+from .measured import Row, T, Track
 from .progress import progress_bar
+from .speed_env import env_rows, env_table
+from .speed_memory import memory_rows, memory_table
+from .speed_slam import slam_rows, slam_table
 
-BEAMS = (91, 181, 361, 1081)
-DOORS = (0, 8, 20, 50, 200)
-EXTRA_WALLS = (0, 100, 300, 1000)
-THREADS = (1, 2)
-STEPS = 640  # of an environment, a round
+SEED = 7  # of the corridor, its doors moving
+SIDE = 200.0  # m, of the building
+EACH = 3  # rounds of the environment for one of a SLAM, which takes longer and varies less
+WHAT = ["env", "slam", "memory", "building"]
 
 
 @dataclass
 class Speed:
-    """Measure the floor (ten physics steps), one environment, the vector environment, and resets.
+    """Measure what things cost: processor time and memory, each beside a yardstick.
 
-    The floor is measured on a twin, in the same worlds and on the same drive, round by round in
-    turn: the time of ten calls of pymunk's `Space.step` alone. The ratio is the median of the
-    rounds' ratios, times are of the fastest round.
+    env: ten physics steps (the floor), one environment, the vector environment, resets.
+    slam: a matched scan of each variant on a drive past moving doors, and on a log.
+    memory: bytes of each variant's map as time goes by in one place.
+    building: bytes of each variant's map of 200 x 200 m (on request: half a minute each).
     """
 
+    what: str = "env,slam,memory"
+    """What to measure: some of env, slam, memory, building, with commas between, or all."""
+    variants: str = PLAIN
+    """SLAM variants to measure, with commas between; or all; or plain: those without a slash."""
+    log: Path | None = None
+    """CARMEN log, plain or .gz, to measure the SLAM variants on as well."""
     json: bool = False
-    """Print one JSON object instead of a table."""
+    """Print one JSON object instead of tables."""
     num_envs: int = 64
     """Worlds of the vector environment."""
     rounds: int = 9
-    """Rounds of each measurement."""
+    """Rounds of each measurement of env; a third of them of slam. The fastest counts."""
 
     def __call__(self) -> int:
         """Measure and print."""
         whole_number("rounds", self.rounds, 1)
         whole_number("num-envs", self.num_envs, 1)
-        cases = list(_cases(self.num_envs))
+        parts = self._parts()  # a mistake is told before all work
         rows = []
         with progress_bar() as bar:
-            for case in bar.track(cases, description="speed"):
-                rows.append(case(self.rounds))
+
+            def track(items: Sequence[T], description: str) -> Iterable[T]:
+                return bar.track(items, description=description)
+
+            for part in parts:
+                rows.append(part.measure(track))
         if self.json:
-            print(json.dumps({"rows": rows, "versions": versions()}))
+            flat = [
+                {"table": part.name} | row
+                for part, mine in zip(parts, rows, strict=True)
+                for row in mine
+            ]
+            print(json.dumps({"rows": flat, "versions": versions()}))
         else:
-            Console().print(_table(rows))
+            for part, mine in zip(parts, rows, strict=True):
+                Console().print(part.table(mine))
         return 0
 
+    def _parts(self) -> list[Part]:
+        """What is to be measured."""
+        asked = chosen("what", self.what, WHAT)
+        variants = chosen_variants(self.variants)
+        if self.log and "slam" not in asked:
+            raise InputError(f"a log is for --what slam, got --what {self.what}")
+        parts = []
+        if "env" in asked:
+            parts.append(Part("env", partial(env_rows, self.num_envs, self.rounds), env_table))
+        if "slam" in asked:
+            rounds = -(-self.rounds // EACH)
+            for name, episode in self._drives():
+                rows = partial(slam_rows, variants, episode, name, rounds)
+                parts.append(Part("slam", rows, slam_table))
+        if "memory" in asked:
+            episode = record_corridor(SEED, "moving")
+            parts.append(Part("memory", partial(memory_rows, variants, episode), memory_table))
+        if "building" in asked:
+            parts.append(Part("building", partial(building_rows, variants, SIDE), building_table))
+        return parts
 
-Case = Callable[[int], dict[str, Any]]
-Made = tuple[Any, list[World]]
-
-
-def _cases(num_envs: int) -> Iterator[Case]:
-    yield lambda rounds: _single("one environment, gym.make", rounds)
-    for threads in THREADS:
-        yield lambda rounds, n=threads: _vector(num_envs, n, rounds)
-    for beams in BEAMS:
-        yield lambda rounds, n=beams: _single(f"{n} beams", rounds, laser=Laser(beams=n))
-    for doors in DOORS:
-        yield lambda rounds, n=doors: _single(f"{n} doors", rounds, world=_corridor(n))
-    for extra in EXTRA_WALLS:
-        yield lambda rounds, n=extra: _single(f"{n} more walls", rounds, world=_walled(n))
-    yield _reset
-
-
-def _single(name: str, rounds: int, **parameters: Any) -> dict[str, Any]:
-    def make() -> Made:
-        env = gym.make("DoorCorridor-v0", max_episode_steps=10**9, **parameters)
-        env.reset(seed=0)
-        assert isinstance(env.unwrapped, DoorCorridorEnv)
-        return env, [env.unwrapped.physics]
-
-    return {"what": name} | _against_floor((make(), make()), (), STEPS, rounds)
-
-
-def _vector(num_envs: int, threads: int, rounds: int) -> dict[str, Any]:
-    def make(threads: int) -> Made:
-        env = gym.make_vec("DoorCorridor-v0", num_envs, max_episode_steps=10**9, threads=threads)
-        env.reset(seed=0)
-        assert isinstance(env, DoorCorridorVectorEnv)
-        return env, env.physics
-
-    name = f"one of {num_envs}, gym.make_vec" + (f", {threads} threads" if threads > 1 else "")
-    steps = max(STEPS // num_envs, 1)
-    pair = make(threads), make(1)
-    return {"what": name} | _against_floor(pair, (num_envs,), steps, rounds)
+    def _drives(self) -> Iterator[tuple[str, Episode]]:
+        """The drive in the corridor, and the log."""
+        yield "corridor", record_corridor(SEED, "moving")
+        if self.log:
+            log = read_carmen(self.log)
+            for warning in log.warnings:
+                print(f"{self.log}: warning: {warning}", file=sys.stderr)
+            yield self.log.name, log.episode
 
 
-def _against_floor(
-    pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, rounds: int
-) -> dict[str, Any]:
-    """Time drives of `steps` steps, in turn with a twin of which the physics alone counts."""
-    (env, worlds), (twin, twin_worlds) = pair
-    floors = [Floor(world.states) for world in twin_worlds]
-    for world, floor in zip(twin_worlds, floors, strict=True):
-        world.states = floor
-    rng, pairs, count = np.random.default_rng(0), [], steps * len(worlds)
-    for _ in range(rounds + 1):
-        actions = rng.uniform(-1, 1, (steps, *shape, 2)).astype(np.float32)
-        spent = _timed(lambda a=actions: _drive(env, a))
-        _drive(twin, actions)
-        pairs.append((sum(floor.spent for floor in floors) / count, spent / count))
-        for floor in floors:
-            floor.spent = 0.0
-    lowest, fastest = (min(column) for column in zip(*pairs[1:], strict=True))
-    return {
-        "floor_us": lowest * 1e6,
-        "step_us": fastest * 1e6,
-        "ratio": median(step / floor for floor, step in pairs[1:]),
-        "steps_per_s": 1 / fastest,
-    }
+class Part(NamedTuple):
+    """One table: its name, how its rows are measured, how they are shown."""
 
-
-class Floor(States):
-    """Lets time pass by pymunk's own `Space.step`, and adds up what that takes."""
-
-    def __init__(self, states: States):
-        self._states, self.spent = states, 0.0
-        self.space, self.rows = states.space, states.rows
-
-    def advance(self, steps: int, dt: float) -> None:
-        """See `States.advance`."""
-        step = self.space.step
-        start = time.perf_counter()
-        for _ in range(steps):
-            step(dt)
-        self.spent += time.perf_counter() - start
-        self._states.advance(0, dt)
-
-
-def _drive(env: Any, actions: np.ndarray) -> None:
-    for action in actions:
-        env.step(action)
-
-
-def _reset(rounds: int) -> dict[str, Any]:
-    env = gym.make("DoorCorridor-v0")
-    env.reset(seed=0)
-
-    def resets() -> None:
-        for _ in range(20):
-            env.reset()
-
-    fastest = min(_timed(resets) / 20 for _ in range(rounds))
-    return {"what": "reset", "step_us": fastest * 1e6, "steps_per_s": 1 / fastest}
-
-
-def _timed(call: Callable[[], None]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
-
-
-def _corridor(doors: int) -> Corridor:
-    """A corridor with so many doors, and no shorter than the usual one."""
-    return Corridor(doors_per_side=doors // 2, length=max(12.0, 1.5 * doors))
-
-
-def _walled(extra: int) -> Layout:
-    """The usual corridor, and so many short walls behind its rooms."""
-    rng = np.random.default_rng(0)
-    layout = Corridor().layout(rng)
-    start = rng.uniform((0.0, 5.0), (12.0, 12.0), (extra, 2))
-    turned = rng.uniform(0.0, 2 * np.pi, extra)
-    stop = start + 0.5 * np.column_stack([np.cos(turned), np.sin(turned)])
-    return replace(layout, walls=np.vstack([layout.walls, np.hstack([start, stop])]))
-
-
-def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(box=HORIZONTALS, title="DoorCorridor-v0, random actions")
-    table.add_column("what")
-    for heading in ("floor, us", "step, us", "step / floor", "per second"):
-        table.add_column(heading, justify="right")
-    for row in rows:
-        floor, ratio = row.get("floor_us"), row.get("ratio")
-        table.add_row(
-            row["what"],
-            "" if floor is None else f"{floor:.1f}",
-            f"{row['step_us']:.1f}",
-            "" if ratio is None else f"{ratio:.2f}",
-            f"{row['steps_per_s']:,.0f}",
-        )
-    return table
+    name: str
+    measure: Callable[[Track], list[Row]]
+    table: Callable[[list[Row]], Table]

@@ -22,10 +22,13 @@ MARKDOWN_HEADINGS = (
     "failed, %",
     "ms a match",
 )
+BOUND = "bound"
+"""The last rows: no variant, but the least ATE of poses found each from one scan, map known."""
 LEGEND = (
-    "ATE: absolute trajectory error; deg: largest heading error; F1: of the walls, within 5 cm; "
-    "Brier: of the map against the share of time that the doors' cells were occupied, less is "
-    "better; fail: ATE above 0.3 m; ms: a matched scan"
+    "ATE: absolute trajectory error; bound: its Cramer-Rao bound for one scan in the true map; "
+    "deg: largest heading error; F1: of the walls, within 5 cm; Brier: of the map against the "
+    "share of time that the doors' cells were occupied, less is better; fail: ATE above 0.3 m; "
+    "ms: a matched scan"
 )
 
 
@@ -41,6 +44,11 @@ class Row(NamedTuple):
     failed_percent: Interval
     ms: Interval
 
+    @property
+    def ate_digits(self) -> int:
+        """Decimals of the ATE: the bound is a few millimetres."""
+        return 1 if self.variant == BOUND else 0
+
 
 def summary(results: Sequence[Result]) -> list[Row]:
     """One row a variant and door law, in the order in which they first came up."""
@@ -49,7 +57,20 @@ def summary(results: Sequence[Result]) -> list[Row]:
         groups.setdefault((result["variant"], result["doors"]), []).append(result)
     order = list(dict.fromkeys(variant for variant, _ in groups))
     keys = sorted(groups, key=lambda key: order.index(key[0]))
-    return [_row(*key, groups[key]) for key in keys]
+    return [_row(*key, groups[key]) for key in keys] + _bounds(results)
+
+
+def _bounds(results: Sequence[Result]) -> list[Row]:
+    """One row a door law: the median of the episodes' bounds, each episode once."""
+    episodes = {(row["doors"], row["seed"]): row.get("ate_bound") for row in results}
+    nothing = median([])
+    rows = []
+    for law in dict.fromkeys(doors for doors, _ in episodes):
+        bounds = [1e3 * b for (doors, _), b in episodes.items() if doors == law and b is not None]
+        if bounds:
+            ate = median(bounds)
+            rows.append(Row(BOUND, law, ate, nothing, nothing, nothing, nothing, nothing))
+    return rows
 
 
 def _row(variant: str, doors: str, group: Sequence[Result]) -> Row:
@@ -71,11 +92,11 @@ def _row(variant: str, doors: str, group: Sequence[Result]) -> Row:
 
 def markdown(results: Sequence[Result]) -> str:
     """The table for a README, every median with its 95 % interval."""
-    digits = (0, 1, 2, 2, 0)
     lines = [MARKDOWN_HEADINGS, ("---",) * len(MARKDOWN_HEADINGS)]
     for row in summary(results):
+        digits = (row.ate_digits, 1, 2, 2, 0)
         intervals = [_interval(i, d) for i, d in zip(row[2:7], digits, strict=True)]
-        lines.append((row.variant, row.doors, *intervals, f"{row.ms.value:.2f}"))
+        lines.append((row.variant, row.doors, *intervals, _number(row.ms.value, 2)))
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
@@ -89,12 +110,12 @@ def terminal(results: Sequence[Result], title: str) -> Table:
         table.add_row(
             row.variant,
             row.doors,
-            _interval(row.ate_mm, 0, "-"),
-            f"{row.heading_deg.value:.1f}",
-            f"{row.f1.value:.2f}",
+            _interval(row.ate_mm, row.ate_digits, "-"),
+            _number(row.heading_deg.value, 1),
+            _number(row.f1.value, 2),
             _number(row.brier.value, 2),
-            f"{row.failed_percent.value:.0f}%",
-            f"{row.ms.value:.2f}",
+            _number(row.failed_percent.value, 0, "%"),
+            _number(row.ms.value, 2),
             end_section=row.doors == "moving",
         )
     return table
@@ -107,5 +128,5 @@ def _interval(interval: Interval, digits: int, to: str = " to ") -> str:
     return f"{value} ({low}{to}{high})"
 
 
-def _number(value: float, digits: int) -> str:
-    return "-" if math.isnan(value) else f"{value:.{digits}f}"
+def _number(value: float, digits: int, unit: str = "") -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}f}{unit}"

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import numpy as np
 from joblib import Parallel, delayed
 
 import slam
 from agents import record_corridor
+from dynslam_env.localizability import position_bounds
 from slam.benchmark.configuration import configuration
 from slam.benchmark.results import Result, versions
 from slam.benchmark.run import run, true_start
@@ -36,9 +39,14 @@ def results(todo: list[Trial], variants: list[str], jobs: int) -> Iterator[list[
 
 
 def trial_results(trial: Trial, variants: list[str]) -> list[Result]:
-    """Record the episode and run each of the variants on it."""
+    """Record the episode and run each of the variants on it.
+
+    `ate_bound` beside the scores is the episode's own, the same for all variants: the RMS over its
+    scans of `position_bounds`, m.
+    """
     episode = record_corridor(trial.seed, trial.doors)
     judge = Judge(episode)
+    bound = float(np.sqrt((position_bounds(episode) ** 2).mean()))
     rows = []
     for variant in variants:
         robot = slam.make(variant, true_start(episode), trial.seed)
@@ -49,6 +57,7 @@ def trial_results(trial: Trial, variants: list[str]) -> list[Result]:
                 "doors": trial.doors,
                 "variant": variant,
                 **judge.scores(done.poses, done.grid),
+                "ate_bound": bound if math.isfinite(bound) else None,
                 "scans": len(done.poses),
                 "matched": done.matched,
                 "seconds": done.seconds,

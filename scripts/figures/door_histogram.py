@@ -47,14 +47,15 @@ def door_histogram_figure(
     dynamic  a variant whose map is a Histogram
     """
     truth = known(moving)
-    remembered, summed = mapped(dynamic, moving).grid, mapped(static, moving).grid
+    remembered, summed = mapped(dynamic, moving).grid, mapped(static, moving).grid.cells.grid()
     if not isinstance(remembered, Histogram):
         raise InputError(f"figure 1 needs a variant with a histogram map, {dynamic!r} has none")
-    share = TrueOccupancy(truth, remembered.spec.resolution)
+    seen = remembered.cells.grid()
+    share = TrueOccupancy(truth, seen.spec.resolution)
     row, col = door_cell(remembered, share)
-    x, y = remembered.spec.centres(np.array([[row, col]]))[0].tolist()
+    x, y = seen.spec.centres(np.array([[row, col]]))[0].tolist()
     there = summed.spec.cells(np.array([[x, y]]))[0]
-    h, frozen = float(remembered.occupied[row, col]), float(summed.occupied[tuple(there)])
+    h, frozen = float(seen.occupied[row, col]), float(summed.occupied[tuple(there)])
     q = _at(share, x, y)
     beliefs = {
         f"dynamic map, the mean (h): {h:.2f}": (h, DYNAMIC),
@@ -64,26 +65,26 @@ def door_histogram_figure(
     figure = blank_figure(9.0, 3.9)
     left, right = figure.subplots(1, 2, width_ratios=(1.45, 1.0))
     _draw_bars(left, remembered.histogram(row, col), beliefs)
-    grid = OccupancyGrid(remembered.spec, remembered.occupied, remembered.observed)
-    _draw_place(right, grid, truth, x, y)
+    _draw_place(right, seen, truth, x, y)
     return figure
 
 
-def door_cell(grid: Histogram, truth: TrueOccupancy) -> tuple[int, int]:
+def door_cell(remembered: Histogram, truth: TrueOccupancy) -> tuple[int, int]:
     """Row and column of the cell that a door sweeps and that was seen in both states most evenly.
 
     The most windows in the rarer of the two states; of equals the most in all, then the first.
     """
+    grid = remembered.cells.grid()
     rows, cols = np.nonzero((truth.share > 0) & (truth.share < 1))
     cells = grid.spec.cells(truth.spec.centres(np.column_stack([rows, cols])))
     inside = ((cells >= 0) & (cells < grid.spec.shape)).all(axis=1)
     cells = [(row, col) for row, col in cells[inside].tolist() if grid.observed[row, col]]
     if not cells:
         raise InputError("figure 1 needs an episode in which a door moved and was seen")
-    counts = np.array([grid.histogram(row, col) for row, col in cells])
+    counts = np.array([remembered.histogram(row, col) for row, col in cells])
     free, occupied = (
-        counts[:, : grid.bins // 2].sum(axis=1),
-        counts[:, grid.bins // 2 :].sum(axis=1),
+        counts[:, : remembered.bins // 2].sum(axis=1),
+        counts[:, remembered.bins // 2 :].sum(axis=1),
     )
     best = np.lexsort((-(free + occupied), -np.minimum(free, occupied)))[0]
     return cells[best]

@@ -13,7 +13,7 @@ from scipy import ndimage
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.episode import Episode
 from slam.geometry import Array, Pose2, transform_points
-from slam.interface import MapModel
+from slam.grid import OccupancyGrid
 from slam.scan import Scan
 
 from .known_poses import blank, known, mapped, mapping, true_poses
@@ -88,13 +88,13 @@ def surprise(episode: Episode, variant: str = "static-ml/beta1") -> int:
     """The scan with the most echoes from where the map, made before it, is sure of free space."""
     slam, poses = blank(variant), true_poses(episode)
     contradicted = {
-        number: _contradicted(slam.grid, episode.scans[number], poses[number])
+        number: _contradicted(slam.grid.cells.grid(), episode.scans[number], poses[number])
         for number in mapping(slam, episode)
     }
     return max(contradicted, key=lambda number: contradicted[number])
 
 
-def _contradicted(grid: MapModel, scan: Scan, pose: Pose2) -> int:
+def _contradicted(grid: OccupancyGrid, scan: Scan, pose: Pose2) -> int:
     """Echoes in cells that were observed, and with nothing occupied within `CLOSE`."""
     cells = grid.spec.cells(transform_points(pose, scan.points))
     cells = cells[((cells >= 0) & (cells < grid.spec.shape)).all(axis=1)]

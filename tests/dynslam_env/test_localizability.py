@@ -1,11 +1,13 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import dynslam_env
-from dynslam_env import DoorCorridorEnv, Laser, Layout
-from slam import InputError, Pose2
+from dynslam_env import DoorCorridorEnv, Laser, Layout, Recorder
+from dynslam_env.localizability import position_bounds
+from slam import Episode, InputError, Pose2
 
 ROOM = [(0, 0, 6, 0), (6, 0, 7, 4), (7, 4, 1, 5), (1, 5, 0, 0)]
 MOUNT = Pose2(0.15, -0.05, 0.3)
@@ -76,3 +78,49 @@ def test_a_beam_without_a_reading_says_nothing():
 
 def test_without_walls_and_doors_nothing_is_known():
     assert env_in(np.zeros((0, 4)), Pose2()).bound().std_x == math.inf
+
+
+class TestAnEpisode:
+    LASER = Laser(beams=60, field_of_view=3.0, sigma=0.02, dropout=0.1, mount=MOUNT)
+
+    def recorded(self):
+        env = DoorCorridorEnv(laser=self.LASER, doors=dynslam_env.Uniform(0.5, 2.0))
+        env.reset(seed=2)
+        recorder, stds = Recorder(env), [env.bound()]
+        for _ in range(30):
+            env.step(np.array([0.6, 0.03], dtype=np.float32))
+            recorder.step()
+            stds.append(env.bound())
+        return recorder.episode({"config": env.config}), stds
+
+    def test_is_bounded_scan_by_scan_as_the_environment_is(self):
+        episode, stds = self.recorded()
+        expected = [math.hypot(one.std_x, one.std_y) for one in stds]
+        assert position_bounds(episode) == pytest.approx(expected, rel=1e-9)
+        assert len(set(expected)) == len(expected)
+
+    def test_is_the_same_when_it_was_saved_and_read(self, tmp_path):
+        episode, _ = self.recorded()
+        episode.save(tmp_path / "drive.npz")
+        again = position_bounds(Episode.load(tmp_path / "drive.npz"))
+        assert again.tolist() == position_bounds(episode).tolist()
+
+    @pytest.mark.parametrize(
+        ("parts", "message"),
+        [
+            ({"truth": None}, "one with the truth"),
+            ({"meta": {}}, r"meta\['config'\]\['laser'\]\['sigma'\]"),
+            ({"meta": {"config": {"laser": {"sigma": 0.0}}}}, "sigma must be a finite number"),
+        ],
+    )
+    def test_without_truth_or_noise_has_none(self, parts, message):
+        episode, _ = self.recorded()
+        with pytest.raises(InputError, match=message):
+            position_bounds(replace(episode, **parts))
+
+    def test_of_two_lasers_is_refused(self):
+        episode, _ = self.recorded()
+        odd = replace(episode.scans[3], angles=episode.scans[3].angles + 0.01)
+        scans = (*episode.scans[:3], odd, *episode.scans[4:])
+        with pytest.raises(InputError, match="scans of one laser"):
+            position_bounds(replace(episode, scans=scans))

@@ -144,16 +144,17 @@ def test_overview_has_a_panel_a_map_all_of_one_shape(panel, moving):
 
 class TestDoorHistogram:
     def test_bars_are_the_counts_of_a_cell_that_a_door_sweeps(self, moving):
-        grid = mapped("dynamic-ml", moving).grid
-        assert isinstance(grid, Histogram)
-        truth = TrueOccupancy(moving.truth, grid.spec.resolution)
-        row, col = door_cell(grid, truth)
-        place = truth.spec.cells(grid.spec.centres(np.array([[row, col]])))[0]
+        remembered = mapped("dynamic-ml", moving).grid
+        assert isinstance(remembered, Histogram)
+        spec = remembered.cells.tiles.spec
+        truth = TrueOccupancy(moving.truth, spec.resolution)
+        row, col = door_cell(remembered, truth)
+        place = truth.spec.cells(spec.centres(np.array([[row, col]])))[0]
         assert 0 < truth.share[tuple(place)] < 1
         bars, there = door_histogram_figure(moving).axes
         heights = [bar.get_height() for bar in bars.patches]
-        assert heights == grid.histogram(row, col).tolist()
-        x, y = grid.spec.centres(np.array([[row, col]]))[0]
+        assert heights == remembered.histogram(row, col).tolist()
+        x, y = spec.centres(np.array([[row, col]]))[0]
         assert (np.mean(there.get_xlim()), np.mean(there.get_ylim())) == pytest.approx((x, y))
 
     def test_no_door_that_moved(self, static):
