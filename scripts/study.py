@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import sys
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ from joblib import Parallel, delayed
 from rich.console import Console
 
 from agents import record_corridor
+from slam.benchmark.results import append
 from slam.benchmark.statistics import median, paired, share
 from slam.checked import one_of, whole_number
 from slam.episode import Episode
@@ -25,6 +26,7 @@ from slam.io.files import replacing
 from slam.metrics.judge import Judge
 
 from .cases import LAWS, STUDIES
+from .exits import EXIT_INTERRUPTED
 from .output import output_directory
 from .progress import progress_bar
 
@@ -63,18 +65,26 @@ class Study:
             raise InputError(f"jobs must be at least 1, got {self.jobs}")
         out = output_directory(self.out or Path("out") / f"study-{self.name}")
         seeds = range(self.first, self.first + self.seeds)
-        with progress_bar() as bar:
-            tasks = (delayed(drive)(self.name, seed) for seed in seeds)
-            done: Iterable[list[Row]] = Parallel(n_jobs=self.jobs, return_as="generator")(tasks)  # pyright: ignore
-            found = bar.track(done, total=self.seeds, description=self.name)
-            rows = [row for drives in found for row in drives]
-        with replacing(out / "results.jsonl") as file:
-            file.write("".join(json.dumps(row) + "\n" for row in rows).encode())
+        path, rows, status = out / "results.jsonl", [], 0
+        path.unlink(missing_ok=True)
+        try:
+            with progress_bar() as bar:
+                tasks = (delayed(drive)(self.name, seed) for seed in seeds)
+                done: Iterable[list[Row]] = Parallel(n_jobs=self.jobs, return_as="generator")(tasks)  # pyright: ignore
+                for found in bar.track(done, total=self.seeds, description=self.name):
+                    for row in found:
+                        append(path, row)
+                    rows.extend(found)
+        except KeyboardInterrupt:
+            print(f"study: interrupted, {len(rows)} runs are kept", file=sys.stderr)
+            status = EXIT_INTERRUPTED
+        if not rows:
+            return status
         text = table(rows)
         with replacing(out / "table.md") as file:
             file.write(text.encode())
         Console().print(text, highlight=False, soft_wrap=True, markup=False)
-        return 0
+        return status
 
 
 def drive(study: str, seed: int) -> list[Row]:
