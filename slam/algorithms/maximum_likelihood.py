@@ -20,7 +20,7 @@ from slam.search.laplace import laplace
 from slam.spacing import KEYFRAMES, Spacing
 
 MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
-NOWHERE = np.zeros((3, 3))  # the error of a map that is given
+EXACT = np.zeros((3, 3))  # the covariance of what is given
 
 
 class MaximumLikelihood:
@@ -55,7 +55,7 @@ class MaximumLikelihood:
         self._keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._keyframe_at = self._matched_at = -math.inf
         self._since_keyframe = self._since_match = Pose2()
-        self._within = NOWHERE  # how sure the last match is, were keyframe and map exact
+        self._last_match: tuple[Prediction, Array] | None = None  # what went into the last match
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match and map the scan where that has led far enough."""
@@ -82,16 +82,18 @@ class MaximumLikelihood:
             before = self._carried(self._keyframe, prediction)
             ground = self._ground.covariance(pose, scan.points)
             covariance = fused(before, ground, information)
-            self._within = fused(prediction.covariance(), NOWHERE, information)
+            self._last_match = prediction, information
             estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
         self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Put the scan into the map, where it was matched: a keyframe."""
-        if self._keyframe_at > -math.inf:
+        if self._last_match is not None:
+            prediction, information = self._last_match
             found = self._keyframe.pose.between(estimate.pose)
-            self.motion.learn(self._since_keyframe, found, self._within)
+            within = fused(prediction.covariance(), EXACT, information)
+            self.motion.learn(self._since_keyframe, found, within)
         changed = self.grid.integrate(scan, estimate.pose)
         self.perception.refresh(self.grid, changed)
         self._ground.settle(estimate.pose, estimate.covariance)

@@ -10,6 +10,7 @@ from slam.geometry import Pose2
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
+from slam.maps.windows import Windows
 from slam.scan import Scan
 from slam.tiles import AREA
 
@@ -44,7 +45,6 @@ class Histogram:
         bins: int = 10,
         weight: float = 0.1,
     ):
-        positive_number("delta_t", delta_t)
         positive_number("weight", weight)
         whole_number("bins", bins, 2)
         self.evidence = evidence
@@ -56,7 +56,7 @@ class Histogram:
         self.counts = tiles.layer(np.uint8, 0, (AREA, bins))
         self.log_odds = tiles.layer(np.float32, evidence.prior_log_odds)
         self.window = tiles.layer(np.int32, NEVER)
-        self._start: float | None = None
+        self._windows = Windows(delta_t)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the open window of the cells that it saw."""
@@ -64,7 +64,7 @@ class Histogram:
         _observe(
             seen.cells,
             seen.hit,
-            self._window_at(scan.time),
+            self._windows.at(scan.time),
             self.window.flat,
             self.log_odds.flat,
             self.counts.flat,
@@ -81,12 +81,6 @@ class Histogram:
         if self.window.flat[cell] != NEVER:
             counts[_bin(self.log_odds.flat[cell], self.bins)] += 1
         return counts
-
-    def _window_at(self, time: float) -> int:
-        """Number of the window of `time` (s), counted from that of the first scan."""
-        if self._start is None:
-            self._start = time
-        return int((time - self._start) // self.delta_t)
 
 
 @njit(cache=True)

@@ -10,6 +10,7 @@ from slam.geometry import Pose2
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
+from slam.maps.windows import Windows
 from slam.scan import Scan
 
 NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
@@ -45,7 +46,6 @@ class Hybrid:
         bins: int = 10,
         weight: float = 0.1,
     ):
-        positive_number("delta_t", delta_t)
         positive_number("weight", weight)
         whole_number("bins", bins, 2)
         self.evidence = evidence
@@ -60,7 +60,7 @@ class Hybrid:
         self.closed = tiles.layer(np.uint8)
         self.risen = tiles.layer(np.uint8)
         self.total = tiles.layer(np.uint16)
-        self._start: float | None = None
+        self._windows = Windows(delta_t)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the cells' sums and to their open windows."""
@@ -68,7 +68,7 @@ class Hybrid:
         _observe(
             seen.cells,
             seen.hit,
-            self._window_at(scan.time),
+            self._windows.at(scan.time),
             self.log_odds.flat,
             self.current.flat,
             self.window.flat,
@@ -84,12 +84,6 @@ class Hybrid:
             self.evidence.prior,
         )
         return seen.cells
-
-    def _window_at(self, time: float) -> int:
-        """Number of the window of `time` (s), counted from that of the first scan."""
-        if self._start is None:
-            self._start = time
-        return int((time - self._start) // self.delta_t)
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ from slam.grid import OccupancyGrid
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence, probability
 from slam.maps.rays import Rays
+from slam.maps.windows import Windows
 from slam.scan import Scan
 from slam.tiles import AREA, GROWTH, Layer
 
@@ -42,7 +43,6 @@ class Temporal:
         bins: int = 10,
         weight: float = 0.1,
     ):
-        positive_number("delta_t", delta_t)
         positive_number("weight", weight)
         whole_number("bins", bins, 2)
         self.evidence = evidence
@@ -58,7 +58,7 @@ class Temporal:
         self._previous = np.empty(0, np.int64)
         self._window = np.empty(0, np.int32)
         self._log_odds = np.empty(0, np.float32)
-        self._start: float | None = None
+        self._windows = Windows(delta_t)
 
     @property
     def nbytes(self) -> int:
@@ -73,7 +73,7 @@ class Temporal:
         self._stored = _observe(
             seen.cells,
             seen.hit,
-            self.window_at(scan.time),
+            self._windows.at(scan.time),
             self.last.flat,
             self.closed.flat,
             self.total.flat,
@@ -117,9 +117,7 @@ class Temporal:
 
     def window_at(self, time: float) -> int:
         """Number of the window of `time` (s), counted from that of the first scan."""
-        if self._start is None:
-            self._start = time
-        return int((time - self._start) // self.delta_t)
+        return self._windows.at(time)
 
     def _make_room(self, windows: int) -> None:
         """Let the store hold so many more."""
