@@ -52,15 +52,8 @@ class Rays:
 
     def ends(self, scan: Scan, pose: Pose2) -> tuple[Array, Array, np.ndarray]:
         """The sensor (2,), the beams' ends (n, 2) in the world, and which of them are hits (n,)."""
-        believed = scan.hit | scan.no_echo
-        directions, hit = scan.directions[believed], scan.hit[believed]
-        clear = min(self.no_echo_reach, scan.max_range)
-        lengths = np.where(hit, np.minimum(scan.ranges[believed], self.reach), clear)
-        hit &= scan.ranges[believed] <= self.reach
-        c, s = np.cos(pose.theta), np.sin(pose.theta)
-        turn = np.array([[c, s], [-s, c]])
-        sensor = np.array(scan.mount[:2]) @ turn + (pose.x, pose.y)
-        return sensor, (directions * lengths[:, None]) @ turn + sensor, hit
+        return _ends(scan.ranges, scan.directions, scan.hit, scan.no_echo, self.reach,
+                     min(self.no_echo_reach, scan.max_range), scan.mount, pose)  # fmt: skip
 
 
 class Tracer:
@@ -100,6 +93,22 @@ class Tracer:
         if used != tiles.used:
             tiles.take(used)
         return Seen(cells, flags, ends[hit])
+
+
+@njit(cache=True)
+def _ends(ranges, directions, hit, no_echo, reach, clear, mount, pose):
+    c, s = np.cos(pose.theta), np.sin(pose.theta)
+    x, y = pose.x + c * mount.x - s * mount.y, pose.y + s * mount.x + c * mount.y
+    ends, hits = np.empty((len(ranges), 2)), np.empty(len(ranges), np.bool_)
+    n = 0
+    for k in range(len(ranges)):
+        if hit[k] or no_echo[k]:
+            length = min(ranges[k], reach) if hit[k] else clear
+            ends[n, 0] = x + length * (c * directions[k, 0] - s * directions[k, 1])
+            ends[n, 1] = y + length * (s * directions[k, 0] + c * directions[k, 1])
+            hits[n] = hit[k] and ranges[k] <= reach
+            n += 1
+    return np.array([x, y]), ends[:n], hits[:n]
 
 
 @njit(cache=True)

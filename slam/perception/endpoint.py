@@ -12,8 +12,10 @@ from slam.geometry import Array, Pose2
 from slam.interface import MapModel, Slope
 from slam.maps.rays import MARGIN
 from slam.perception import field
+from slam.perception.blocks import BLOCKS
+from slam.perception.coarse import LEVELS, REACH, Means, Peaks
 from slam.scan import Scan
-from slam.tiles import AREA
+from slam.tiles import AREA, Layer
 
 ROUNDING = 1e-6
 FINENESS = 4096  # values of the logarithm that are tabulated
@@ -23,7 +25,8 @@ class Endpoint:
     """log p(z | s, h) = beta sum_k log(z_hit F(e_k) + z_rand) over the echoes e_k of a scan.
 
     F(e) = max_c h_c exp(-d(e, c)^2 / 2 sigma^2) over the cells c that ever gave an echo, d being
-    the distance to the centroid of c's echoes; and no less than the h of the cell that e lies in.
+    the distance to the centroid of c's echoes; and no less than the h of the cell that e lies in,
+    if that one never gave an echo.
     The logarithm is kept as a field, sampled at the centres of the cells, brought up to date where
     the map changed, and read between the samples with a quadratic B-spline: a bilinear reading
     would have its peaks at the samples, and the robot would stick to the grid.
@@ -34,7 +37,7 @@ class Endpoint:
     z_rand  floor of an echo that it does not
     """
 
-    levels = field.LEVELS
+    levels = LEVELS
 
     def __init__(
         self, beta: float = 0.3, sigma: float = 0.04, z_hit: float = 0.9, z_rand: float = 0.1
@@ -56,25 +59,24 @@ class Endpoint:
             self._level.flat, self._moved.flat, self._stale.values, tiles.places, tiles.corner,
             tiles.index, self._radius,
         )  # fmt: skip
-        whole, half, quarter = (layer.values for layer in self.fields)
         field.refresh(blocks, self._stale.values, tiles.index, self._level.flat, self._moved.flat,
-                      whole.reshape(-1), half, quarter, self._radius, *self._model)  # fmt: skip
-        field.lift(blocks, tiles.index, whole.reshape(-1), self._peaks.values, self._low,
-                   1 / self._step)  # fmt: skip
+                      self._field.flat, self._radius, *self._model)  # fmt: skip
+        self._peaks.due.add(blocks)
+        if self._means is not None:
+            self._means.due.add(blocks)
 
     def _begin(self, grid: MapModel) -> None:
         """Fields for a map that was not read before: what is unknown takes the map's prior."""
         tiles = grid.cells.tiles
         self._grid, self._tiles = grid, tiles
         self._radius = math.ceil(3 * self.sigma / tiles.resolution - ROUNDING)
-        if self._radius + field.REACH > MARGIN:
+        if self._radius + REACH > MARGIN:
             raise InputError(
-                f"Endpoint.sigma may be {tiles.resolution * (MARGIN - field.REACH) / 3:g} m at "
+                f"Endpoint.sigma may be {tiles.resolution * (MARGIN - REACH) / 3:g} m at "
                 f"most with cells of {tiles.resolution:g} m, got {self.sigma:g}"
             )
         h = np.clip(np.arange(256), field.H_LOW, field.H_HIGH) / 255
-        low, high = math.log(h[0]), math.log(h[-1])
-        log_f = np.linspace(high, low, FINENESS)
+        log_f = np.linspace(math.log(h[-1]), math.log(h[0]), FINENESS)
         transformed = np.log(self.z_hit * np.exp(log_f) + self.z_rand)
         falloff = 0.5 * (tiles.resolution / self.sigma) ** 2
         self._model = (
@@ -84,37 +86,42 @@ class Endpoint:
         )
         prior = min(max(round(255 * grid.cells.prior), field.H_LOW), field.H_HIGH)
         self.unknown = float(np.log(self.z_hit * h[prior] + self.z_rand))
-        self._low, self._top = float(transformed[-1]), max(float(transformed[0]), self.unknown)
-        self._step = (float(transformed[0]) - self._low) / 255
+        low, high = float(transformed[-1]), float(transformed[0])
+        self._top = max(high, self.unknown)
         self._level = tiles.layer(np.uint8, prior)
         self._moved = tiles.layer(np.int8, field.NO_ECHO, (AREA, 2))
-        self._stale = tiles.layer(np.bool_, shape=(field.BLOCKS**2,))
-        self.fields = [tiles.layer(np.float32, self.unknown, (AREA >> 2 * n,))
-                       for n in range(self.levels)]  # fmt: skip
-        height = math.ceil((self.unknown - self._low) / self._step)
-        self._peaks = tiles.layer(np.uint8, height, (AREA // 4,))
+        self._stale = tiles.layer(np.bool_, shape=(BLOCKS**2,))
+        self._field = tiles.layer(np.float32, self.unknown)
+        self._peaks = Peaks(tiles, self._field, self.unknown, low, high)
+        self._means: Means | None = None
+
+    def field(self, level: int = 0) -> Layer:
+        """The field of cells 1 << level times as wide as the map's; the coarser from the first time
+        on that one is asked for."""
+        if level == 0:
+            return self._field
+        if self._means is None:
+            self._means = Means(self._tiles, self._field, self.unknown)
+        return self._means.level(level)
 
     def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
         """(n,) log p(scan | pose, h) of the poses (n, 3); maybe -inf where it is below `floor`."""
         tiles = self._tiles
         return self.beta * field.values(
-            poses, scan.points, tiles.index, self.fields[0].flat, tiles.origin, tiles.resolution,
+            poses, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
             self.unknown, floor / self.beta - ROUNDING, self._top,
         )  # fmt: skip
 
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
         """(n,) no less than the log-likelihood at any pose within `reach` m, in x and in y, of each
         of the poses (n, 3), with the same heading."""
-        tiles = self._tiles
-        return self.beta * field.bounds(poses, scan.points, tiles.index, self._peaks.values,
-                                        tiles.origin, tiles.resolution, self.unknown, self._low,
-                                        self._step, reach)  # fmt: skip
+        return self.beta * self._peaks.bounds(scan.points, poses, reach)
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature of the log-likelihood, read off the field of `level`."""
         tiles = self._tiles
         value, gradient, curvature = field.slope(
-            np.array(pose), scan.points, tiles.index, self.fields[level].values, tiles.origin,
+            np.array(pose), scan.points, tiles.index, self.field(level).values, tiles.origin,
             tiles.resolution, level,
         )  # fmt: skip
         return Slope(self.beta * value, self.beta * gradient, self.beta * curvature)

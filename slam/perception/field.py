@@ -1,6 +1,6 @@
-"""The likelihood field of `Endpoint`: kernels that bring it up to date, bound it and read it.
+"""The likelihood field of `Endpoint`: kernels that bring it up to date and read it.
 
-All of it lies in tiles. A field is read with a quadratic B-spline: a weighted mean of the nine
+It lies in tiles. A field is read with a quadratic B-spline: a weighted mean of the nine
 samples around, smooth once over, so that it has a slope and a curvature everywhere.
 """
 
@@ -9,16 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from slam.perception.blocks import BLOCK, BLOCKS, cell_at
 from slam.tiles import MASK, SHIFT, TILE
 
-BLOCK = 8  # cells; side of the squares in which the field is brought up to date
-BLOCKS = TILE // BLOCK
 NO_ECHO = -128
 H_LOW, H_HIGH = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
 MOVED = 12  # 1/256 of a cell; a centroid that moved less is where it was
 TURNED = 6  # of 255; an h that changed less is what it was, but at the limits
-LEVELS = 3  # fields of cells 1, 2 and 4 times as wide as the map's
-REACH = 2  # cells to either side of a sample's cell that `peaks` looks over
 U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: no index is checked
 U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # for its sign
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
@@ -78,8 +75,10 @@ def take_notice(
 
 
 @njit(cache=True)
-def refresh(blocks, stale, index, level, moved, field, half, quarter, reach, falloff, log_h, table):
-    """log(z_hit F + z_rand) at the centres of the cells of all blocks, and its means over 2 and 4.
+def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, table):
+    """log(z_hit F + z_rand) at the centres of the cells of all blocks.
+
+    An echo in the cell says where in it something stands: the cell as such is free then.
 
     falloff  1 / (2 sigma^2) per cell^2
     log_h    (256,) log of a noted h
@@ -95,16 +94,18 @@ def refresh(blocks, stale, index, level, moved, field, half, quarter, reach, fal
         n = 0
         for r in range(row - reach, row + BLOCK + reach):
             for c in range(col - reach, col + BLOCK + reach):
-                cell = _cell(index, r, c)
+                cell = cell_at(index, r, c)
                 if moved[cell, 0] != NO_ECHO:
                     sources[n, 0] = log_h[level[cell]]
                     sources[n, 1] = c - col + moved[cell, 0] / np.float32(256.0)
                     sources[n, 2] = r - row + moved[cell, 1] / np.float32(256.0)
                     n += 1
-        first = _cell(index, row, col)
+        first = cell_at(index, row, col)
         for r in range(BLOCK):
             for c in range(BLOCK):
-                best[r, c] = log_h[level[first + r * TILE + c]]
+                cell = first + r * TILE + c
+                free = moved[cell, 0] == NO_ECHO
+                best[r, c] = log_h[level[cell] if free else np.uint8(0)]
         for m in range(n):
             for c in range(BLOCK):
                 apart[c] = sources[m, 0] - falloff * (sources[m, 1] - np.float32(c)) ** 2
@@ -114,56 +115,8 @@ def refresh(blocks, stale, index, level, moved, field, half, quarter, reach, fal
                     best[r, c] = max(best[r, c], apart[c] - down)
         for r in range(BLOCK):
             for c in range(BLOCK):
-                best[r, c] = table[np.int64((top - best[r, c]) * steps + HALF)]
-                field[first + r * TILE + c] = best[r, c]
-        _pool(best, first, half, quarter)
-
-
-@njit(cache=True)
-def _pool(best, first, half, quarter):
-    """Means over squares of 2 and of 4 cells, into the coarser fields."""
-    slot, row, col = first >> (2 * SHIFT), (first >> SHIFT) & MASK, first & MASK
-    for i in range(BLOCK // 4):
-        for j in range(BLOCK // 4):
-            whole = np.float32(0.0)
-            for r in range(2 * i, 2 * i + 2):
-                for c in range(2 * j, 2 * j + 2):
-                    mean = (best[2 * r, 2 * c] + best[2 * r, 2 * c + 1]
-                            + best[2 * r + 1, 2 * c] + best[2 * r + 1, 2 * c + 1]) / 4  # fmt: skip
-                    half[slot, (row // 2 + r) * (TILE // 2) + col // 2 + c] = mean
-                    whole += mean
-            quarter[slot, (row // 4 + i) * (TILE // 4) + col // 4 + j] = whole / 4
-
-
-@njit(cache=True)
-def lift(blocks, index, field, peaks, low, scale):
-    """The largest sample within REACH of each square of 2 x 2 cells, rounded up to 1/255 of a span.
-
-    In the blocks given, which changed, and as far around as they are looked at.
-    """
-    side = BLOCK + 4 * REACH
-    rows = np.empty((side, side - 4), np.float32)
-    for b in range(len(blocks)):
-        row, col = blocks[b, 0] * BLOCK - 2 * REACH, blocks[b, 1] * BLOCK - 2 * REACH
-        for r in range(side):
-            window = np.empty(side, np.float32)
-            for c in range(side):
-                window[c] = field[_cell(index, row + r, col + c)]
-            for c in range(0, side - 4, 2):
-                top = window[c]
-                for k in range(c + 1, min(c + 2 + 2 * REACH, side)):
-                    top = max(top, window[k])
-                rows[r, c] = top
-        for r in range(0, side - 4, 2):
-            for c in range(0, side - 4, 2):
-                top = rows[r, c]
-                for k in range(r + 1, min(r + 2 + 2 * REACH, side)):
-                    top = max(top, rows[k, c])
-                i, j = row + r + REACH, col + c + REACH
-                slot = index[i >> SHIFT, j >> SHIFT]
-                if slot:
-                    place = ((i & MASK) >> 1) * (TILE // 2) + ((j & MASK) >> 1)
-                    peaks[slot, place] = np.uint8(min(np.ceil((top - low) * scale), 255.0))
+                place = np.int64((top - best[r, c]) * steps + HALF)
+                field[first + r * TILE + c] = table[place]
 
 
 @njit(cache=True)
@@ -217,37 +170,8 @@ def values(poses, points, index, field, origin, resolution, unknown, floor, top)
 
 @njit(cache=True)
 def _row(index, field, i, j, u0, u1, u2):
-    return (u0 * field[_cell(index, i, j - 1)] + u1 * field[_cell(index, i, j)]
-            + u2 * field[_cell(index, i, j + 1)])  # fmt: skip
-
-
-@njit(cache=True)
-def bounds(poses, points, index, peaks, origin, resolution, unknown, low, step, reach):
-    """(n,) no less than `values` at any pose within `reach` m in x and in y of each pose."""
-    scale = 1.0 / resolution
-    extra = max(int(np.ceil((reach * scale - 1.0) / 2.0)), 0)
-    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    result = np.empty(len(poses))
-    for n in range(len(poses)):
-        c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
-        x0, y0 = (poses[n, 0] - origin[0]) * scale, (poses[n, 1] - origin[1]) * scale
-        total = 0.0
-        for k in range(len(points)):
-            x = x0 + c * points[k, 0] - s * points[k, 1]
-            y = y0 + s * points[k, 0] + c * points[k, 1]
-            top = -np.inf
-            for dr in range(-extra, extra + 1):
-                for dc in range(-extra, extra + 1):
-                    if 0.0 <= x + 2 * dc < cols and 0.0 <= y + 2 * dr < rows:
-                        i, j = np.int32(y) + 2 * dr, np.int32(x) + 2 * dc
-                        slot = index[i >> SHIFT, j >> SHIFT]
-                        place = ((i & MASK) >> 1) * (TILE // 2) + ((j & MASK) >> 1)
-                        top = max(top, low + step * peaks[slot, place])
-                    else:
-                        top = max(top, unknown)
-            total += top
-        result[n] = total
-    return result
+    return (u0 * field[cell_at(index, i, j - 1)] + u1 * field[cell_at(index, i, j)]
+            + u2 * field[cell_at(index, i, j + 1)])  # fmt: skip
 
 
 @njit(cache=True)
@@ -323,10 +247,3 @@ def _bent_down(xx, xy, yy):
         return 0.0, 0.0, 0.0
     share = low / (low - high)  # low (A - high) / (low - high): what `low` spans
     return share * (xx - high), share * xy, share * (yy - high)
-
-
-@njit(cache=True)
-def _cell(index, row, col):
-    """The id of a cell."""
-    slot = index[row >> SHIFT, col >> SHIFT]
-    return (slot << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)

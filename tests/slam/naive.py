@@ -231,11 +231,12 @@ def centroids(history, resolution: float) -> dict[tuple[int, int], np.ndarray]:
     }
 
 
-def field(known, echoes, resolution, sigma, z_hit, z_rand) -> np.ndarray:
-    """log(z_hit F + z_rand) at every cell's centre from (h, dx, dy) and where echoes were."""
+def field(known, echoes, resolution, sigma, z_hit, z_rand, least=5 / 255) -> np.ndarray:
+    """log(z_hit F + z_rand) at every cell's centre from (h, dx, dy) and where echoes were; a cell
+    with echoes is `least` but for what stands in it."""
     rows, cols = echoes.shape
     y, x = np.mgrid[:rows, :cols] * resolution
-    best = known[..., 0].astype(float)
+    best = np.where(echoes, least, known[..., 0])
     for row, col in np.argwhere(echoes):
         h, dx, dy = known[row, col].astype(float)
         d2 = (col * resolution + dx - x) ** 2 + (row * resolution + dy - y) ** 2

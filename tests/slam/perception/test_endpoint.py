@@ -20,7 +20,7 @@ def test_the_score_is_the_sum_of_the_spline_over_the_echoes() -> None:
     tiles = grid.cells.tiles
     scan = scan_at(Pose2(0.3, 0.1, 0.4), mount=Pose2(0.2, 0.05, 0.1))
     poses = np.random.default_rng(2).normal(size=(30, 3))
-    field = tiles.dense(endpoint.fields[0])
+    field = tiles.dense(endpoint.field(0))
     rows, cols = field.shape
     expected = []
     for pose in poses:
@@ -149,13 +149,13 @@ def test_a_wall_on_the_border_of_tiles_reads_the_same_from_both_sides(offset) ->
 def test_the_outermost_cells_cannot_be_read_between(column: float, known: bool) -> None:
     grid, endpoint = mapped(Static(), Endpoint(beta=1.0), loop(3))
     tiles = grid.cells.tiles
-    endpoint.fields[0].values[:] = np.random.default_rng(0).normal(
-        size=endpoint.fields[0].values.shape
+    endpoint.field(0).values[:] = np.random.default_rng(0).normal(
+        size=endpoint.field(0).values.shape
     )
     x, y = tiles.origin[0] + column * 0.05, tiles.origin[1] + 100.4 * 0.05
     pose = np.array([[x - 1.0, y, 0.0]])
     found = endpoint.log_likelihood(beam(1.0), pose)[0]
-    read = naive.spline(tiles.dense(endpoint.fields[0]), column, 100.4)
+    read = naive.spline(tiles.dense(endpoint.field(0)), column, 100.4)
     assert found == pytest.approx(read if known else endpoint.unknown, abs=1e-5)
 
 

@@ -29,13 +29,13 @@ def rebuilt(grid, endpoint: Endpoint) -> np.ndarray:
 
 def assert_up_to_date(grid, endpoint: Endpoint) -> None:
     tiles = grid.cells.tiles
-    field = tiles.dense(endpoint.fields[0])
+    field = tiles.dense(endpoint.field(0))
     np.testing.assert_allclose(field, rebuilt(grid, endpoint), atol=TABLE)
     assert not endpoint._stale.values.any()
     for level in (1, 2):
         side = 64 >> level
         mean = field.reshape(len(field) >> level, 1 << level, -1, 1 << level).mean(axis=(1, 3))
-        np.testing.assert_allclose(dense(tiles, endpoint.fields[level], side), mean, atol=1e-5)
+        np.testing.assert_allclose(dense(tiles, endpoint.field(level), side), mean, atol=1e-5)
 
 
 def assert_noted(grid, endpoint: Endpoint) -> None:
@@ -69,7 +69,7 @@ def test_after_many_scans_the_field_is_that_of_the_final_map() -> None:
     fresh.refresh(grid, observed(grid))
     assert_up_to_date(grid, fresh)
     tiles = grid.cells.tiles
-    apart = np.abs(tiles.dense(endpoint.fields[0]) - tiles.dense(fresh.fields[0]))
+    apart = np.abs(tiles.dense(endpoint.field(0)) - tiles.dense(fresh.field(0)))
     assert apart.max() < 0.15  # MOVED / 256 of a cell, at the steepest, and TURNED of h
     assert apart.mean() < 0.005
     poses = np.array([[0.1, 0.2, 0.3], [0.4, -0.1, 2.0]])
@@ -96,7 +96,7 @@ def test_echoes_about_a_tiles_border_reach_over_it(x: float, y: float) -> None:
     for k in range(4):
         endpoint.refresh(grid, grid.integrate(beam(0.5, k), Pose2(x - 0.5, y)))
         assert_up_to_date(grid, endpoint)
-    field = grid.cells.tiles.dense(endpoint.fields[0])
+    field = grid.cells.tiles.dense(endpoint.field(0))
     assert (field > endpoint.unknown + 0.1).sum() > 8
 
 
@@ -119,7 +119,7 @@ def test_an_echo_far_out_is_looked_around_within_what_the_map_spans() -> None:
 def test_unknown_space_counts_as_the_prior_and_seen_space_as_free() -> None:
     grid, endpoint = mapped(Static(), Endpoint())
     tiles = grid.cells.tiles
-    field, seen = tiles.dense(endpoint.fields[0]), tiles.dense(grid.cells.observed)
+    field, seen = tiles.dense(endpoint.field(0)), tiles.dense(grid.cells.observed)
     assert endpoint.unknown == pytest.approx(math.log(0.9 * 0.2 + 0.1))
     assert field[~seen].min() >= endpoint.unknown - TABLE
     assert field[0, 0] == np.float32(endpoint.unknown)

@@ -47,7 +47,7 @@ def test_endpoints_gradient_is_that_of_finite_differences() -> None:
 def test_the_coarser_levels_are_the_same_function_blurred(level: int) -> None:
     endpoint, scan = ENDPOINT, scan_at(TRUTH)
     step, tiles = 1e-3, endpoint._tiles
-    field = dense(tiles, endpoint.fields[level], 64 >> level)
+    field = dense(tiles, endpoint.field(level), 64 >> level)
     for pose in POSES:
         ahead = [endpoint.slope(scan, Pose2(*(np.array(pose) + e)), level).value
                  for e in np.vstack([np.eye(3), -np.eye(3)]) * step]  # fmt: skip
