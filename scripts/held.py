@@ -30,5 +30,7 @@ def map_of(robot: Slam) -> MapModel | None:
 def held(grid: MapModel) -> Held:
     """What `grid` holds now."""
     tiles = grid.cells.tiles
-    observed = int(grid.cells.observed.values[1 : tiles.used].sum())
-    return Held(getattr(grid, "nbytes", tiles.nbytes), observed, (tiles.used - 1) * AREA)
+    in_use = tiles.references > 0
+    observed = int(grid.cells.observed.values[in_use].sum())
+    cells = (int(in_use.sum()) - 1) * AREA
+    return Held(getattr(grid, "nbytes", tiles.nbytes), observed, cells)

@@ -14,7 +14,8 @@ class Ground:
 
     A frozen map keeps the error of the keyframe that drew it. Each tile remembers the pose and the
     covariance that the keyframe had which was the first to see it; a robot that is matched with
-    these tiles inherits their error, turned about that keyframe.
+    these tiles inherits their error, turned about that keyframe. It is for tiles of one map alone:
+    new slots are counted on, free and copied ones are not.
     """
 
     def __init__(self, tiles: Tiles):

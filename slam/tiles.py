@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 from numpy.typing import DTypeLike
 
 from slam.errors import InputError
@@ -49,26 +51,76 @@ class Layer:
         self._used = slots
 
 
+@dataclass(eq=False)
+class Branch:
+    """One map among those that share the slots of `Tiles`: which tiles it is made of.
+
+    row0, col0  of the lattice, in cells: where `index` begins
+    index       (tile rows, tile columns) int32 slots; 0: not in use
+    """
+
+    row0: int = 0
+    col0: int = 0
+    index: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), np.int32))
+
+    @property
+    def slots(self) -> np.ndarray:
+        """(n,) int32 in use, each once."""
+        return self.index[self.index > 0]
+
+
 class Tiles:
     """Squares of TILE x TILE cells of the world's lattice, each with a slot in every layer.
 
     A cell's id is slot * AREA + row * TILE + column within its tile: it never changes, however far
     the map grows. Tiles that nothing was seen of share slot 0.
 
+    Several maps may share the slots (`fork`): a tile is copied when one of them is about to write
+    to it (`own`), and only then do its cells have new ids. All else speaks of the current map.
+
     resolution  m, side of a cell
-    row0, col0  of the lattice, in cells: where `index` begins
-    index       (tile rows, tile columns) int32 slots; 0: not in use
-    used        slots in use, the blank one counted in
-    places      (used, 2) int32 row and column of each slot's tile, in tiles of the lattice
+    current     the map that `row0`, `col0`, `index` and all that follows from them are of
+    used        slots that there are, the blank one and the free ones counted in
+    free        (n,) int64 slots below `used` that no map has: the next to be taken
+    shared      whether a slot may be in more than one map
     """
 
     def __init__(self, resolution: float):
         self.resolution = resolution
-        self.row0 = self.col0 = 0
-        self.index = np.zeros((0, 0), np.int32)
+        self.current = Branch()
         self.used = 1
-        self.places = np.zeros((1, 2), np.int32)
+        self.free = np.zeros(0, np.int64)
+        self.shared = False
         self._layers: list[Layer] = []
+        self._places = Layer(np.int32, 0, (2,))
+        self._references = Layer(np.int32, 0, ())
+        self._hold(1)
+        self.references[0] = 1
+
+    @property
+    def row0(self) -> int:
+        """Row of the lattice, in cells, where `index` begins."""
+        return self.current.row0
+
+    @property
+    def col0(self) -> int:
+        """Column of the lattice, in cells, where `index` begins."""
+        return self.current.col0
+
+    @property
+    def index(self) -> np.ndarray:
+        """(tile rows, tile columns) int32 slots; 0: not in use."""
+        return self.current.index
+
+    @property
+    def places(self) -> np.ndarray:
+        """(used, 2) int32 row and column of each slot's tile, in tiles of the lattice."""
+        return self._places.values
+
+    @property
+    def references(self) -> np.ndarray:
+        """(used,) int32 how many maps each slot is in; 1 for the blank one."""
+        return self._references.values
 
     def layer(self, dtype: DTypeLike, fill: float = 0, shape: tuple[int, ...] = (AREA,)) -> Layer:
         """A new layer; it grows with the tiles. `shape` is what it keeps of one tile."""
@@ -95,8 +147,9 @@ class Tiles:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the tiles in use, in all layers."""
-        return self.used * sum(layer.values[0].nbytes for layer in self._layers)
+        """Bytes of the tiles in use by any map, in all layers."""
+        slots = self.used - len(self.free)
+        return slots * sum(layer.values[0].nbytes for layer in self._layers)
 
     def cover(self, low: tuple[float, float], high: tuple[float, float]) -> None:
         """Let `index` reach over the world box from `low` to `high`, m. No tile is taken."""
@@ -120,17 +173,74 @@ class Tiles:
         if rows:
             r, c = row - first[0], col - first[1]
             index[r : r + rows, c : c + cols] = self.index
-        self.index, self.row0, self.col0 = index, first[0] * TILE, first[1] * TILE
+        current = self.current
+        current.index, current.row0, current.col0 = index, first[0] * TILE, first[1] * TILE
 
     def take(self, used: int) -> None:
-        """Slots up to `used`, entered into `index`, are in use now: make room in every layer."""
-        new = np.argwhere(self.index >= self.used)
-        places = np.zeros((used, 2), np.int32)
-        places[: self.used] = self.places
-        places[self.index[tuple(new.T)]] = new + self.corner
+        """Slots entered into `index`, free ones and new ones up to `used`, are in use now: blank in
+        every layer."""
+        before = self.used
+        self._hold(used)
+        new = np.argwhere(self.references[self.index] == 0)
+        slots = self.index[tuple(new.T)]
+        self.places[slots] = new + self.corner
+        again = slots[slots < before]
         for layer in self._layers:
+            layer.values[again] = layer.fill
+        self._refer(slots)
+
+    def fork(self) -> Branch:
+        """A map that is what the current one is now; the two go different ways from here on.
+
+        Readings must be up to date: what was integrated before is not to be refreshed after. What
+        map models and readings keep outside of layers is not divided.
+        """
+        branch = Branch(self.row0, self.col0, self.index.copy())
+        self.references[branch.slots] += 1
+        self.shared = True
+        return branch
+
+    def switch(self, branch: Branch) -> None:
+        """Make `branch` the current map; the one that was stays as it is."""
+        self.current = branch
+
+    def drop(self, branch: Branch) -> None:
+        """Nobody needs `branch` any more: it is empty, and slots that it alone had are free."""
+        self.references[branch.slots] -= 1
+        branch.index = np.zeros((0, 0), np.int32)
+        self.free = np.flatnonzero(self.references == 0)
+        self.shared = bool((self.references > 1).any())
+
+    def own(self, cells: np.ndarray, wide: np.ndarray, margin: int) -> None:
+        """Let the current map share no tile that is written to when `cells` (n,) are, changing the
+        ids to those of the copies.
+
+        wide    (n,) bool, cells around which is written too
+        margin  cells, how far; less than TILE / 2
+        """
+        moved = _own(cells, wide, margin, self.references, self.places, self.corner, self.index,
+                     self.free)  # fmt: skip
+        old = np.flatnonzero(moved)
+        if len(old):
+            new = old + moved[old]
+            self._hold(max(self.used, int(new.max()) + 1))
+            self.places[new] = self.places[old]
+            for layer in self._layers:
+                layer.values[new] = layer.values[old]
+            self.references[old] -= 1
+            self._refer(new)
+
+    def _hold(self, used: int) -> None:
+        """Have so many slots."""
+        for layer in (*self._layers, self._places, self._references):
             layer.hold(used)
-        self.used, self.places = used, places
+        self.used = used
+
+    def _refer(self, slots: np.ndarray) -> None:
+        """The slots, in no map before, are in the current one."""
+        self.references[slots] = 1
+        if len(self.free):
+            self.free = np.flatnonzero(self.references == 0)
 
     def cell(self, row: int, col: int) -> int:
         """The id of a cell given by its row and column in `spec`; in the blank tile if unused."""
@@ -142,3 +252,30 @@ class Tiles:
         rows, cols = self.index.shape
         tiles = layer.values.reshape(-1, TILE, TILE, *layer.values.shape[2:])[self.index]
         return np.moveaxis(tiles, 2, 1).reshape(rows * TILE, cols * TILE, *tiles.shape[4:])
+
+
+@njit(cache=True)
+def slot_to_take(free, used, n):
+    """The slot to take after `n` others: the free ones first, then new ones."""
+    return free[n] if n < len(free) else used + n - len(free)
+
+
+@njit(cache=True)
+def _own(cells, wide, margin, references, places, corner, index, free):
+    """Enter new slots for shared ones; gives (used,) int64 how many slots each tile went on by."""
+    moved, n = np.zeros(len(references), np.int64), 0
+    for k in range(len(cells)):
+        slot = cells[k] >> (2 * SHIFT)
+        if wide[k] or (references[slot] > 1 and moved[slot] == 0):
+            row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cells[k] >> SHIFT) & MASK)
+            col = ((places[slot, 1] - corner[1]) << SHIFT) + (cells[k] & MASK)
+            around = margin if wide[k] else 0
+            for r in range((row - around) >> SHIFT, ((row + around) >> SHIFT) + 1):
+                for c in range((col - around) >> SHIFT, ((col + around) >> SHIFT) + 1):
+                    old = index[r, c]
+                    if old < len(references) and references[old] > 1:
+                        index[r, c] = slot_to_take(free, len(references), n)
+                        moved[old] = index[r, c] - old
+                        n += 1
+        cells[k] += moved[slot] << (2 * SHIFT)
+    return moved

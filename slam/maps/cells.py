@@ -8,7 +8,7 @@ from slam.checked import positive_number
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.maps.centroids import Centroids
-from slam.maps.rays import Rays, Seen, Tracer
+from slam.maps.rays import MARGIN, Rays, Seen, Tracer
 from slam.scan import Scan
 from slam.tiles import Tiles
 
@@ -35,9 +35,13 @@ class Cells:
         self._tracer = Tracer()
 
     def see(self, scan: Scan, pose: Pose2) -> Seen:
-        """The cells that a scan taken at `pose` saw; tiles are taken for them."""
+        """The cells that a scan taken at `pose` saw; tiles are taken for them, and not shared with
+        another map: the cells may be written to, and MARGIN around where echoes are or were."""
         sensor, ends, hit = self.rays.ends(scan, pose)
         seen = self._tracer.trace(self.tiles, sensor, ends, hit)
+        if self.tiles.shared:
+            echoes = seen.hit | (self.centroids.count.flat[seen.cells] > 0)
+            self.tiles.own(seen.cells, echoes, MARGIN)
         self.observed.flat[seen.cells] = True
         self.centroids.add(seen.echoes)
         return seen

@@ -12,7 +12,7 @@ from numba import njit
 from slam.checked import positive, within
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
-from slam.tiles import MASK, SHIFT, Tiles
+from slam.tiles import MASK, SHIFT, Tiles, slot_to_take
 
 MARGIN = 8  # cells around every echo whose tiles are taken too: readings look so far
 AROUND = 32  # cells around all that was seen that lie in `Tiles.index`, taken or not
@@ -79,7 +79,7 @@ class Tracer:
         size = (row1 - row0 + 1) << bits
         if size > len(self._marks):
             self._marks = np.zeros(size, np.uint8)
-        cells, flags, used = _trace(
+        cells, flags, taken = _trace(
             (sensor - origin) * scale - (col0, row0),
             (ends - origin) * scale - (col0, row0),
             hit,
@@ -88,10 +88,11 @@ class Tracer:
             row0,
             col0,
             tiles.index,
+            tiles.free,
             tiles.used,
         )
-        if used != tiles.used:
-            tiles.take(used)
+        if taken:
+            tiles.take(tiles.used + max(taken - len(tiles.free), 0))
         return Seen(cells, flags, ends[hit])
 
 
@@ -123,8 +124,10 @@ def _box(sensor, ends):
 
 
 @njit(cache=True)
-def _trace(sensor, ends, hit, marks, bits, row0, col0, index, used):
+def _trace(sensor, ends, hit, marks, bits, row0, col0, index, free, used):
     """Follow every beam, in units of cells from the corner of a window, whose marks are left blank.
+
+    Gives the cells, which are hit, and how many slots were entered into `index`.
 
     bits        the window has 1 << bits columns
     row0, col0  of its corner in the tiles
@@ -137,13 +140,14 @@ def _trace(sensor, ends, hit, marks, bits, row0, col0, index, used):
     for k in range(len(ends)):
         n = _follow(marks, bits, sensor[0], sensor[1], ends[k, 0], ends[k, 1], hit[k], visited, n)
     cells, flags = np.empty(n, np.int64), np.empty(n, np.bool_)
+    taken = 0
     for k in range(n):
         place = np.uint64(visited[k])
         row, col = (visited[k] >> bits) + row0, (visited[k] & ((1 << bits) - 1)) + col0
         slot = index[row >> SHIFT, col >> SHIFT]
         if slot == 0:
-            slot = index[row >> SHIFT, col >> SHIFT] = used
-            used += 1
+            slot = index[row >> SHIFT, col >> SHIFT] = slot_to_take(free, used, taken)
+            taken += 1
         cells[k] = (slot << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)
         flags[k] = marks[place] & HIT != 0
         marks[place] = 0
@@ -151,9 +155,9 @@ def _trace(sensor, ends, hit, marks, bits, row0, col0, index, used):
             for r in ((row - MARGIN) >> SHIFT, (row + MARGIN) >> SHIFT):
                 for c in ((col - MARGIN) >> SHIFT, (col + MARGIN) >> SHIFT):
                     if index[r, c] == 0:
-                        index[r, c] = used
-                        used += 1
-    return cells, flags, used
+                        index[r, c] = slot_to_take(free, used, taken)
+                        taken += 1
+    return cells, flags, taken
 
 
 @njit(cache=True)

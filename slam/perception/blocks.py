@@ -12,7 +12,11 @@ BLOCKS = TILE // BLOCK
 
 
 class Due:
-    """The blocks in which something is out of date, until someone asks for it."""
+    """The blocks in which something is out of date, until someone asks for it.
+
+    It is for tiles of one map alone: a block is told by its slot, which with several maps
+    (`Tiles.fork`) another may have by the time that someone asks.
+    """
 
     def __init__(self, tiles: Tiles):
         self._tiles = tiles
@@ -36,7 +40,7 @@ class Due:
 
 def all_blocks(tiles: Tiles) -> np.ndarray:
     """(n, 2) the blocks of all tiles in use, each by its row and column in `Tiles.index`."""
-    return _places(tiles, np.arange(BLOCKS**2, tiles.used * BLOCKS**2))
+    return np.argwhere(np.kron(tiles.index > 0, np.ones((BLOCKS, BLOCKS), np.bool_)))
 
 
 def _places(tiles: Tiles, ids: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from slam.geometry import Array
-from slam.perception.blocks import BLOCK, Due, all_blocks, cell_at
+from slam.perception.blocks import BLOCK, BLOCKS, Due, all_blocks, cell_at
 from slam.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
 
 REACH = 2  # cells to either side of a sample's cell that a peak looks over
@@ -23,6 +23,7 @@ class Peaks:
 
     def __init__(self, tiles: Tiles, field: Layer, unknown: float, low: float, high: float):
         self.due = Due(tiles)
+        self.due.add(all_blocks(tiles))
         self._tiles, self._field, self._unknown = tiles, field, unknown
         self._low, self._step = low, (high - low) / 255
         height = math.ceil((unknown - low) / self._step)
@@ -33,8 +34,9 @@ class Peaks:
         m, in x and in y, of each of the poses, with the same heading."""
         tiles = self._tiles
         if self.due:
-            _lift(self.due.take(), tiles.index, self._field.flat, self._peaks.values, self._low,
-                  1 / self._step)  # fmt: skip
+            around = np.pad(tiles.index, 1)  # blocks at the border are looked at from beyond
+            _lift(self.due.take() + BLOCKS, around, self._field.flat, self._peaks.values,
+                  self._low, 1 / self._step)  # fmt: skip
         return _bounds(poses, points, tiles.index, self._peaks.values, tiles.origin,
                        tiles.resolution, self._unknown, self._low, self._step, reach)  # fmt: skip
 

@@ -71,6 +71,17 @@ def test_the_bound_grows_with_the_reach() -> None:
     assert (bounds[-1] > bounds[0]).all()
 
 
+def test_bounds_are_the_same_whenever_they_are_asked_for_first() -> None:
+    grid, early, late = Static(), Endpoint(), Endpoint()
+    scan, near = scan_at(Pose2(0.2, 0.1, 0.5)), np.random.default_rng(0).normal(0, 2, (50, 3))
+    for k in range(6):
+        changed = grid.integrate(scan_at(Pose2(0.1 * k, 0.1, 0.5), time=k), Pose2(0.1 * k, 0.1))
+        for reading in (early, late):
+            reading.refresh(grid, changed)
+        early.bound(scan, near, 0.1)
+    np.testing.assert_array_equal(early.bound(scan, near, 0.1), late.bound(scan, near, 0.1))
+
+
 def test_no_echo_anywhere_is_above_its_bound() -> None:
     """One beam, all over the map: where the field is even, the bound has nothing to spare."""
     endpoint, tiles = READINGS[Endpoint], GRID.cells.tiles
