@@ -7,6 +7,7 @@ from numba import njit
 
 from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
+from slam.maps.bins import bin_limits, bin_of
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
@@ -50,6 +51,7 @@ class Histogram:
         self.evidence = evidence
         self.delta_t = delta_t
         self.bins = bins
+        self._limits = bin_limits(bins)
         self.weight = weight
         self.cells = Cells(resolution, evidence.prior, rays)
         tiles = self.cells.tiles
@@ -61,7 +63,7 @@ class Histogram:
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the open window of the cells that it saw."""
         seen = self.cells.see(scan, pose)
-        _observe(
+        return _observe(
             seen.cells,
             seen.hit,
             self._windows.at(scan.time),
@@ -69,42 +71,52 @@ class Histogram:
             self.log_odds.flat,
             self.counts.flat,
             self.cells.occupied.flat,
+            self._limits,
             (self.evidence.hit, self.evidence.free, self.evidence.prior_log_odds),
             (self.weight, self.evidence.prior),
         )
-        return seen.cells
 
     def histogram(self, row: int, col: int) -> np.ndarray:
         """(B,) number of windows by occupancy of one cell of the grid, the open one counted in."""
         cell = self.cells.tiles.cell(row, col)
         counts = self.counts.flat[cell].astype(np.int64)
         if self.window.flat[cell] != NEVER:
-            counts[_bin(self.log_odds.flat[cell], self.bins)] += 1
+            counts[bin_of(self.log_odds.flat[cell], self._limits)] += 1
         return counts
 
 
 @njit(cache=True)
-def _observe(cells, hit, now, window, log_odds, counts, occupied, evidence, belief):
+def _observe(cells, hit, now, window, log_odds, counts, occupied, limits, evidence, belief):
     """Close the windows of cells last seen in an earlier one, add the evidence, and give h.
 
-    h = (sum_b p_b n_b + a p_0) / (n + a) with p_b = b / (B - 1).
+    h = (sum_b p_b n_b + a p_0) / (n + a) with p_b = b / (B - 1): it stays as long as the open
+    window falls into the same bin. The result are the cells whose h or centroid may have changed.
     """
     hit_evidence, free_evidence, start = evidence
     weight, prior = belief
     bins = counts.shape[1]
+    changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
         i = cells[k]
-        if window[i] != now:
+        before, new = log_odds[i], window[i] != now
+        if new:
             if window[i] != NEVER:
-                _count(counts, i, _bin(log_odds[i], bins))
-            log_odds[i] = start
-            window[i] = now
-        log_odds[i] += hit_evidence if hit[k] else free_evidence
-        total, weighted = 1.0, float(_bin(log_odds[i], bins))
+                _count(counts, i, bin_of(before, limits))
+            before, window[i] = start, now
+        log_odds[i] = before + (hit_evidence if hit[k] else free_evidence)
+        weighted = bin_of(log_odds[i], limits)
+        moved = new or weighted != bin_of(before, limits)
+        if moved or hit[k]:
+            changed[n] = i
+            n += 1
+        if not moved:
+            continue
+        total = 1
         for b in range(bins):
             total += counts[i, b]
-            weighted += b * counts[i, b]
+            weighted += b * np.int64(counts[i, b])
         occupied[i] = (weighted / (bins - 1) + weight * prior) / (total + weight)
+    return changed[:n]
 
 
 @njit(cache=True)
@@ -114,9 +126,3 @@ def _count(counts, i, b):
         for k in range(counts.shape[1]):
             counts[i, k] = (counts[i, k] + 1) // 2
     counts[i, b] += np.uint8(1)
-
-
-@njit(cache=True)
-def _bin(log_odds, bins):
-    """The bin of an occupancy: 0 surely free, bins - 1 surely occupied."""
-    return min(int(bins / (1.0 + np.exp(-log_odds))), bins - 1)

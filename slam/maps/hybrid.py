@@ -7,6 +7,7 @@ from numba import njit
 
 from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
+from slam.maps.bins import bin_limits, bin_of
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
@@ -51,6 +52,7 @@ class Hybrid:
         self.evidence = evidence
         self.delta_t = delta_t
         self.bins = bins
+        self._limits = bin_limits(bins)
         self.weight = weight
         self.cells = Cells(resolution, evidence.prior, rays)
         tiles = self.cells.tiles
@@ -76,7 +78,7 @@ class Hybrid:
             self.risen.flat,
             self.total.flat,
             self.cells.occupied.flat,
-            self.bins,
+            self._limits,
             self.evidence.hit,
             self.evidence.free,
             self.evidence.prior_log_odds,
@@ -88,7 +90,7 @@ class Hybrid:
 
 @njit(cache=True)
 def _observe(
-    cells, hit, now, log_odds, current, window, closed, risen, total, occupied, bins,
+    cells, hit, now, log_odds, current, window, closed, risen, total, occupied, limits,
     hit_evidence, free_evidence, start, weight, prior,
 ):  # fmt: skip
     """Close the windows of cells last seen in another one, add the evidence, and give h."""
@@ -96,15 +98,15 @@ def _observe(
         i = cells[k]
         if window[i] != now:
             if window[i] != NEVER:
-                _close(closed, risen, total, i, current[i], _bin(current[i], bins))
+                _close(closed, risen, total, i, current[i], bin_of(current[i], limits))
             current[i], window[i] = start, now
         evidence = hit_evidence if hit[k] else free_evidence
         log_odds[i] += evidence
         current[i] += evidence
         h = 1.0 / (1.0 + np.exp(-log_odds[i]))
         if risen[i] + (current[i] > 0.0) >= RETURNS:
-            weighted = float(total[i] + _bin(current[i], bins))
-            mean = (weighted / (bins - 1) + weight * prior) / (1.0 + closed[i] + weight)
+            weighted = float(total[i] + bin_of(current[i], limits))
+            mean = (weighted / len(limits) + weight * prior) / (1.0 + closed[i] + weight)
             h = max(h, mean)
         occupied[i] = h
 
@@ -119,9 +121,3 @@ def _close(closed, risen, total, i, log_odds, b):
     closed[i] += np.uint8(1)
     risen[i] += np.uint8(log_odds > 0.0)
     total[i] += np.uint16(b)
-
-
-@njit(cache=True)
-def _bin(log_odds, bins):
-    """The bin of an occupancy: 0 surely free, bins - 1 surely occupied."""
-    return min(int(bins / (1.0 + np.exp(-log_odds))), bins - 1)

@@ -8,6 +8,7 @@ from numba import njit
 from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
+from slam.maps.bins import bin_limits, bin_of
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence, probability
 from slam.maps.rays import Rays
@@ -23,7 +24,8 @@ class Temporal:
 
     Windows of time as in `Histogram`, and the same h: exactly, as long as no bin of the histogram
     holds more than 255 windows, from where on that one fades. Here each window of a cell takes 16
-    more bytes, and what a cell was in any past window can be asked.
+    more bytes, and what a cell was in any past window can be asked. The store is not in the tiles:
+    maps that share them (`Tiles.fork`) would write into each other's windows.
 
     resolution  m, side of a cell
     delta_t     s, length of a window
@@ -48,6 +50,7 @@ class Temporal:
         self.evidence = evidence
         self.delta_t = delta_t
         self.bins = bins
+        self._limits = bin_limits(bins)
         self.weight = weight
         self.cells = Cells(resolution, evidence.prior, rays)
         tiles = self.cells.tiles
@@ -82,7 +85,7 @@ class Temporal:
             self._window,
             self._log_odds,
             self._stored,
-            self.bins,
+            self._limits,
             self.evidence.hit,
             self.evidence.free,
             self.evidence.prior_log_odds,
@@ -137,7 +140,7 @@ def _larger(array: np.ndarray, used: int, room: int) -> np.ndarray:
 
 @njit(cache=True)
 def _observe(
-    cells, hit, now, last, closed, total, occupied, previous, window, log_odds, stored, bins,
+    cells, hit, now, last, closed, total, occupied, previous, window, log_odds, stored, limits,
     hit_evidence, free_evidence, start, weight, prior,
 ):  # fmt: skip
     """Open a window of every cell last seen in another one, add the evidence, and give h.
@@ -151,13 +154,13 @@ def _observe(
         if j == NONE or window[j] != now:
             if j != NONE:
                 closed[i] += 1
-                total[i] += _bin(log_odds[j], bins)
+                total[i] += bin_of(log_odds[j], limits)
             previous[stored], window[stored], log_odds[stored] = j, now, start
             last[i] = j = stored
             stored += 1
         log_odds[j] += hit_evidence if hit[k] else free_evidence
-        windows, weighted = 1.0 + closed[i], float(total[i] + _bin(log_odds[j], bins))
-        occupied[i] = (weighted / (bins - 1) + weight * prior) / (windows + weight)
+        windows, weighted = 1.0 + closed[i], float(total[i] + bin_of(log_odds[j], limits))
+        occupied[i] = (weighted / len(limits) + weight * prior) / (windows + weight)
     return stored
 
 
@@ -170,9 +173,3 @@ def _look_up(asked, last, previous, window, log_odds, result, observed):
             j = previous[j]
         if j != NONE:
             result[i], observed[i] = log_odds[j], True
-
-
-@njit(cache=True)
-def _bin(log_odds, bins):
-    """The bin of an occupancy: 0 surely free, bins - 1 surely occupied."""
-    return min(int(bins / (1.0 + np.exp(-log_odds))), bins - 1)
