@@ -17,7 +17,7 @@ from slam.checked import positive_number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
-from slam.interface import Builder, Slam
+from slam.interface import Builder, Revising, Slam
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
 
@@ -39,6 +39,7 @@ class SlamWrapper(
     | `position_error` | distance to the true position                               | m         |
     | `heading_error`  | estimate minus truth, wrapped                               | rad       |
     | `matched`        | whether the SLAM matched this scan                          |           |
+    | `revised`        | whether it now believes earlier poses to have been others   |           |
     | `f1_5cm`, `f1_10cm`, ... | every score of `slam.metrics.mapping.MapScores` and `slam.metrics.change.ChangeScores`, against the world as it stands now and as it was so far; at reset, at every `score_every`-th step, and at the end of the episode | |
 
     Arguments:
@@ -106,7 +107,7 @@ class SlamWrapper(
         self._seen: SeenSurface | None = None
         self._trail: list[Pose2] = []
         self._steps = 0
-        return self._extended(observation, info, self._score_every > 0)
+        return self._extended(observation, info, scored=self._score_every > 0, ended=False)
 
     def step(
         self, action: NDArray[np.float32]
@@ -114,19 +115,27 @@ class SlamWrapper(
         """Step the environment, then the SLAM."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         self._steps += 1
-        every = self._score_every
-        due = every > 0 and (self._steps % every == 0 or terminated or truncated)
-        observation, info = self._extended(observation, info, due)
+        every, ended = self._score_every, terminated or truncated
+        due = every > 0 and (self._steps % every == 0 or ended)
+        observation, info = self._extended(observation, info, scored=due, ended=ended)
         return observation, reward, terminated, truncated, info
 
     def _extended(
-        self, observation: Observation, info: dict[str, Any], scored: bool
+        self, observation: Observation, info: dict[str, Any], *, scored: bool, ended: bool
     ) -> tuple[Observation, dict[str, Any]]:
         """The observation and info with what the SLAM makes of them."""
         world, scan = self._world, self._world.scan
         estimate = self.slam.update(world.motion, scan)
         self._trail.append(estimate.pose)
-        result = _errors(estimate.pose, world.pose) | {"matched": estimate.matched}
+        if isinstance(self.slam, Revising):
+            if ended:
+                self.slam.finish()
+            if ended or estimate.revised:
+                self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
+        result = _errors(estimate.pose, world.pose) | {
+            "matched": estimate.matched,
+            "revised": estimate.revised,
+        }
         if self._score_every:
             self._witness()
         if scored:

@@ -4,7 +4,7 @@ from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
-from slam.interface import Estimate, Slam
+from slam.interface import Estimate, Revising, Slam
 from slam.registry import make, register, variants
 from slam.scan import Scan
 from slam.trajectory import Trajectory
@@ -16,6 +16,7 @@ __all__ = [
     "InputError",
     "OccupancyGrid",
     "Pose2",
+    "Revising",
     "Scan",
     "Slam",
     "Trajectory",

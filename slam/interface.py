@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,12 +22,14 @@ class Estimate(NamedTuple):
     covariance  (3, 3) of x, y in m and theta in rad, in the world
     score       mean log-likelihood per beam of the last matched scan; 0 before
     matched     whether the pose was found from this scan, rather than by dead reckoning alone
+    revised     whether earlier poses are believed to have been others than was said then
     """
 
     pose: Pose2
     covariance: Array
     score: float
     matched: bool
+    revised: bool = False
 
 
 class Slam(Protocol):
@@ -42,6 +44,20 @@ class Slam(Protocol):
 
     def map(self) -> OccupancyGrid:
         """The map as it is believed now: a copy, which later updates leave alone."""
+        ...
+
+
+@runtime_checkable
+class Revising(Slam, Protocol):
+    """A SLAM that may come to believe another past, as when a loop closes."""
+
+    def trajectory(self) -> Array:
+        """(n, 3) the pose of every update so far, as believed now: the smoothed trajectory, beside
+        the online one, which the estimates made at their time."""
+        ...
+
+    def finish(self) -> None:
+        """No more scans come: do what was put off."""
         ...
 
 

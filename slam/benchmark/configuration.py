@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,17 @@ def configuration(part: Any) -> Any:
         return [configuration(item) for item in part]
     if isinstance(part, np.random.Generator):
         return "random"
+    if inspect.isroutine(part) or isinstance(part, type | partial):
+        return _made(part)
     names = inspect.signature(type(part).__init__).parameters
     kept = {name: getattr(part, name) for name in names if hasattr(part, name)}
     return {"type": type(part).__name__} | {k: configuration(v) for k, v in kept.items()}
+
+
+def _made(maker: Any) -> Any:
+    """What a maker of parts makes; its name where it has to be given more than nothing."""
+    try:
+        inspect.signature(maker).bind()
+    except (TypeError, ValueError):
+        return getattr(maker, "__qualname__", type(maker).__name__)
+    return configuration(maker())

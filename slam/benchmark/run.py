@@ -13,7 +13,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, Slam
+from slam.interface import Estimate, Revising, Slam
 from slam.registry import make
 
 WARM_UP_SCANS = 30
@@ -23,16 +23,23 @@ WARM_UP_SCANS = 30
 class Run:
     """What a SLAM made of the scans that it was given.
 
-    poses    (n, 3) as believed at each scan
+    poses    (n, 3) at each scan, as believed at the end
+    online   (n, 3) at each scan, as believed when it came; the same, but for a `Revising` SLAM
     grid     the map after the last one
     matched  scans that were matched
-    seconds  wall time of all updates
+    spent    (n,) s, wall time of each update; what was put off to the end is in the last
     """
 
     poses: Array
+    online: Array
     grid: OccupancyGrid
     matched: int
-    seconds: float
+    spent: Array
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of all updates."""
+        return float(self.spent.sum())
 
     @property
     def ms_per_matched_scan(self) -> float:
@@ -48,23 +55,26 @@ class Playback:
         self.episode = episode
         self._poses: list[Pose2] = []
         self._matched = 0
-        self._seconds = 0.0
+        self._spent: list[float] = []
 
     def __iter__(self) -> Iterator[Estimate]:
-        """One estimate a scan."""
-        motions = self.episode.motions()
-        for motion, scan in zip(motions, self.episode.scans, strict=True):
+        """One estimate a scan; after the last, nothing is put off any more."""
+        motions, last = self.episode.motions(), len(self.episode.scans)
+        for k, (motion, scan) in enumerate(zip(motions, self.episode.scans, strict=True), 1):
             begun = time.perf_counter()
             estimate = self.slam.update(motion, scan)
-            self._seconds += time.perf_counter() - begun
+            if k == last and isinstance(self.slam, Revising):
+                self.slam.finish()
+            self._spent.append(time.perf_counter() - begun)
             self._poses.append(estimate.pose)
             self._matched += estimate.matched
             yield estimate
 
     def result(self) -> Run:
         """The run so far."""
-        poses = np.array(self._poses).reshape(-1, 3)
-        return Run(poses, self.slam.map(), self._matched, self._seconds)
+        online = np.array(self._poses).reshape(-1, 3)
+        poses = self.slam.trajectory() if isinstance(self.slam, Revising) else online
+        return Run(poses, online, self.slam.map(), self._matched, np.array(self._spent))
 
 
 def run(slam: Slam, episode: Episode) -> Run:

@@ -10,7 +10,7 @@ from slam.metrics.change import TrueOccupancy
 from slam.metrics.flat import Number
 from slam.metrics.mapping import OccupiedCells
 from slam.metrics.surface import visible_truth
-from slam.metrics.trajectory import alignment, score_trajectory
+from slam.metrics.trajectory import alignment, ate, score_trajectory
 
 
 class Judge:
@@ -37,3 +37,7 @@ class Judge:
             **cells.score(self._surface, moved).as_dict("_aligned"),
             **self._occupancy.score(grid).as_dict(),
         }
+
+    def ate(self, poses: Array) -> float:
+        """That of other poses (n, 3), such as those believed on the way."""
+        return ate(poses, self._truth)

@@ -231,3 +231,62 @@ def test_a_window_shows_the_map_after_the_step(monkeypatch):
         assert scene.pose == world.pose
     assert len(drawn) == 4
     env.close()
+
+
+class Revised(Fixed):
+    """Believes at every third scan that all it said was a metre too far to the right."""
+
+    def __init__(self, start, rng):
+        super().__init__(start, rng)
+        self.said, self.shift, self.finished = [], 0, 0
+
+    def update(self, motion, scan):
+        estimate = super().update(motion, scan)
+        self.said.append(estimate.pose)
+        revised = len(self.said) % 3 == 0
+        self.shift += revised
+        return estimate._replace(revised=revised)
+
+    def trajectory(self):
+        return np.array(self.said) + (0.0, float(self.shift), 0.0)
+
+    def finish(self):
+        self.finished += 1
+        self.shift += 10
+
+
+def test_the_trail_is_what_is_believed_now():
+    env = wrapped(Revised, env=gym.make("DoorCorridor-v0", max_episode_steps=7), score_every=0)
+    _, info = env.reset(seed=0)
+    revised, trails = [info["slam"]["revised"]], [np.array(env._trail)]
+    for _ in range(7):
+        info = env.step(FORWARD)[4]
+        revised.append(info["slam"]["revised"])
+        trails.append(np.array(env._trail))
+    robot: Any = env.slam
+    said = np.array(robot.said)
+    assert revised == [False, False, True, False, False, True, False, False]
+    assert robot.finished == 1
+    for k, trail in enumerate(trails[:-1]):
+        at = 3 * ((k + 1) // 3)  # until where the shift of then is known
+        np.testing.assert_allclose(trail[:at, 1] - said[:at, 1], at // 3)
+        np.testing.assert_allclose(trail[at:], said[at : k + 1])
+    np.testing.assert_allclose(trails[-1][:, 1] - said[:, 1], 12.0)
+    assert all(isinstance(pose, Pose2) for pose in env._trail)
+
+
+@pytest.mark.parametrize("variant", ["static-graph", "dynamic-pf"])
+def test_a_slam_that_revises_runs_an_episode(variant):
+    env = wrapped(variant, env=gym.make("DoorCorridor-v0", max_episode_steps=40), score_every=20)
+    _, info = env.reset(seed=0)
+    keys = {"pose", "position_error", "heading_error", "matched", "revised"}
+    assert keys <= set(info["slam"])
+    for _ in range(40):
+        info = env.step(FORWARD)[4]
+        assert keys <= set(info["slam"])
+        assert isinstance(info["slam"]["revised"], bool)
+        assert info["slam"]["position_error"] < 0.2
+    robot: Any = env.slam
+    np.testing.assert_allclose(np.array(env._trail), robot.trajectory())
+    assert len(env._trail) == 41
+    assert "f1_5cm" in info["slam"]

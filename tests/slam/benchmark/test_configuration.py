@@ -1,6 +1,8 @@
 import json
+from functools import partial
 
 import slam
+from slam.algorithms.graph_slam import GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.configuration import configuration
 from slam.maps.histogram import Histogram
@@ -41,3 +43,34 @@ def test_the_configuration_of_every_variant_is_json_and_tells_them_apart() -> No
     ]
     assert len(set(found)) == 5
     assert '"limit": "inf"' in found[1]
+
+
+def test_what_makes_parts_is_told_as_what_it_makes() -> None:
+    made = GraphSlam(grid=partial(Histogram, bins=7), perception=lambda: Endpoint(sigma=0.03))
+    found = configuration(made)
+    assert (found["grid"]["type"], found["grid"]["bins"]) == ("Histogram", 7)
+    assert (found["perception"]["type"], found["perception"]["sigma"]) == ("Endpoint", 0.03)
+    assert found["loops"]["refine"] == configuration(made.loops.refine)
+    assert found["loops"]["farthest"] == list(made.loops.farthest)
+    assert configuration(Histogram)["type"] == "Histogram"
+
+
+def test_what_needs_more_than_nothing_is_told_by_its_name() -> None:
+    def wanting(more):
+        raise AssertionError
+
+    assert configuration(wanting).endswith("wanting")
+    assert configuration(partial(wanting)) == "partial"
+
+
+def test_the_configuration_of_what_revises_is_json_and_tells_them_apart() -> None:
+    names = [name for name in slam.variants() if name.endswith(("-pf", "-graph"))]
+    found = {name: configuration(slam.make(name)) for name in names}
+    told = {json.dumps(one, allow_nan=False) for one in found.values()}
+    assert len(told) == len(names)
+    assert found["dynamic-graph"]["type"] == "GraphSlam"
+    assert found["dynamic-graph"]["grid"]["type"] == "Histogram"
+    assert found["dynamic-graph"]["stretch"] == GraphSlam().stretch
+    assert found["hmm-pf"]["type"] == "ParticleFilter"
+    assert found["hmm-pf"]["particles"] == 30
+    assert set(found["hmm-pf"]["keyframes"]) == {"type", "distance", "turn", "time"}

@@ -10,6 +10,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
+from slam.interface import Estimate, Revising
 from tests.slam.worlds import drive
 
 
@@ -45,7 +46,8 @@ def test_a_run_has_a_pose_per_scan(episode) -> None:
 @pytest.mark.parametrize(("matched", "ms"), [(4, 500.0), (0, 200.0)])
 def test_time_is_spread_over_the_scans_that_were_matched(matched: int, ms: float) -> None:
     grid = OccupancyGrid(GridSpec(1.0, 0, 0, 0, 0), np.zeros((0, 0)), np.zeros((0, 0), bool))
-    assert Run(np.zeros((10, 3)), grid, matched, seconds=2.0).ms_per_matched_scan == ms
+    poses, spent = np.zeros((10, 3)), np.full(10, 0.2)
+    assert Run(poses, poses, grid, matched, spent).ms_per_matched_scan == pytest.approx(ms)
 
 
 def test_the_true_start_is_the_first_true_pose(episode) -> None:
@@ -57,3 +59,59 @@ def test_warming_up_takes_any_known_variant_and_any_length(episode) -> None:
     warm_up("dynamic-ml", Episode(episode.scans[:2], episode.odometry))
     with pytest.raises(InputError, match="known"):
         warm_up("none", episode)
+
+
+class Shifting:
+    """Comes to believe, with every scan and at the end, that all was a metre further left."""
+
+    def __init__(self):
+        self.pose, self.updates, self.finished = Pose2(), 0, []
+
+    def update(self, motion, scan):
+        self.updates += 1
+        self.pose = Pose2(float(self.updates))
+        return Estimate(self.pose, np.zeros((3, 3)), 0.0, self.updates % 2 == 0, revised=True)
+
+    def trajectory(self):
+        shift = self.updates + 100 * len(self.finished)
+        return np.array([(k, shift, 0.0) for k in range(self.updates)]).reshape(-1, 3)
+
+    def map(self):
+        occupied = np.full((1, 1), 0.1 * len(self.finished))
+        return OccupancyGrid(GridSpec(1.0, 0, 0, 1, 1), occupied, np.ones((1, 1), bool))
+
+    def finish(self):
+        self.finished.append(self.updates)
+
+
+def test_a_slam_that_revises_is_asked_what_it_believes_at_the_end(episode) -> None:
+    robot = Shifting()
+    assert isinstance(robot, Revising)
+    done = run(robot, episode)
+    assert robot.finished == [30]
+    np.testing.assert_array_equal(done.poses, robot.trajectory())
+    assert done.poses[:, 1].tolist() == [130.0] * 30
+    assert done.online[:, 0].tolist() == list(range(1, 31))
+    assert done.grid.occupied[0, 0] == 0.1  # the map is that after it
+    assert done.matched == 15
+
+
+def test_on_the_way_it_is_not_finished(episode) -> None:
+    playback = Playback(robot := Shifting(), episode)
+    assert playback.result().poses.shape == (0, 3)
+    list(islice(playback, 12))
+    part = playback.result()
+    assert robot.finished == []
+    assert part.poses[:, 1].tolist() == [12.0] * 12
+    assert part.online.shape == (12, 3)
+
+
+def test_it_is_finished_once_though_scans_are_alike(episode) -> None:
+    run(robot := Shifting(), Episode((episode.scans[0],) * 3, episode.odometry))
+    assert robot.finished == [3]
+
+
+def test_one_that_does_not_revise_is_believed_as_it_goes(episode) -> None:
+    done = run(DeadReckoning(), episode)
+    assert not isinstance(DeadReckoning(), Revising)
+    np.testing.assert_array_equal(done.poses, done.online)
