@@ -29,6 +29,8 @@ class MaximumLikelihood:
     Static and dynamic SLAM differ by one object: `grid`, the memory of what the cells have been.
     Scans go into the map at `keyframes`; those between them, at `matches`, are matched from the
     last keyframe on and leave no trace, since whatever enters the map brings its error with it.
+
+    keyframe  what was believed when a scan last went into the map
     """
 
     def __init__(
@@ -52,7 +54,7 @@ class MaximumLikelihood:
         self.keyframes = keyframes
         self.pose = start
         self._ground = Ground(self.grid.cells.tiles)
-        self._keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
+        self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._keyframe_at = self._matched_at = -math.inf
         self._since_keyframe = self._since_match = Pose2()
         self._last_match: tuple[Prediction, Array] | None = None  # what went into the last match
@@ -71,15 +73,22 @@ class MaximumLikelihood:
         self.pose = estimate.pose
         return estimate
 
+    def remember(self, scan: Scan, pose: Pose2, score: float = 0.0) -> None:
+        """Put a scan into the map at a pose that is known, and go on from there."""
+        self.pose = pose
+        estimate = Estimate(pose, EXACT, score, True)
+        self._keep(scan, estimate)
+        self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
+
     def _match(self, scan: Scan) -> Estimate:
         """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
-        prediction = self._prediction(self._keyframe, self._since_keyframe)
+        prediction = self._prediction(self.keyframe, self._since_keyframe)
         if self._keyframe_at == -math.inf:
-            estimate = Estimate(prediction.pose, self._keyframe.covariance, 0.0, True)
+            estimate = Estimate(prediction.pose, self.keyframe.covariance, 0.0, True)
         else:
             pose = self.search(Posterior(self.perception, scan, prediction), self.rng)
             likelihood, information = laplace(self.perception, scan, pose)
-            before = self._carried(self._keyframe, prediction)
+            before = self._carried(self.keyframe, prediction)
             ground = self._ground.covariance(pose, scan.points)
             covariance = fused(before, ground, information)
             self._last_match = prediction, information
@@ -91,13 +100,17 @@ class MaximumLikelihood:
         """Put the scan into the map, where it was matched: a keyframe."""
         if self._last_match is not None:
             prediction, information = self._last_match
-            found = self._keyframe.pose.between(estimate.pose)
+            found = self.keyframe.pose.between(estimate.pose)
             within = fused(prediction.covariance(), EXACT, information)
             self.motion.learn(self._since_keyframe, found, within)
+        self._keep(scan, estimate)
+
+    def _keep(self, scan: Scan, estimate: Estimate) -> None:
+        """The keyframe that is matched from now on."""
         changed = self.grid.integrate(scan, estimate.pose)
         self.perception.refresh(self.grid, changed)
         self._ground.settle(estimate.pose, estimate.covariance)
-        self._keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
+        self.keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
 
     def _dead_reckoned(self) -> Estimate:
         """Where the odometry leads from the last match, and as much less sure."""

@@ -18,6 +18,8 @@ from slam.scan import Scan
 from slam.tiles import AREA, Layer
 
 ROUNDING = 1e-6
+NEAR, CLEAR = 0.4, 0.1  # of F: from where on an echo is explained, or contradicted; the prior of
+# what is unknown lies between them
 FINENESS = 4096  # values of the logarithm that are tabulated
 
 
@@ -61,9 +63,9 @@ class Endpoint:
         )  # fmt: skip
         field.refresh(blocks, self._stale.values, tiles.index, self._level.flat, self._moved.flat,
                       self._field.flat, self._radius, *self._model)  # fmt: skip
-        self._peaks.due.add(blocks)
-        if self._means is not None:
-            self._means.due.add(blocks)
+        for made in (self._peaks, self._means):
+            if made is not None:
+                made.due.add(blocks)
 
     def _begin(self, grid: MapModel) -> None:
         """Fields for a map that was not read before: what is unknown takes the map's prior."""
@@ -86,13 +88,13 @@ class Endpoint:
         )
         prior = min(max(round(255 * grid.cells.prior), field.H_LOW), field.H_HIGH)
         self.unknown = float(np.log(self.z_hit * h[prior] + self.z_rand))
-        low, high = float(transformed[-1]), float(transformed[0])
-        self._top = max(high, self.unknown)
+        self._span = float(transformed[-1]), float(transformed[0])
+        self._top = max(self._span[1], self.unknown)
         self._level = tiles.layer(np.uint8, prior)
         self._moved = tiles.layer(np.int8, field.NO_ECHO, (AREA, 2))
         self._stale = tiles.layer(np.bool_, shape=(BLOCKS**2,))
         self._field = tiles.layer(np.float32, self.unknown)
-        self._peaks = Peaks(tiles, self._field, self.unknown, low, high)
+        self._peaks: Peaks | None = None
         self._means: Means | None = None
 
     def field(self, level: int = 0) -> Layer:
@@ -112,9 +114,20 @@ class Endpoint:
             self.unknown, floor / self.beta - ROUNDING, self._top,
         )  # fmt: skip
 
+    def shares(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
+        """Shares of the echoes that lie near something occupied, and that lie where it is free."""
+        tiles = self._tiles
+        each = field.each(np.array(pose), scan.points, tiles.index, self._field.flat,
+                                 tiles.origin, tiles.resolution, self.unknown)  # fmt: skip
+        near, clear = np.log(self.z_hit * np.array([NEAR, CLEAR]) + self.z_rand)
+        n = max(len(each), 1)
+        return float((each > near).sum() / n), float((each < clear).sum() / n)
+
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
         """(n,) no less than the log-likelihood at any pose within `reach` m, in x and in y, of each
         of the poses (n, 3), with the same heading."""
+        if self._peaks is None:
+            self._peaks = Peaks(self._tiles, self._field, self.unknown, *self._span)
         return self.beta * self._peaks.bounds(scan.points, poses, reach)
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:

@@ -175,6 +175,23 @@ def _row(index, field, i, j, u0, u1, u2):
 
 
 @njit(cache=True)
+def each(pose, points, index, field, origin, resolution, unknown):
+    """(points,) the field in the cell that each point lies in, as seen from one pose."""
+    scale = 1.0 / resolution
+    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    c, s = np.cos(pose[2]) * scale, np.sin(pose[2]) * scale
+    x0, y0 = (pose[0] - origin[0]) * scale, (pose[1] - origin[1]) * scale
+    result = np.empty(len(points))
+    for k in range(len(points)):
+        x = x0 + c * points[k, 0] - s * points[k, 1]
+        y = y0 + s * points[k, 0] + c * points[k, 1]
+        result[k] = unknown
+        if 0.0 <= x < cols and 0.0 <= y < rows:
+            result[k] = field[cell_at(index, int(y), int(x))]
+    return result
+
+
+@njit(cache=True)
 def slope(pose, points, index, field, origin, resolution, level):
     """Value, gradient (3,) and curvature (3, 3) of the sum of the field of `level` at `pose`.
 

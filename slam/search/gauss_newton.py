@@ -10,7 +10,7 @@ from numba import njit
 
 from slam.checked import positive, whole
 from slam.geometry import Pose2
-from slam.interface import Posterior
+from slam.interface import Posterior, Slope
 
 DAMPED = 1e-9  # of the curvature's trace
 
@@ -44,12 +44,16 @@ class GaussNewton:
 
     def climb(self, posterior: Posterior, start: Pose2) -> Pose2:
         """Climb from `start`."""
-        pose = start
-        for level in reversed(range(min(self.levels, posterior.perception.levels))):
-            pose = self._climb(posterior, pose, level)
-        return pose
+        return self.top(posterior, start)[0]
 
-    def _climb(self, posterior: Posterior, pose: Pose2, level: int) -> Pose2:
+    def top(self, posterior: Posterior, start: Pose2) -> tuple[Pose2, Slope]:
+        """Where the climb from `start` ends, and what the posterior is like there."""
+        pose = start
+        for level in reversed(range(1, min(self.levels, posterior.perception.levels))):
+            pose, _ = self._climb(posterior, pose, level)
+        return self._climb(posterior, pose, 0)
+
+    def _climb(self, posterior: Posterior, pose: Pose2, level: int) -> tuple[Pose2, Slope]:
         here = posterior.slope(pose, level)
         for _ in range(self.steps):
             x, y, theta = _step(here.gradient, here.curvature)
@@ -63,7 +67,7 @@ class GaussNewton:
             else:
                 break
             here, pose = there, next_pose
-        return pose
+        return pose, here
 
 
 @njit(cache=True)

@@ -284,3 +284,24 @@ def test_a_match_leaves_less_doubt_than_the_odometry_and_more_than_none() -> Non
     assert (doubt > 1e-4).all()
     blind = slam.update(Pose2(0.3), scan_at(Pose2(50.0)))
     assert (np.sqrt(np.diag(blind.covariance)) > doubt).all()
+
+
+def test_what_is_remembered_is_what_later_scans_are_matched_with(episode) -> None:
+    """As if it had been matched there; and the robot goes on from the last of it."""
+    poses = [Pose2.of(pose) for pose in episode.truth.poses[:40:4]]
+    robot, grid = MaximumLikelihood(), Static()
+    for k, (pose, scan) in enumerate(zip(poses, episode.scans[:40:4], strict=True)):
+        robot.remember(scan, pose, score=-0.1 * k)
+        grid.integrate(scan, pose)
+        assert robot.pose == robot.keyframe.pose == pose
+        assert (robot.keyframe.score, robot.keyframe.matched) == (-0.1 * k, True)
+    np.testing.assert_array_equal(robot.map().occupied, grid.cells.grid().occupied)
+    standing = robot.update(Pose2(), episode.scans[36])
+    assert (standing.pose, standing.score, standing.matched) == (poses[-1], -0.9, False)
+    truth = Pose2.of(episode.truth.poses[40])
+    off = poses[-1].between(truth) @ Pose2(0.03, -0.02, 0.05)
+    estimate = robot.update(off, episode.scans[40])
+    assert estimate.matched
+    assert estimate.pose[:2] == pytest.approx(truth[:2], abs=0.01)
+    assert estimate.pose.theta == pytest.approx(truth.theta, abs=0.01)
+    assert np.linalg.eigvalsh(estimate.covariance).min() > 0

@@ -168,3 +168,27 @@ def test_two_thousand_beams_and_one() -> None:
     assert values[0] / 2000 == pytest.approx(0.3 * math.log(0.8), abs=0.1)
     assert 0.3 * math.log(0.1) < values[1] < 0
     assert len(FAN) < 2000
+
+
+def test_shares_are_those_of_echoes_near_something_and_of_echoes_where_it_is_free() -> None:
+    grid, endpoint = mapped(Static(), Endpoint(), loop(8))
+    tiles, scan = grid.cells.tiles, scan_at(Pose2(0.3, 0.1, 0.4), mount=Pose2(0.2, 0.05, 0.1))
+    field = tiles.dense(endpoint.field(0))
+    rows, cols = field.shape
+    found = []
+    for pose in [(0.3, 0.1, 0.4), *np.random.default_rng(2).normal(size=(20, 3))]:
+        near = free = 0
+        for point in transform_points(Pose2.of(pose), scan.points):
+            row, col = naive.cell(point - tiles.origin, 0.05)
+            inside = 0 <= row < rows and 0 <= col < cols
+            value = field[row, col] if inside else math.log(0.9 * 0.2 + 0.1)
+            near += value > math.log(0.9 * 0.4 + 0.1)
+            free += value < math.log(0.9 * 0.1 + 0.1)
+        n = len(scan.points)
+        found.append(endpoint.shares(scan, Pose2.of(pose)))
+        assert found[-1] == pytest.approx((near / n, free / n))
+    assert found[0][0] > 0.95
+    assert found[0][1] < 0.02
+    assert max(free for _, free in found) > 0.3
+    assert endpoint.shares(scan, Pose2(500.0)) == (0.0, 0.0)
+    assert endpoint.shares(beam(math.nan), Pose2()) == (0.0, 0.0)

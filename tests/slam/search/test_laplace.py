@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from slam.geometry import Pose2
-from slam.search.laplace import STEPS, laplace
+from slam.search.laplace import STEPS, laplace, wide_information
 from tests.slam.search.maps import room, view
 from tests.slam.search.objectives import Plain
 from tests.slam.worlds import beam
@@ -56,6 +56,17 @@ def test_a_saddle_holds_none_where_it_bends_up() -> None:
         return x**2 - y**2 - theta**2
 
     np.testing.assert_allclose(found(saddle)[1], np.diag([0.0, 2.0, 2.0]), atol=1e-9)
+
+
+def test_where_it_levels_off_no_two_axes_are_bound_together() -> None:
+    """A likelihood of the distance alone says nothing of a direction."""
+
+    def bell(errors):
+        return 4.0 * np.exp(-0.02 * np.square(errors).sum(axis=1))
+
+    information = wide_information(Shape(bell), beam(1.0), POSE) * np.outer(STEPS, STEPS)
+    assert information[0, 0] > 0.1
+    np.testing.assert_allclose(information, information[0, 0] * np.eye(3), atol=1e-6)
 
 
 def test_more_weight_of_the_beams_is_more_information() -> None:

@@ -1,0 +1,257 @@
+"""Graph SLAM: local maps that are each right, and a graph that says how they lie to each other.
+
+Konolige et al. (2010) and Hess et al. (2016) lay out the scheme; here every local map is mapped by
+maximum likelihood SLAM, and the whole one is of any map model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from slam.adaptive_odometry import AdaptiveOdometry
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.checked import positive_number, whole_number
+from slam.geometry import Array, Pose2, compose
+from slam.graph.chain import chained
+from slam.graph.local_map import LocalMap
+from slam.graph.loops import Loops, Matcher
+from slam.graph.pose_graph import Edge, PoseGraph
+from slam.graph.whole_map import WholeMap
+from slam.grid import OccupancyGrid
+from slam.interface import Estimate, MapModel, Motion, Perception, Search
+from slam.maps.static import Static
+from slam.perception.endpoint import Endpoint
+from slam.scan import Scan
+from slam.search.correlative import Correlative
+
+FEWEST = 12  # keyframes of a stretch, where scans are far apart
+NEAR = 6.0  # m between the middles of two local maps, beyond which they are not matched
+DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: of a stretch, beyond what it
+# knows of its errors
+
+
+class GraphSlam:
+    """Maps stretch after stretch of the way; where two show the same place, all are laid anew.
+
+    Each stretch has a frame of its own, in which nothing is ever revised. The graph's poses are
+    those frames, its edges where one stretch begins in the one before, and the loops: matches of a
+    finished stretch with older ones, as far around as the surest chain of edges leaves in doubt.
+    After a loop the graph is optimised, with a kernel that switches off what the rest contradicts.
+
+    Every update does one piece of that work at most (a match, or a step of the optimisation), so
+    that none takes long; where the stretches follow too quickly for that, what is left of the one
+    before is done at once. `finish` does what is left at the end.
+
+    grid        makes the whole map: the memory of what the cells have been
+    local       makes the map of a stretch: a few metres, in which little changes
+    stretch     m of way in a local map
+    seeds       keyframes that a local map begins with, the last ones of the one before
+    candidates  older local maps that a finished one is matched with at most
+    """
+
+    def __init__(
+        self,
+        start: Pose2 = Pose2(),
+        rng: np.random.Generator | None = None,
+        *,
+        grid: Callable[[], MapModel] = Static,
+        local: Callable[[], MapModel] = Static,
+        perception: Callable[[], Perception] = Endpoint,
+        motion: Motion | None = None,
+        search: Search | None = None,
+        loops: Loops | None = None,
+        stretch: float = 4.0,
+        seeds: int = 15,
+        candidates: int = 5,
+    ):
+        positive_number("stretch", stretch)
+        whole_number("seeds", seeds, 0)
+        whole_number("candidates", candidates, 0)
+        self.rng = np.random.default_rng(0) if rng is None else rng
+        self.grid = grid
+        self.local = local
+        self.perception = perception
+        self.motion = AdaptiveOdometry() if motion is None else motion
+        self.search = Correlative() if search is None else search
+        self.loops = Loops() if loops is None else loops
+        self.stretch = stretch
+        self.seeds = seeds
+        self.candidates = candidates
+        self.pose = start
+        self.graph = PoseGraph(np.array([start]))
+        self.places: list[LocalMap] = []
+        self._front: MaximumLikelihood | None = None
+        self._sure = np.zeros((3, 3))  # covariance of the present stretch's frame, in that frame
+        self._matcher = Matcher(self.loops)
+        self._whole = WholeMap(grid)
+        self._numbers: list[int] = []  # of the stretch, and the pose in it, for every update
+        self._locals: list[Pose2] = []
+        self._work: deque[Iterator[None]] = deque()
+        self._revisions = 0
+        self._finished = 0  # keyframes that there were when there were no more scans
+
+    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+        """Find the pose in the present stretch, and do a piece of what loops ask for."""
+        estimate = self._located(motion, scan)
+        revised = self._work_on()
+        self._numbers.append(len(self.places) - 1)
+        self._locals.append(estimate.pose)
+        frame = Pose2.of(self.graph.poses[-1])
+        self.pose = frame @ estimate.pose
+        return estimate._replace(
+            pose=self.pose, covariance=self._in_world(estimate, frame), revised=revised
+        )
+
+    def finish(self) -> None:
+        """No more scans come: do what was put off, and look for loops of the last stretch."""
+        keyframes = sum(len(place.keyframes) for place in self.places)
+        if keyframes > self._finished:
+            self._work.append(self._close(len(self.places) - 1))
+            self._finished = keyframes
+        while self._work:
+            self._do(self._work[0])
+        self._whole = WholeMap(self.grid)  # whatever was drawn on the way
+        if self._locals:
+            self.pose = Pose2.of(self.graph.poses[self._numbers[-1]]) @ self._locals[-1]
+
+    def trajectory(self) -> Array:
+        """(n, 3) the pose of every update so far, as believed now."""
+        if not self._locals:
+            return np.zeros((0, 3))
+        return compose(self.graph.poses[self._numbers], np.array(self._locals))
+
+    def map(self) -> OccupancyGrid:
+        """The scans of all stretches, where they are believed now to have been taken."""
+        return self._whole.map(self.places, self.graph.poses)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all maps at hand: the present stretch's, those ready to match with, the whole
+        one. The keyframes' scans come on top."""
+        front = self._front.grid.cells.tiles.nbytes if self._front is not None else 0
+        return front + self._matcher.nbytes + self._whole.nbytes
+
+    # -- the present stretch -------------------------------------------------------------------
+
+    def _located(self, motion: Pose2, scan: Scan) -> Estimate:
+        """The pose in the present stretch; a new one begins where this is long enough."""
+        if self._front is None:
+            self.graph.poses = np.array([self.pose @ motion])
+            return self._begin(LocalMap((), scan))
+        before = self._front.keyframe
+        estimate = self._front.update(motion, scan)
+        if self._front.keyframe is before:
+            return estimate
+        place = self.places[-1]
+        if place.way < self.stretch or len(place.keyframes) < FEWEST:
+            place.add(scan, estimate.pose)
+            return estimate
+        if isinstance(self._front.perception, Endpoint):
+            self._matcher.keep(place, self._front.grid, self._front.perception)
+        self._append(estimate)
+        self._work.append(self._close(len(self.places) - 1))
+        return self._begin(place.following(scan, estimate.pose, self.seeds), estimate.score)
+
+    def _begin(self, place: LocalMap, score: float = 0.0) -> Estimate:
+        self._front = MaximumLikelihood(
+            rng=self.rng, grid=self.local(), perception=self.perception(),
+            motion=self.motion, search=self.search,
+        )  # fmt: skip
+        for scan, pose in place:
+            self._front.remember(scan, pose, score)
+        self.places.append(place)
+        return self._front.keyframe
+
+    def _append(self, estimate: Estimate) -> None:
+        """One more frame in the graph, where the present stretch has led."""
+        frame = Pose2.of(self.graph.poses[-1])
+        turn = _turn(-estimate.pose.theta)
+        covariance = turn @ estimate.covariance @ turn.T + DRIFT
+        last = len(self.graph.poses) - 1
+        self.graph.add_pose(frame @ estimate.pose)
+        information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+        self.graph.edges.append(Edge(last, last + 1, estimate.pose, information))
+        self._sure = turn @ self._carried(estimate) @ turn.T + DRIFT
+
+    def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
+        turn = _turn(frame.theta)
+        return turn @ self._carried(estimate) @ turn.T
+
+    def _carried(self, estimate: Estimate) -> Array:
+        """The covariance of a pose in the present frame, with the frame's own error."""
+        lever = _lever(estimate.pose)
+        return lever @ self._sure @ lever.T + estimate.covariance
+
+    # -- loops ---------------------------------------------------------------------------------
+
+    def _work_on(self) -> bool:
+        """One piece, or all that is left of the stretch before the last. Whether it revised."""
+        before = self._revisions
+        if self._work:
+            self._do(self._work[0])
+        while len(self._work) > 1:
+            self._do(self._work[0])
+        return self._revisions > before
+
+    def _do(self, work: Iterator[None]) -> None:
+        if next(work, DONE) is DONE:
+            self._work.popleft()
+
+    def _close(self, here: int) -> Iterator[None]:
+        """Match stretch `here` with older ones; optimise the graph if any shows the same place."""
+        graph, place = self.graph, self.places[here]
+        panorama = place.panorama()
+        covariances = chained(len(graph.poses), graph.edges, graph.trust(), here)
+        closed = False
+        for other in self._candidates(here, covariances):
+            frame = Pose2.of(graph.poses[other])
+            predicted = frame.between(Pose2.of(graph.poses[here]))
+            lever = _lever(predicted)
+            match = self._matcher.match(
+                self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
+            )
+            if self.loops.believed(match):
+                graph.edges.append(Edge(other, here, match.pose, match.information, loop=True))
+                closed = True
+            yield
+        if closed:
+            yield from self._optimise()
+
+    def _candidates(self, here: int, covariances: Array) -> list[int]:
+        """Older stretches that may show the same place, the likeliest first."""
+        middles = [Pose2.of(self.graph.poses[k]) @ self.places[k].middle() for k in range(here + 1)]
+        apart = np.array(
+            [math.hypot(one.x - middles[-1].x, one.y - middles[-1].y) for one in middles]
+        )
+        spread = np.sqrt(covariances[: here + 1, 0, 0] + covariances[: here + 1, 1, 1])
+        share = apart / (NEAR + self.loops.sigmas * spread)
+        order = np.argsort(share[: max(here - 1, 0)], kind="stable")  # not the one just before
+        return [int(k) for k in order[: self.candidates] if share[k] < 1.0]
+
+    def _optimise(self) -> Iterator[None]:
+        graph = self.graph
+        found = graph.poses
+        for poses in graph.steps():
+            found = poses
+            yield
+        moved = Pose2.of(found[-1]) @ Pose2.of(graph.poses[len(found) - 1]).inverse()
+        graph.poses = np.vstack([found, compose(moved, graph.poses[len(found) :])])
+        self._sure = chained(len(graph.poses), graph.edges, graph.trust(), 0)[-1]
+        self._revisions += 1
+
+
+DONE = object()
+
+
+def _turn(theta: float) -> Array:
+    c, s = math.cos(theta), math.sin(theta)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _lever(pose: Pose2) -> Array:
+    """(3, 3) the error at a pose by the error of the frame that it is given in."""
+    return np.array([[1.0, 0.0, -pose.y], [0.0, 1.0, pose.x], [0.0, 0.0, 1.0]])

@@ -1,0 +1,142 @@
+"""Where points fit a map best, in a window metres wide: branch and bound (Hess et al. 2016)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from slam.geometry import Array, Pose2
+from slam.perception.endpoint import Endpoint
+from slam.tiles import Tiles
+
+CELL = 2  # cells of the map; the side of a candidate's
+LEVELS = 6  # squares of 1, 2, 4, ... 32 candidates share a bound
+TURN = math.radians(0.5)  # between candidates
+POINTS = 150  # of the cloud that are looked at
+
+
+class GlobalSearch:
+    """A map made ready for the search: maxima of its field over squares of 1, 2, 4, ... cells.
+
+    The field is that of an `Endpoint`; its cells here are CELL times as wide, each the maximum of
+    what it holds.
+    """
+
+    def __init__(self, tiles: Tiles, reading: Endpoint):
+        field = tiles.dense(reading.field())
+        rows, cols = field.shape
+        coarse = field.reshape(rows // CELL, CELL, cols // CELL, CELL).max(axis=(1, 3))
+        self._pad = 1 << (LEVELS - 1)
+        self._unknown = np.float32(reading.unknown)
+        padded = np.pad(coarse, self._pad, constant_values=self._unknown)
+        self._maxima = _maxima(padded, LEVELS, self._unknown)
+        self._origin, self._cell = np.array(tiles.origin), CELL * tiles.resolution
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the maxima."""
+        return self._maxima.nbytes
+
+    def best(self, points: Array, around: Pose2, reach: Array) -> Pose2:
+        """The pose within `reach` (3,), m and rad, of `around` from where the points (n, 2) fit
+        best."""
+        n = max(math.ceil(reach[2] / TURN), 0)
+        turns = np.array(sorted(range(-n, n + 1), key=abs)) * TURN + around.theta
+        window = np.ceil(reach[:2] / self._cell).astype(np.int64)
+        every = np.linspace(0, len(points) - 1, min(len(points), POINTS)).astype(np.int64)
+        middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
+        turn, row, col = _search(
+            self._maxima, points[every] / self._cell, turns, middle, window, self._unknown
+        )
+        x, y = around.x + col * self._cell, around.y + row * self._cell
+        return Pose2(x, y, math.remainder(turns[turn], math.tau))
+
+
+@njit(cache=True)
+def _maxima(field, levels, unknown):
+    """(levels, rows, cols) the maximum over 1 << level cells from each cell on, up and right."""
+    rows, cols = field.shape
+    result = np.empty((levels, rows, cols), np.float32)
+    result[0] = field
+    for level in range(1, levels):
+        step = 1 << (level - 1)
+        for r in range(rows):
+            for c in range(cols):
+                top = result[level - 1, r, c]
+                right = result[level - 1, r, c + step] if c + step < cols else unknown
+                above = result[level - 1, r + step, c] if r + step < rows else unknown
+                far = unknown
+                if c + step < cols and r + step < rows:
+                    far = result[level - 1, r + step, c + step]
+                result[level, r, c] = max(max(top, right), max(above, far))
+    return result
+
+
+@njit(cache=True)
+def _search(maxima, points, turns, middle, window, unknown):
+    """Turn, row and column of the best candidate; depth first, the best node first."""
+    levels, n = len(maxima), len(points)
+    rows, cols = np.empty((len(turns), n), np.int32), np.empty((len(turns), n), np.int32)
+    for t in range(len(turns)):
+        c, s = np.cos(turns[t]), np.sin(turns[t])
+        for k in range(n):
+            cols[t, k] = int(np.floor(middle[0] + c * points[k, 0] - s * points[k, 1]))
+            rows[t, k] = int(np.floor(middle[1] + s * points[k, 0] + c * points[k, 1]))
+    side = 1 << (levels - 1)
+    wide, high = (2 * window[0]) // side + 1, (2 * window[1]) // side + 1
+    nodes = np.empty((len(turns) * wide * high, 3), np.int64)
+    bounds = np.empty(len(nodes), np.float32)
+    m = 0
+    for t in range(len(turns)):
+        for i in range(high):
+            for j in range(wide):
+                nodes[m, 0] = t
+                nodes[m, 1], nodes[m, 2] = i * side - window[1], j * side - window[0]
+                bounds[m] = _sum(maxima[levels - 1], rows[t], cols[t], nodes[m, 1], nodes[m, 2],
+                                 unknown)  # fmt: skip
+                m += 1
+    order = np.argsort(-bounds, kind="mergesort")
+    best, place = np.float32(-np.inf), np.zeros(3, np.int64)
+    stack, tops = np.empty((4 * levels, 4), np.int64), np.empty(4 * levels, np.float32)
+    four = np.empty(4, np.float32)
+    for o in order:
+        if bounds[o] <= best:
+            break
+        stack[0, 0], stack[0, 1:], tops[0] = levels - 1, nodes[o], bounds[o]
+        depth = 1
+        while depth:
+            depth -= 1
+            level, t, i, j = stack[depth]
+            if tops[depth] <= best:
+                continue
+            if level == 0:
+                best = tops[depth]
+                place[0], place[1], place[2] = t, i, j
+                continue
+            half = 1 << (level - 1)
+            for q in range(4):
+                a, b = i + half * (q // 2), j + half * (q % 2)
+                four[q] = -np.inf
+                if a <= window[1] and b <= window[0]:
+                    four[q] = _sum(maxima[level - 1], rows[t], cols[t], a, b, unknown)
+            for q in np.argsort(four):
+                if four[q] > best:
+                    stack[depth, 0], stack[depth, 1] = level - 1, t
+                    stack[depth, 2] = i + half * (q // 2)
+                    stack[depth, 3] = j + half * (q % 2)
+                    tops[depth] = four[q]
+                    depth += 1
+    return place[0], place[1], place[2]
+
+
+@njit(cache=True)
+def _sum(maxima, rows, cols, i, j, unknown):
+    high, wide = maxima.shape
+    total = np.float32(0.0)
+    for k in range(len(rows)):
+        r, c = rows[k] + i, cols[k] + j
+        inside = 0 <= r < high and 0 <= c < wide
+        total += maxima[r, c] if inside else unknown
+    return total

@@ -1,0 +1,136 @@
+"""Loops: how two local maps lie to each other, if they show the same place."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.checked import positive
+from slam.geometry import Array, Pose2
+from slam.graph.global_search import GlobalSearch
+from slam.graph.local_map import LocalMap
+from slam.interface import MapModel, Posterior
+from slam.maps.static import Static
+from slam.motion import Prediction
+from slam.perception.endpoint import Endpoint
+from slam.scan import Scan
+from slam.search.gauss_newton import GaussNewton
+from slam.search.laplace import wide_information
+
+MOST_BYTES = 100_000_000  # of the maps that are kept ready, the last one aside
+LOOSE = np.array([0.3, 0.3, 0.1])  # m, m, rad: what holds a match where the map leaves it free
+
+
+class Match(NamedTuple):
+    """Where a panorama was taken, in the frame of a local map.
+
+    pose          of the panorama's frame
+    information   (3, 3) about it, in the panorama's frame
+    explained     share of the echoes where something stands in the local map
+    contradicted  share of the echoes where it is free
+    """
+
+    pose: Pose2
+    information: Array
+    explained: float
+    contradicted: float
+
+
+@dataclass(frozen=True)
+class Loops:
+    """How loops are looked for, and which are believed.
+
+    sigmas        how many standard deviations around the prediction are searched
+    least         m, m, rad: so far is searched in any case
+    farthest      m, m, rad: farther is never
+    explained     share of the echoes at least that the other local map must explain
+    contradicted  share of the echoes at most that may lie where it is free: doors move
+    floor         m, m, rad: standard deviations of what a match does not know of its error
+    refine        climbs from the best candidate to the top of its peak
+    """
+
+    sigmas: float = 3.0
+    least: tuple[float, float, float] = (0.15, 0.15, math.radians(2.0))
+    farthest: tuple[float, float, float] = (8.0, 8.0, math.radians(45.0))
+    explained: float = 0.45
+    contradicted: float = 0.2
+    floor: tuple[float, float, float] = (0.02, 0.02, math.radians(0.3))
+    refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
+
+    def __post_init__(self) -> None:
+        positive(self, "sigmas", "explained", "contradicted")
+
+    def believed(self, match: Match) -> bool:
+        """Whether the two show the same place."""
+        return match.explained >= self.explained and match.contradicted <= self.contradicted
+
+
+class Ready:
+    """A local map that can be matched with."""
+
+    def __init__(self, grid: MapModel, reading: Endpoint):
+        self.grid = grid
+        self.reading = reading
+
+    @cached_property
+    def search(self) -> GlobalSearch:
+        """Of the map as it is when it is first asked for."""
+        return GlobalSearch(self.grid.cells.tiles, self.reading)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the map, and of what is searched in it."""
+        searched = self.search.nbytes if "search" in self.__dict__ else 0
+        return self.grid.cells.tiles.nbytes + searched
+
+
+class Matcher:
+    """Matches panoramas with local maps. Those used last are kept ready, the others made again."""
+
+    def __init__(self, loops: Loops):
+        self._loops = loops
+        self._ready: OrderedDict[LocalMap, Ready] = OrderedDict()
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of what is kept ready."""
+        return sum(ready.nbytes for ready in self._ready.values())
+
+    def keep(self, place: LocalMap, grid: MapModel, reading: Endpoint) -> None:
+        """The map of `place`, which somebody made already."""
+        self._ready[place] = Ready(grid, reading)
+        while len(self._ready) > 1 and self.nbytes > MOST_BYTES:
+            self._ready.popitem(last=False)
+
+    def match(self, place: LocalMap, scan: Scan, predicted: Pose2, covariance: Array) -> Match:
+        """Where a panorama was taken, near where it is predicted, with (3, 3) `covariance`."""
+        loops = self._loops
+        reach = loops.sigmas * np.sqrt(np.diag(covariance))
+        reach = np.clip(reach, loops.least, loops.farthest)
+        if place not in self._ready:
+            grid, reading = Static(), Endpoint()
+            for one, pose in place:
+                reading.refresh(grid, grid.integrate(one, pose))
+            self.keep(place, grid, reading)
+        self._ready.move_to_end(place)
+        ready = self._ready[place]
+        start = ready.search.best(scan.points, predicted, reach)
+        posterior = Posterior(ready.reading, scan, Prediction(start, Pose2(), LOOSE))
+        pose = loops.refine.climb(posterior, start)
+        information = wide_information(ready.reading, scan, pose)
+        shares = ready.reading.shares(scan, pose)
+        return Match(pose, self._tempered(information, pose.theta), *shares)
+
+    def _tempered(self, information: Array, heading: float) -> Array:
+        """The information in the frame of the pose, its error widened by the floor:
+        (I^-1 + F)^-1 = (1 + I F)^-1 I, which can be had where I has no inverse."""
+        c, s = math.cos(heading), math.sin(heading)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        own = turn.T @ information @ turn
+        wider = np.linalg.solve(np.eye(3) + own * np.square(self._loops.floor), own)
+        return 0.5 * (wider + wider.T)

@@ -1,0 +1,334 @@
+"""Graph SLAM around a block: it closes the loop, and whatever else is asked changes nothing."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from slam.algorithms.graph_slam import FEWEST, GraphSlam
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.benchmark.run import run, true_start
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Pose2, compose
+from slam.graph.loops import Loops
+from slam.interface import Revising
+from slam.maps.histogram import Histogram
+from slam.maps.static import Static
+from slam.perception.beam import Beam
+from slam.scan import Scan
+from tests.slam.graph.graphs import error
+from tests.slam.graph.test_chain import along
+from tests.slam.rings import drive, off
+from tests.slam.worlds import FAN, scan_at
+
+NONE = Loops(explained=2.0)  # more than all: no loop is believed
+
+
+def driven() -> Episode:
+    return drive(2.0, reach=3.0)
+
+
+def paired(episode: Episode):
+    return zip(episode.motions(), episode.scans, strict=True)
+
+
+@cache
+def finished():
+    """A SLAM at the end of the drive, its estimates, and the trajectory after each of them."""
+    robot, estimates, trajectories = GraphSlam(), [], []
+    for motion, scan in paired(driven()):
+        estimates.append(robot.update(motion, scan))
+        trajectories.append(robot.trajectory())
+    robot.finish()
+    return robot, estimates, trajectories
+
+
+def state(robot: GraphSlam) -> list[bytes]:
+    grid = robot.map()
+    return [
+        robot.trajectory().tobytes(), robot.graph.poses.tobytes(), np.array(robot.pose).tobytes(),
+        robot.graph.trust().tobytes(), grid.occupied.tobytes(), grid.observed.tobytes(),
+    ]  # fmt: skip
+
+
+# -- loops -------------------------------------------------------------------------------------
+
+
+def test_loops_are_closed() -> None:
+    robot, estimates, _ = finished()
+    online = [estimate.pose for estimate in estimates]
+    believed = [edge for edge, trust in zip(robot.graph.edges, robot.graph.trust(), strict=True)
+                if edge.loop and trust > 0.5]  # fmt: skip
+    assert len(believed) >= 3
+    assert sum(estimate.revised for estimate in estimates) >= 2
+    without = run(MaximumLikelihood(), driven())
+    found = off(robot.trajectory(), driven())
+    assert found.max() < 0.4
+    assert found.max() < 0.5 * off(without.poses, driven()).max()
+    assert found.max() < 0.5 * off(online, driven()).max()
+    assert found.max() < 0.1 * off(driven().odometry.poses, driven()).max()
+
+
+def test_where_none_is_believed_there_are_none() -> None:
+    done = run(robot := GraphSlam(loops=NONE), driven())
+    assert not any(edge.loop for edge in robot.graph.edges)
+    np.testing.assert_allclose(done.poses, done.online, atol=1e-9)
+    assert len(robot.places) == len(robot.graph.poses) == len(robot.graph.edges) + 1 > 5
+    assert len(run(robot := GraphSlam(candidates=0), driven()).poses)
+    assert not any(edge.loop for edge in robot.graph.edges)
+
+
+def test_a_loop_joins_stretches_that_are_not_neighbours() -> None:
+    for edge in finished()[0].graph.edges:
+        assert edge.second > edge.first + 1 if edge.loop else edge.second == edge.first + 1
+
+
+def test_what_was_added_while_poses_were_looked_for_moves_with_the_last_of_them() -> None:
+    robot, later = GraphSlam(stretch=1.0), 0
+    for given in paired(driven()):
+        stretches = len(robot.places)
+        revised = robot.update(*given).revised
+        if revised and 1 < len(robot.places) > stretches:
+            last = [edge for edge in robot.graph.edges if not edge.loop][-1]
+            assert last.second == len(robot.graph.poses) - 1
+            np.testing.assert_allclose(error(last, robot.graph.poses), 0.0, atol=1e-9)
+            later += 1
+    assert later >= 3
+
+
+def test_a_match_is_looked_for_as_far_as_the_chain_leaves_in_doubt() -> None:
+    """The covariance of where the panorama is predicted, along the axes of the other stretch."""
+    robot, asked = GraphSlam(loops=NONE), []
+    match = robot._matcher.match
+
+    def noting(place, scan, predicted, covariance):
+        asked.append((robot.places.index(place), predicted, covariance))
+        return match(place, scan, predicted, covariance)
+
+    robot._matcher.match = noting  # pyright: ignore
+    for given in paired(driven()):
+        robot.update(*given)
+    robot.finish()
+    assert len(asked) > 5
+    for other, predicted, covariance in asked:
+        frame = Pose2.of(robot.graph.poses[other])
+        off = [
+            tuple(frame.between(Pose2.of(pose)).between(predicted)) for pose in robot.graph.poses
+        ]
+        here = int(np.abs(off).sum(axis=1).argmin())
+        assert here > other + 1
+        assert tuple(off[here]) == pytest.approx((0, 0, 0), abs=1e-9)
+        own = along([(edge, True) for edge in robot.graph.edges[other:here]])
+        c, s = math.cos(predicted.theta), math.sin(predicted.theta)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        np.testing.assert_allclose(covariance, turn @ own @ turn.T, rtol=1e-3, atol=1e-7)
+
+
+def test_stretches_are_as_long_as_asked_and_begin_with_seeds() -> None:
+    robot = GraphSlam(stretch=2.0, seeds=4, loops=NONE)
+    run(robot, drive(1.0, reach=3.0))
+    *all_but_last, last = robot.places
+    assert len(all_but_last) >= 8
+    assert all(2.0 <= place.way < 2.3 for place in all_but_last)
+    assert last.way < 2.3
+    assert [len(place.seeds) for place in robot.places] == [0] + [4] * len(all_but_last)
+    for before, after in zip(all_but_last, robot.places[1:], strict=True):
+        assert [one.scan for one in after.seeds] == [one.scan for one in list(before)[-4:]]
+
+
+def test_any_reading_closes_loops() -> None:
+    """The one of the front has no field to be searched in."""
+    robot = GraphSlam(perception=Beam)
+    done = run(robot, drive(1.3, reach=6.0))
+    assert any(edge.loop for edge in robot.graph.edges)
+    assert off(done.poses, drive(1.3, reach=6.0)).max() < 0.3
+
+
+# -- what is said, and what is believed later --------------------------------------------------
+
+
+def test_the_trajectory_ends_where_the_robot_is() -> None:
+    robot, estimates, trajectories = finished()
+    for k, (estimate, trajectory) in enumerate(zip(estimates, trajectories, strict=True)):
+        assert trajectory.shape == (k + 1, 3)
+        assert trajectory[-1] == pytest.approx(np.array(estimate.pose), abs=1e-9)
+    assert robot.trajectory()[-1] == pytest.approx(np.array(robot.pose), abs=1e-9)
+
+
+def test_what_was_put_off_till_the_end_moves_the_robot_too() -> None:
+    robot, episode = GraphSlam(), drive(2.0, reach=2.5)
+    last = [robot.update(*given).pose for given in paired(episode)][-1]
+    robot.finish()
+    assert tuple(robot.pose) == pytest.approx(robot.trajectory()[-1], abs=1e-9)
+    assert math.dist(robot.pose[:2], last[:2]) > 0.1
+
+
+def test_it_says_so_when_it_revises() -> None:
+    _, estimates, trajectories = finished()
+    for k in range(1, len(estimates)):
+        same = np.abs(trajectories[k][:-1] - trajectories[k - 1]).max() < 1e-12
+        assert estimates[k].revised != same
+    assert not estimates[0].revised
+
+
+def test_estimates_are_sane() -> None:
+    _, estimates, _ = finished()
+    for estimate in estimates:
+        assert np.isfinite([*estimate.pose, estimate.score]).all()
+        assert abs(estimate.pose.theta) <= math.pi
+        np.testing.assert_allclose(estimate.covariance, estimate.covariance.T, atol=1e-12)
+        assert np.linalg.eigvalsh(estimate.covariance).min() >= -1e-12
+
+
+def test_a_stretch_begins_with_the_score_of_its_match() -> None:
+    robot, matched = GraphSlam(loops=NONE), []
+    for motion, scan in paired(driven()):
+        stretches = len(robot.places)
+        estimate = robot.update(motion, scan)
+        if 0 < stretches < len(robot.places):
+            matched.append(estimate.score)
+            assert robot.update(Pose2(), scan).score == estimate.score  # which stood still
+    assert len(matched) > 5
+    assert all(score < 0.0 for score in matched)
+
+
+def test_it_becomes_less_sure_along_the_way_and_surer_with_a_loop() -> None:
+    _, estimates, _ = finished()
+    spread = [math.sqrt(np.trace(estimate.covariance[:2, :2])) for estimate in estimates]
+    assert spread[200] > 1.5 * spread[60] > 0
+    revised = [k for k, estimate in enumerate(estimates) if estimate.revised]
+    assert any(spread[k] < 0.8 * spread[k - 1] for k in revised)
+
+
+def test_the_errors_are_as_large_as_it_says() -> None:
+    """Within a few standard deviations, most of the time."""
+    _, estimates, _ = finished()
+    truth = driven().truth
+    assert truth is not None
+    within = []
+    for estimate, pose in zip(estimates[20:], truth.poses[20:], strict=True):
+        error = np.array(estimate.pose)[:2] - pose[:2]
+        scaled = error @ np.linalg.solve(estimate.covariance[:2, :2], error)
+        within.append(scaled < 4.0**2)
+    assert np.mean(within) > 0.6
+
+
+# -- the same, whatever is asked in between ----------------------------------------------------
+
+
+def asked(program, **parts) -> GraphSlam:
+    robot = GraphSlam(**parts)
+    for k, (motion, scan) in enumerate(paired(driven())):
+        robot.update(motion, scan)
+        if k % program[0] == program[0] - 1:
+            robot.map()
+        if k % program[1] == 0:
+            robot.trajectory()
+    robot.finish()
+    return robot
+
+
+@pytest.mark.parametrize("program", [(1000, 1000), (97, 3), (41, 1)])
+@pytest.mark.parametrize("grid", [Static, Histogram])
+def test_what_is_asked_on_the_way_changes_nothing(program, grid) -> None:
+    assert state(asked(program, grid=grid)) == state(asked((999, 999), grid=grid))
+
+
+def test_the_map_of_stretches_that_hardly_moved_is_drawn_anew_at_the_end() -> None:
+    episode, found = drive(2.0, reach=6.0, bias=0.02, seed=2), []
+    for every in (1000, 7):
+        robot = GraphSlam()
+        for k, given in enumerate(paired(episode)):
+            robot.update(*given)
+            if k % every == every - 1:
+                robot.map()
+        robot.finish()
+        found.append(state(robot))
+    assert found[0] == found[1]
+
+
+def test_finishing_twice_is_finishing_once() -> None:
+    robot = asked((1000, 1000))
+    before = state(robot)
+    robot.finish()
+    assert state(robot) == before
+
+
+def test_the_map_is_that_of_all_stretches_where_they_lie_now() -> None:
+    robot = asked((50, 1000), grid=Histogram)
+    grid = Histogram()
+    for place, frame in zip(robot.places, robot.graph.poses, strict=True):
+        for scan, pose in place.keyframes:
+            grid.integrate(scan, Pose2.of(frame) @ pose)
+    expected, found = grid.cells.grid(), robot.map()
+    assert found.spec == expected.spec
+    np.testing.assert_array_equal(found.occupied, expected.occupied)
+    np.testing.assert_array_equal(found.observed, expected.observed)
+
+
+def test_it_goes_on_after_it_was_finished() -> None:
+    robot, scans = asked((1000, 1000)), driven().scans
+    before = robot.trajectory()
+    estimate = robot.update(Pose2(0.1), scans[-1])
+    assert len(robot.trajectory()) == len(before) + 1
+    np.testing.assert_array_equal(robot.trajectory()[:-1], before)
+    assert math.dist(estimate.pose[:2], before[-1, :2]) < 0.3
+
+
+# -- odd starts --------------------------------------------------------------------------------
+
+
+def test_before_the_first_scan_there_is_nothing() -> None:
+    robot = GraphSlam(Pose2(1.0, 2.0, 3.0))
+    assert isinstance(robot, Revising)
+    robot.finish()
+    assert robot.trajectory().shape == (0, 3)
+    assert robot.map().observed.sum() == 0
+    assert robot.pose == Pose2(1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (-2.0, 1.0, 3.0)])
+@pytest.mark.parametrize("motion", [(0.0, 0.0, 0.0), (0.7, -0.3, 1.0)])
+def test_of_one_scan_it_has_the_pose_to_which_the_odometry_leads(start, motion) -> None:
+    robot = GraphSlam(Pose2(*start))
+    estimate = robot.update(Pose2(*motion), scan_at(Pose2()))
+    robot.finish()
+    expected = compose(start, motion)
+    assert np.array(estimate.pose) == pytest.approx(expected, abs=1e-9)
+    assert robot.trajectory() == pytest.approx(expected[None], abs=1e-9)
+    single = MaximumLikelihood(Pose2(*start))
+    single.update(Pose2(*motion), scan_at(Pose2()))
+    assert (robot.map().observed == single.map().observed).mean() > 0.999
+
+
+@pytest.mark.parametrize("fill", [math.nan, math.inf])
+def test_without_any_echo_the_odometry_leads(fill: float) -> None:
+    robot, pose = GraphSlam(stretch=0.5, seeds=2), Pose2()
+    for k in range(120):
+        motion = Pose2(0.1, 0.0, 0.15)  # in circles
+        pose = pose @ motion
+        estimate = robot.update(motion, Scan(np.full(len(FAN), fill), FAN, 6.0, time=0.2 * k))
+        assert np.isfinite(estimate.covariance).all()
+    robot.finish()
+    assert len(robot.places) > 8
+    assert {len(place.keyframes) for place in robot.places[:-1]} == {FEWEST}
+    assert not any(edge.loop for edge in robot.graph.edges)
+    assert tuple(robot.pose) == pytest.approx(tuple(pose), abs=1e-6)
+
+
+def test_an_elsewhere_begun_drive_is_the_same_elsewhere() -> None:
+    episode, start = driven(), Pose2(30.0, -20.0, 0.0)  # by whole tiles: nothing is rounded anew
+    here = run(GraphSlam(true_start(episode)), episode).poses
+    there = run(GraphSlam(start @ true_start(episode)), episode).poses
+    np.testing.assert_allclose(there, compose(start, here), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"stretch": 0.0}, {"stretch": math.nan}, {"seeds": -1}, {"seeds": 1.5}, {"candidates": -1}],
+)
+def test_parts_are_checked(wrong) -> None:
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        GraphSlam(**wrong)

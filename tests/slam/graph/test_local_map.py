@@ -1,0 +1,96 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slam.geometry import Pose2, transform_points
+from slam.graph.local_map import CELL, SIZE, LocalMap
+from slam.scan import Scan
+from tests.slam.worlds import FAN, beam, scan_at
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_map(rng, n: int) -> LocalMap:
+    place = LocalMap((), beam(1.0, 0.0))
+    for k in range(1, n):
+        place.add(beam(1.0 + k, float(k)), Pose2.of(rng.normal(0, 1, 3)))
+    return place
+
+
+@settings(max_examples=30)
+@given(seeds, st.integers(1, 6), st.integers(0, 9))
+def test_seeds_of_the_next_lie_where_they_lay(seed: int, n: int, seeds: int) -> None:
+    """Twice, so that seeds become seeds again."""
+    rng = np.random.default_rng(seed)
+    place = random_map(rng, n)
+    before = [(one.scan, one.pose) for one in place]
+    frame = Pose2()
+    for time in (100.0, 200.0):
+        pose = Pose2.of(rng.normal(0, 2, 3))
+        scan = beam(2.0, time)
+        following = place.following(scan, pose, seeds)
+        frame = frame @ pose
+        expected = before[max(len(before) - seeds, 0) :]
+        assert len(following.seeds) == len(expected)
+        for one, (known, where) in zip(following.seeds, expected, strict=True):
+            assert one.scan is known
+            assert tuple(where.between(frame @ one.pose)) == pytest.approx((0, 0, 0), abs=1e-9)
+        assert [(one.scan, one.pose) for one in following.keyframes] == [(scan, Pose2())]
+        assert following.way == 0.0
+        assert [one.scan for one in following] == [one for one, _ in expected] + [scan]
+        before = [*expected, (scan, frame)]
+        place = following
+
+
+def test_the_way_is_that_of_its_own_keyframes() -> None:
+    place = LocalMap((), beam(1.0)).following(beam(1.0), Pose2(5.0, 5.0, 1.0), 3)
+    for pose in (Pose2(3.0, 4.0, 1.0), Pose2(3.0, 4.0, 2.0), Pose2(3.0, 2.0, 0.0)):
+        place.add(beam(1.0), pose)
+    assert place.way == pytest.approx(7.0)
+    assert place.middle() == pytest.approx((9 / 4, 10 / 4, 0.0))
+
+
+@settings(max_examples=20, deadline=None)
+@given(seeds, st.integers(1, 5))
+def test_a_panorama_is_what_its_own_keyframes_saw_thinned_out(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    place = LocalMap((), scan_at(Pose2())).following(scan_at(Pose2(0.3)), Pose2(0.3), 1)
+    for _ in range(1, n):
+        pose = Pose2.of(rng.normal(0, 0.3, 3))
+        mount = Pose2(0.1, 0.05, 0.2)
+        place.add(scan_at(Pose2(0.3) @ pose, mount=mount), pose)
+    every = [transform_points(one.pose, one.scan.points) for one in place.keyframes]
+    points, found = np.concatenate(every), place.panorama()
+    off = np.abs(found.points[:, None] - points).max(axis=2)
+    assert off.min(axis=1).max() < 1e-9
+    squares = {tuple(square) for square in np.floor(points / CELL).astype(int).tolist()}
+    chosen = points[off.argmin(axis=1)]
+    taken = [tuple(square) for square in np.floor(chosen / CELL).astype(int).tolist()]
+    assert len(set(taken)) == len(taken) == min(len(squares), SIZE)
+    assert found.hit.all()
+    assert found.mount == Pose2()
+
+
+def test_a_panorama_of_much_keeps_of_all_around() -> None:
+    rng, place = np.random.default_rng(0), LocalMap((), scan_at(Pose2()))
+    for _ in range(10):
+        place.add(Scan(rng.uniform(1.0, 5.0, 360), np.linspace(-3, 3, 360), 6.0), Pose2())
+    found = place.panorama().points
+    assert len(found) == SIZE
+    every = np.concatenate([one.scan.points for one in place.keyframes])
+    for low in np.arange(-4.0, 4.0, 0.5):
+        share, kept = (
+            ((points[:, 0] >= low) & (points[:, 0] < low + 0.5)).mean() for points in (every, found)
+        )
+        assert kept == pytest.approx(share, abs=0.03)
+
+
+@pytest.mark.parametrize("fill", [math.nan, math.inf, 0.0])
+def test_a_panorama_of_nothing_has_no_points(fill: float) -> None:
+    place = LocalMap((), Scan(np.full(len(FAN), fill), FAN, 6.0))
+    place.add(Scan(np.full(len(FAN), fill), FAN, 6.0), Pose2(0.1))
+    assert place.panorama().points.shape == (0, 2)
+    assert len(LocalMap((), scan_at(Pose2())).panorama().points) > 50

@@ -1,0 +1,212 @@
+import math
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.graph import loops
+from slam.graph.local_map import LocalMap
+from slam.graph.loops import Loops, Match, Matcher
+from slam.maps.static import Static
+from slam.perception.endpoint import Endpoint
+from slam.scan import Scan
+from tests.slam.worlds import FAN, ROOM, loop, scan_at
+
+OTHER = np.array(
+    [[*a, *b] for a, b in pairwise([(-1.5, -1.0), (0.5, -1.9), (1.0, -0.9), (2.6, -0.9), (1.9, 0.9),
+                                    (2.2, 2.4), (0.1, 1.5), (-0.9, 2.3), (-1.5, -1.0)])]
+)  # fmt: skip
+CORRIDOR = np.array([(-40.0, -1.0, 40.0, -1.0), (-40.0, 1.0, 40.0, 1.0)])
+POSES = [Pose2.of(pose) for pose in loop(40)]
+
+
+def mapped(poses, walls=ROOM, seed=0) -> LocalMap:
+    rng = np.random.default_rng(seed)
+    place = LocalMap((), scan_at(poses[0], walls=walls, rng=rng))
+    for pose in poses[1:]:
+        place.add(scan_at(pose, walls=walls, rng=rng), poses[0].between(pose))
+    return place
+
+
+@cache
+def room() -> LocalMap:
+    return mapped(POSES[:25])
+
+
+HERE = POSES[18:38]
+TRUTH = POSES[0].between(HERE[0])  # of their first, in the frame of the room
+
+
+def about(deviations) -> np.ndarray:
+    return np.diag(np.square(deviations))
+
+
+@pytest.mark.parametrize(
+    "off",
+    [
+        Pose2(),
+        Pose2(0.1, -0.05, 0.02),
+        Pose2(1.9, 0.5, math.radians(20.0)),
+        Pose2(-1.3, 1.5, math.radians(-20.0)),
+        Pose2(0.4, -1.9, math.radians(15.0)),
+    ],
+)
+def test_a_displacement_is_found_from_two_metres_off(off: Pose2) -> None:
+    panorama = mapped(HERE, seed=1).panorama()
+    covariance = about((0.7, 0.7, math.radians(8.0)))
+    match = Matcher(Loops()).match(room(), panorama, TRUTH @ off, covariance)
+    error = TRUTH.between(match.pose)
+    assert math.hypot(error.x, error.y) < 0.01
+    assert abs(error.theta) < math.radians(0.2)
+    assert Loops().believed(match)
+    assert match.explained > 0.9
+
+
+def test_what_is_sure_is_looked_for_nearby_alone() -> None:
+    panorama = mapped(HERE, seed=1).panorama()
+    off = TRUTH @ Pose2(1.5, 0.0, 0.0)
+    match = Matcher(Loops()).match(room(), panorama, off, about((0.01, 0.01, 0.001)))
+    assert math.hypot(match.pose.x - off.x, match.pose.y - off.y) < 1.0
+    assert not Loops().believed(match)
+
+
+@pytest.mark.parametrize("deviations", [(0.05, 0.05, 0.02), (1.0, 1.0, 0.2)])
+@pytest.mark.parametrize("walls", [OTHER, CORRIDOR])
+def test_another_room_is_not_believed(walls, deviations) -> None:
+    panorama = mapped(HERE, walls=walls).panorama()
+    match = Matcher(Loops()).match(room(), panorama, TRUTH, about(deviations))
+    assert not Loops().believed(match)
+
+
+@pytest.mark.parametrize(
+    ("explained", "contradicted", "believed"),
+    [(0.45, 0.2, True), (0.44, 0.2, False), (0.55, 0.21, False), (0.9, 0.0, True)],
+)
+def test_the_limits_of_belief(explained: float, contradicted: float, believed: bool) -> None:
+    match = Match(Pose2(), np.eye(3), explained, contradicted)
+    assert Loops().believed(match) == believed
+
+
+JAGGED = pytest.mark.xfail(reason="a match holds on to the pattern of cells", strict=True)
+
+
+def of_a_corridor(step: float, turn: float) -> tuple[float, float, np.ndarray]:
+    """Information along and across it, and all of it; its frame lies turned."""
+    angles, rng = np.radians(np.arange(-120, 121, step)), np.random.default_rng(0)
+    places = []
+    for begin in (Pose2(0.0, 0.0, turn), Pose2(0.37, 0.0, turn + 1.2)):
+        place = None
+        for k in range(20):
+            pose = Pose2(begin.x + 0.1 * k, 0.0, begin.theta)
+            scan = scan_at(pose, 0.0, angles, CORRIDOR, rng=rng)
+            place = place or LocalMap((), scan)
+            if k:
+                place.add(scan, begin.between(pose))
+        places.append(place)
+    predicted = Pose2(0.0, 0.0, turn).between(Pose2(0.37, 0.02, turn + 1.21))
+    panorama = places[1].panorama()
+    match = Matcher(Loops()).match(places[0], panorama, predicted, about((0.1, 0.1, 0.02)))
+    heading = turn + match.pose.theta
+    assert heading == pytest.approx(turn + 1.2, abs=0.01)
+    along = np.array([math.cos(heading), -math.sin(heading), 0.0])
+    across = np.array([math.sin(heading), math.cos(heading), 0.0])
+    information = match.information
+    known = [float(axis @ information @ axis) for axis in (along, across)]
+    return known[0], known[1], information
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, -2.0])
+@pytest.mark.parametrize("step", [0.5, 2.0])
+def test_of_a_corridor_a_match_knows_most_across_it(step: float, turn: float) -> None:
+    along, across, information = of_a_corridor(step, turn)
+    np.testing.assert_array_equal(information, information.T)
+    assert np.linalg.eigvalsh(information).min() > -1e-6
+    assert across > 1500
+    assert along < across
+
+
+@pytest.mark.parametrize("turn", [0.0, pytest.param(0.7, marks=JAGGED)])
+@pytest.mark.parametrize("step", [0.5, 2.0])
+def test_of_a_corridor_a_match_knows_little_along_it(step: float, turn: float) -> None:
+    along, across, _ = of_a_corridor(step, turn)
+    assert along < 0.1 * across
+
+
+def test_no_match_is_surer_than_the_floor() -> None:
+    floor = (0.05, 0.1, 0.02)
+    panorama = mapped(HERE, seed=1).panorama()
+    matches = [
+        Matcher(Loops(floor=one)).match(room(), panorama, TRUTH, about((0.05, 0.05, 0.01)))
+        for one in ((1e-6, 1e-6, 1e-6), floor)
+    ]
+    sure, wide = (np.linalg.inv(match.information) for match in matches)
+    np.testing.assert_allclose(wide - sure, about(floor), rtol=1e-3, atol=1e-7)
+    assert (np.diag(sure) < np.square(floor)).all()
+
+
+@pytest.mark.parametrize(
+    ("frame", "tolerance"),
+    [
+        (Pose2(3.2, -6.4, math.pi / 2), 0.002),  # the cells are the same
+        (Pose2(0.35, -1.2, math.pi), 0.002),
+        (POSES[0].between(POSES[12]), 0.25),
+    ],
+)
+def test_its_information_is_in_its_own_frame(frame: Pose2, tolerance: float) -> None:
+    """The same place, seen from a frame that lies otherwise: the same information."""
+    assert abs(frame.theta) > 1.0
+    loops, wide = Loops(floor=(1e-4, 1e-4, 1e-5)), about((0.05, 0.05, 0.01))
+    panorama = mapped(HERE, seed=1).panorama()
+    first = Matcher(loops).match(room(), panorama, TRUTH, wide)
+    turned = LocalMap((), room().keyframes[0].scan)
+    turned.keyframes = [k._replace(pose=frame @ k.pose) for k in room().keyframes]
+    second = Matcher(loops).match(turned, panorama, frame @ TRUTH, wide)
+    scale = np.sqrt(np.diag(first.information))
+    np.testing.assert_allclose(
+        second.information / np.outer(scale, scale),
+        first.information / np.outer(scale, scale),
+        atol=tolerance,
+    )
+
+
+@pytest.mark.parametrize("fill", [math.nan, math.inf])
+def test_where_nothing_was_seen_nothing_is_believed(fill: float) -> None:
+    blind = LocalMap((), Scan(np.full(len(FAN), fill), FAN, 6.0))
+    for place, scan in (
+        (blind, blind.panorama()),
+        (room(), blind.panorama()),
+        (blind, room().panorama()),
+    ):
+        match = Matcher(Loops()).match(place, scan, Pose2(0.3), about((0.1, 0.1, 0.1)))
+        assert not Loops().believed(match)
+        assert np.isfinite([*match.pose, *match.information.ravel()]).all()
+
+
+def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatch) -> None:
+    monkeypatch.setattr(loops, "MOST_BYTES", 0)  # one is kept
+    grid, reading = Static(), Endpoint()
+    for scan, pose in room():
+        reading.refresh(grid, grid.integrate(scan, pose))
+    panorama, wide = mapped(HERE, seed=1).panorama(), about((0.3, 0.3, 0.1))
+    ready, anew = Matcher(Loops()), Matcher(Loops())
+    place = room()
+    ready.keep(place, grid, reading)
+    expected = anew.match(place, panorama, TRUTH, wide)
+    for matcher in (ready, anew):
+        for _ in range(2):
+            found = matcher.match(place, panorama, TRUTH, wide)
+            assert found.pose == expected.pose
+            np.testing.assert_array_equal(found.information, expected.information)
+            matcher.keep(LocalMap((), scan_at(Pose2())), grid, reading)  # the place is forgotten
+            assert matcher.nbytes == grid.cells.tiles.nbytes
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"sigmas": 0.0}, {"explained": -1.0}, {"contradicted": math.nan}]
+)
+def test_loops_are_checked(wrong) -> None:
+    with pytest.raises(InputError, match="Loops"):
+        Loops(**wrong)
