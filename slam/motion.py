@@ -82,6 +82,10 @@ class Prediction:
         """(n, 3) the poses that errors (n, 3) lead to."""
         return _erring(errors, self._centre, self._moved)
 
+    def error(self, pose: Pose2) -> Array:
+        """(3,) the error that leads to a pose."""
+        return np.array(_error(np.array(pose), self._centre, self._moved))
+
     def log_density(self, poses: Array) -> Array:
         """(n,) log p(s | u, s') of poses (n, 3), up to a constant."""
         return _log_density(poses, self._centre, self._moved, self.deviations)

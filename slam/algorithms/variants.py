@@ -5,6 +5,8 @@ p(z | s, h). `/beta1` is the paper's weight: every beam counts in full, as if in
 others; `/beam` and `/literal` are the two other readings that the paper allows. Two variants swap
 another part: `/random-restart` climbs as the paper does, `/gauss-newton` as Hector does, and
 `/learned-odometry` corrects a systematic error of the odometry.
+
+`MAP-pf` is a particle filter over such maps, `MAP-graph` a graph of local ones: they close loops.
 """
 
 from __future__ import annotations
@@ -16,7 +18,9 @@ import numpy as np
 
 from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.dead_reckoning import DeadReckoning
+from slam.algorithms.graph_slam import GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.algorithms.particle_filter import ParticleFilter
 from slam.geometry import Pose2
 from slam.interface import Builder, MapModel, Motion, Perception, Search, Slam
 from slam.learned_odometry import LearnedOdometry
@@ -69,6 +73,24 @@ def maximum_likelihood(
     return build
 
 
+def particle_filter(grid: Callable[[], MapModel], particles: int = 30) -> Builder:
+    """A builder of the particle filter over a map model of one's own."""
+
+    def build(start: Pose2, rng: np.random.Generator) -> Slam:
+        return ParticleFilter(start, rng, grid=grid(), particles=particles)
+
+    return build
+
+
+def graph(grid: Callable[[], MapModel]) -> Builder:
+    """A builder of graph SLAM over a map model of one's own."""
+
+    def build(start: Pose2, rng: np.random.Generator) -> Slam:
+        return GraphSlam(start, rng, grid=grid)
+
+    return build
+
+
 def dead_reckoning(start: Pose2, rng: np.random.Generator) -> Slam:
     """The odometry alone."""
     return DeadReckoning(start)
@@ -88,3 +110,7 @@ for _name in ("static", "dynamic"):
     BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
         MAPS[_name], motion=LearnedOdometry
     )
+for _name, _grid in MAPS.items():
+    if _name != "temporal":  # its windows lie outside of the tiles, which particles share
+        BUILDERS[f"{_name}-pf"] = particle_filter(_grid)
+    BUILDERS[f"{_name}-graph"] = graph(_grid)

@@ -1,0 +1,252 @@
+"""Rao-Blackwellised particle filter: many maps, each right if its particle's path is.
+
+Grisetti, Stachniss and Burgard (2007), with any map model: the paper's own plan for loops.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.adaptive_odometry import AdaptiveOdometry
+from slam.algorithms.maximum_likelihood import MATCHES
+from slam.belief import moved
+from slam.checked import positive_number, whole_number
+from slam.errors import InputError
+from slam.geometry import Array, Pose2, compose, wrap_angle
+from slam.grid import OccupancyGrid
+from slam.interface import Estimate, MapModel, Motion, Perception, Posterior, Slope
+from slam.maps.static import Static
+from slam.motion import Prediction
+from slam.perception.endpoint import Endpoint
+from slam.resampling import effective, normalised, systematic
+from slam.scan import Scan
+from slam.search.correlative import Correlative
+from slam.spacing import KEYFRAMES, Spacing
+from slam.tiles import Branch
+
+
+class ParticleFilter:
+    """p(path, map | scans, odometry) by particles, each a path and the map that goes with it.
+
+    At a keyframe every particle finds the peak of its own posterior (equation 7), draws its pose
+    from the Gaussian around it (the improved proposal), and is weighed with the evidence of the
+    scan, the posterior's volume there. The best particle searches all around; the others climb from
+    where its search led. Where the weights of fewer than half of the particles count, they are
+    resampled. Scans between keyframes are matched by the best particle alone.
+
+    The particles' maps share the tiles that they have in common; one is copied when a particle
+    writes to it.
+
+    particles  how many
+    resample   share of particles that must be worth something
+    spread     share of the Gaussian's deviation that is drawn; 1 is the filter of the books, which
+               supposes that the errors of scans are independent: those of scans that are matched
+               with the same walls are not, and 30 particles drown in so much noise
+    """
+
+    def __init__(
+        self,
+        start: Pose2 = Pose2(),
+        rng: np.random.Generator | None = None,
+        *,
+        grid: MapModel | None = None,
+        perception: Perception | None = None,
+        motion: Motion | None = None,
+        search: Correlative | None = None,
+        particles: int = 30,
+        resample: float = 0.5,
+        spread: float = 0.1,
+        matches: Spacing = MATCHES,
+        keyframes: Spacing = KEYFRAMES,
+    ):
+        whole_number("particles", particles, 1)
+        positive_number("spread", spread)
+        self.rng = np.random.default_rng(0) if rng is None else rng
+        self.grid = Static() if grid is None else grid
+        self.perception = Endpoint() if perception is None else perception
+        self.motion = AdaptiveOdometry() if motion is None else motion
+        self.search = Correlative() if search is None else search
+        if self.search.refine.levels > 1:  # coarser fields are brought up to date for one map alone
+            raise InputError(
+                f"ParticleFilter.search must refine on the finest field alone (levels=1), "
+                f"got levels={self.search.refine.levels}"
+            )
+        self.particles = particles
+        self.resample = resample
+        self.spread = spread
+        self.matches = matches
+        self.keyframes = keyframes
+        self.pose = start
+        self._poses = np.tile(np.array(start), (particles, 1))
+        self._log_weights = np.zeros(particles)
+        self._maps: list[Branch] = []
+        self._best = 0
+        self._history: list[Array] = []  # (particles, 3) poses at each keyframe
+        self._parents: list[np.ndarray] = []  # (particles,) which particle of the one before
+        self._numbers: list[int] = []  # of the keyframe before, and the way from it, per update
+        self._ways: list[Pose2] = []
+        self._keyframe_at = self._matched_at = -math.inf
+        self._since_keyframe = self._since_match = Pose2()
+        self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
+
+    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+        """Move by the odometry; match where that has led far enough, and map at keyframes."""
+        self._since_keyframe = self._since_keyframe @ motion
+        self._since_match = self._since_match @ motion
+        if not self._maps:
+            estimate = self._begin(scan)
+        elif self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
+            estimate = self._keyframe(scan)
+        elif self.matches.due(self._since_match, scan.time - self._matched_at):
+            estimate = self._match(scan)
+        else:
+            estimate = self._dead_reckoned()
+        self._numbers.append(len(self._history) - 1)
+        self._ways.append(Pose2.of(self._poses[self._best]).between(estimate.pose))
+        self.pose = estimate.pose
+        return estimate
+
+    def finish(self) -> None:
+        """Nothing was put off."""
+
+    def trajectory(self) -> Array:
+        """(n, 3) the pose of every update so far, on the path of the best particle of now."""
+        if not self._numbers:
+            return np.zeros((0, 3))
+        path, particle = np.empty((len(self._history), 3)), self._best
+        for k in range(len(path) - 1, -1, -1):
+            path[k] = self._history[k][particle]
+            particle = self._parents[k][particle]
+        return compose(path[self._numbers], np.array(self._ways))
+
+    def map(self) -> OccupancyGrid:
+        """That of the best particle."""
+        tiles = self.grid.cells.tiles
+        if self._maps:
+            tiles.switch(self._maps[self._best])
+        return self.grid.cells.grid()
+
+    # ------------------------------------------------------------------------------------------
+
+    def _begin(self, scan: Scan) -> Estimate:
+        """The first scan: one map for all."""
+        tiles = self.grid.cells.tiles
+        pose = self.pose @ self._since_keyframe
+        self._poses = np.tile(np.array(pose), (self.particles, 1))
+        self.perception.refresh(self.grid, self.grid.integrate(scan, pose))
+        self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
+        self._note(scan, np.arange(self.particles))
+        self._last = Estimate(pose, np.zeros((3, 3)), 0.0, True)
+        return self._last
+
+    def _match(self, scan: Scan) -> Estimate:
+        """The best particle's pose between keyframes."""
+        self.grid.cells.tiles.switch(self._maps[self._best])
+        prediction = self._prediction(Pose2.of(self._poses[self._best]), self._since_keyframe)
+        posterior = Posterior(self.perception, scan, prediction)
+        pose, peak = self.search.refine.top(posterior, self.search.exhaustive(posterior))
+        covariance = self._covariance(_inverse(-peak.curvature))
+        self._since_match, self._matched_at = Pose2(), scan.time
+        self._last = Estimate(pose, covariance, _score(peak, prediction, pose, scan), True)
+        return self._last
+
+    def _dead_reckoned(self) -> Estimate:
+        """Where the odometry leads from the last match, and as much less sure."""
+        last = self._last
+        prediction = self._prediction(last.pose, self._since_match)
+        x, y = prediction.pose.x - last.pose.x, prediction.pose.y - last.pose.y
+        covariance = moved(last.covariance, x, y, prediction.covariance())
+        return last._replace(pose=prediction.pose, covariance=covariance, matched=False)
+
+    def _keyframe(self, scan: Scan) -> Estimate:
+        """Every particle moves, is weighed, and maps."""
+        before = self._best
+        covariances, score = self._propose(scan)
+        weights, parents = normalised(self._log_weights), np.arange(self.particles)
+        if effective(weights) < self.resample * self.particles:
+            parents = systematic(weights, self.rng.random())
+            self._descend(parents)
+        self._best = int(np.argmax(weights[parents]))
+        for branch, pose in zip(self._maps, self._poses, strict=True):
+            self.grid.cells.tiles.switch(branch)
+            self.perception.refresh(self.grid, self.grid.integrate(scan, Pose2.of(pose)))
+        revised = bool((self._history[-1][parents[self._best]] != self._history[-1][before]).any())
+        self._note(scan, parents)
+        covariance = self._covariance(covariances[parents[self._best]])
+        self._last = Estimate(Pose2.of(self._poses[self._best]), covariance, score, True)
+        return self._last._replace(revised=revised)
+
+    def _propose(self, scan: Scan) -> tuple[Array, float]:
+        """Draw every particle's pose from around its peak, and weigh it with the evidence there:
+        the Gaussian's volume (Laplace's approximation).
+
+        Gives the (particles, 3, 3) covariances of the peaks, and the best particle's score.
+        """
+        noise = self.rng.standard_normal((self.particles, 3))
+        covariances, best = np.empty((self.particles, 3, 3)), self._best
+        error, score = np.zeros((1, 3)), 0.0
+        for k in (best, *(k for k in range(self.particles) if k != best)):
+            self.grid.cells.tiles.switch(self._maps[k])
+            prediction = self._prediction(Pose2.of(self._poses[k]), self._since_keyframe)
+            posterior = Posterior(self.perception, scan, prediction)
+            if k == best:
+                start = self.search.exhaustive(posterior)
+            else:
+                start = Pose2.of(prediction.poses(error)[0])
+            pose, peak = self.search.refine.top(posterior, start)
+            root = np.linalg.cholesky(_inverse(-peak.curvature))
+            covariances[k] = root @ root.T
+            if k == best:
+                error[0] = prediction.error(pose)
+                score = _score(peak, prediction, pose, scan)
+                found = Pose2.of(self._poses[k]).between(pose)
+                self.motion.learn(self._since_keyframe, found, covariances[k])
+            self._log_weights[k] += peak.value + float(np.log(np.diag(root)).sum())
+            self._poses[k] = np.array(pose) + self.spread * (root @ noise[k])
+        self._poses[:, 2] = wrap_angle(self._poses[:, 2])
+        self._log_weights -= self._log_weights.max()
+        return covariances, score
+
+    def _descend(self, parents: np.ndarray) -> None:
+        """The particles from now on are the descendants of some: (particles,) of which."""
+        tiles, maps, given = self.grid.cells.tiles, [], set[int]()
+        for parent in parents.tolist():
+            tiles.switch(self._maps[parent])
+            maps.append(tiles.fork() if parent in given else tiles.current)
+            given.add(parent)
+        for k, branch in enumerate(self._maps):
+            if k not in given:
+                tiles.drop(branch)
+        self._maps, self._poses = maps, self._poses[parents]
+        self._log_weights = np.zeros(self.particles)
+
+    def _note(self, scan: Scan, parents: np.ndarray) -> None:
+        self._history.append(self._poses.copy())
+        self._parents.append(parents)
+        self._keyframe_at = self._matched_at = scan.time
+        self._since_keyframe = self._since_match = Pose2()
+
+    def _prediction(self, origin: Pose2, motion: Pose2) -> Prediction:
+        """Where `motion` leads from `origin`."""
+        return Prediction(origin, self.motion.corrected(motion), self.motion.deviations(motion))
+
+    def _covariance(self, own: Array) -> Array:
+        """(3, 3) of the particles' poses, had they been drawn in full, and of a particle's own."""
+        weights = normalised(self._log_weights)
+        off = self._poses - self._poses[self._best]
+        off[:, 2] = wrap_angle(off[:, 2])
+        off -= weights @ off
+        drawn = (weights[:, None] * off).T @ off
+        return own + drawn / self.spread**2
+
+
+def _inverse(matrix: Array) -> Array:
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+
+
+def _score(peak: Slope, prediction: Prediction, pose: Pose2, scan: Scan) -> float:
+    """The mean log-likelihood per beam: the posterior's without the odometry's share."""
+    odometry = float(prediction.log_density(np.array([pose]))[0])
+    return (peak.value - odometry) / max(len(scan.points), 1)

@@ -1,0 +1,35 @@
+"""Resampling: particles in proportion to their weights."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.geometry import Array
+
+BELOW_ONE = math.nextafter(1.0, 0.0)
+
+
+def systematic(weights: Array, u: float) -> np.ndarray:
+    """(n,) which particle each of n new ones descends from, in order.
+
+    Of weights (n,), which sum to 1, and one number u, uniform in [0, 1): particle i has n w_i
+    descendants on the mean, and never one more or less than that (Kitagawa 1996).
+    """
+    n = len(weights)
+    sums = np.cumsum(weights)
+    sums /= sums[-1]
+    places = np.minimum((np.arange(n) + u) / n, BELOW_ONE)  # the last may be rounded to 1
+    return np.searchsorted(sums, places, side="right")
+
+
+def effective(weights: Array) -> float:
+    """How many particles of equal weight are worth as much: 1 / sum w^2 (Liu 1996)."""
+    return float(1.0 / np.square(weights).sum())
+
+
+def normalised(log_weights: Array) -> Array:
+    """Weights that sum to 1."""
+    weights = np.exp(log_weights - log_weights.max())
+    return weights / weights.sum()
