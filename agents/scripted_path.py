@@ -103,17 +103,25 @@ class ScriptedPath:
         return x, y
 
 
+def record_path(
+    env_id: str, seed: int, doors: str | Doors = "moving", speed: float = 0.55, **parameters: Any
+) -> Episode:
+    """One drive along the path of the world `env_id`, such as DoorLoop-v0, recorded.
+
+    `parameters` are the environment's, `max_episode_steps` among them. With the same seed,
+    `doors="static"` and `doors="moving"` give a pair: the same place, drive, and noise; the doors
+    alone differ.
+    """
+    env = gym.make(f"dynslam_env:{env_id}", doors=doors, **parameters)
+    env.reset(seed=seed)  # to learn the path; `record` begins this very episode again
+    place = env.unwrapped
+    assert isinstance(place, DoorCorridorEnv)
+    driver = ScriptedPath(place.layout.path, lambda: place.pose, place.robot, speed)
+    return record(env, driver, seed)
+
+
 def record_corridor(
     seed: int, doors: str | Doors = "moving", speed: float = 0.55, **parameters: Any
 ) -> Episode:
-    """One drive along the passage and back in DoorCorridor-v0, recorded.
-
-    `parameters` are the environment's. With the same seed, `doors="static"` and `doors="moving"`
-    give a pair: the same place, drive, and noise; the doors alone differ.
-    """
-    env = gym.make("dynslam_env:DoorCorridor-v0", doors=doors, **parameters)
-    env.reset(seed=seed)  # to learn the path; `record` begins this very episode again
-    world = env.unwrapped
-    assert isinstance(world, DoorCorridorEnv)
-    driver = ScriptedPath(world.layout.path, lambda: world.pose, world.robot, speed)
-    return record(env, driver, seed)
+    """One drive along the passage and back in DoorCorridor-v0; see `record_path`."""
+    return record_path("DoorCorridor-v0", seed, doors, speed, **parameters)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dynslam_env import Laser, Odometry, Uniform
+from dynslam_env.worlds.loop import Loop
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.variants import maximum_likelihood
 from slam.benchmark.run import build, true_start
@@ -46,12 +47,14 @@ class Case(NamedTuple):
     make   the SLAM for an episode and a seed
     doors  when they flip: a name of `LAWS`
     world  other parameters of the environment
+    env    where is driven
     """
 
     name: str
     make: Maker
     doors: str = "5-20 s"
     world: tuple[tuple[str, Any], ...] = ()
+    env: str = "DoorCorridor-v0"
 
 
 def named(name: str) -> Maker:
@@ -159,10 +162,32 @@ def windows() -> list[Case]:
     return [*cases, Case("2 bins (equation 9)", read(partial(Histogram, bins=2)))]
 
 
+def loops() -> list[Case]:
+    """What particles and graphs buy where the way leads around a block three times."""
+    rounds = (("world", Loop(laps=3)), ("max_episode_steps", 5000))
+    still = ["static-ml", "dynamic-ml", "static-graph", "dynamic-graph"]
+    every = [*still, "hmm-ml", "hmm-graph", "static-pf", "dynamic-pf"]
+    return [
+        Case(name, named(name), doors, rounds, "DoorLoop-v0")
+        for doors, names in (("never", still), ("5-20 s", every))
+        for name in names
+    ]
+
+
+def long() -> list[Case]:
+    """A block of 70 x 40 m, twice around: a loop of 210 m, moving doors."""
+    block = Loop(length=70.0, breadth=40.0, outer_doors=8, inner_doors=5, laps=2)
+    way = (("world", block), ("max_episode_steps", 10_000))
+    names = ("static-ml", "dynamic-ml", "hmm-ml", "static-graph", "dynamic-graph")
+    return [Case(name, named(name), "5-20 s", way, "DoorLoop-v0") for name in names]
+
+
 STUDIES: dict[str, Callable[[], list[Case]]] = {
     "models": models,
     "accuracy": accuracy,
     "readings": readings,
     "rates": rates,
     "windows": windows,
+    "loops": loops,
+    "long": long,
 }

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tyro
 
 import slam
@@ -26,14 +27,20 @@ from slam.metrics.relations import score_relations, within
 from slam.trajectory import Trajectory
 
 from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE
+from .figures.cost_figure import cost_figure
 from .figures.map_figure import map_figure
 from .output import output_directory, write_json, write_png
+from .process_memory import peak_mb
 from .progress import progress_bar
 
 
 @dataclass
 class Run:
-    """Map a CARMEN log: writes trajectory.tum, map.pgm + map.yaml, map.png and metrics.json."""
+    """Map a CARMEN log: writes trajectory.tum, map.pgm + map.yaml, map.png, cost.png, metrics.json.
+
+    A particle filter or a graph, which revises the past, also writes trajectory-online.tum: the
+    poses as believed on the way.
+    """
 
     log: tyro.conf.Positional[Path]
     """CARMEN log, plain or .gz, with ODOM and FLASER or ROBOTLASER1 lines."""
@@ -69,11 +76,21 @@ class Run:
         }
         if relations is not None:
             metrics |= score_relations(relations, done, _until(done, episode)).as_dict()
+        online = Trajectory(done.times, run.online)
+        revised = not np.array_equal(run.online, run.poses)
+        if revised:
+            write_tum(online, out / "trajectory-online.tum")
+            if relations is not None:
+                metrics |= score_relations(relations, online, _until(done, episode)).as_dict(
+                    "_online"
+                )
         write_tum(done, out / "trajectory.tum")
         write_ros_map(run.grid, out / "map.yaml")
         write_json(metrics, out / "metrics.json")
         figure = map_figure(run.grid, run.poses, title=f"{self.log.name}, {self.slam}")
         write_png(figure, out / "map.png")
+        cost = cost_figure(run.poses, run.spent, title=f"{self.log.name}, {self.slam}")
+        write_png(cost, out / "cost.png")
         self._tell(metrics, out)
         return status
 
@@ -110,13 +127,15 @@ class Run:
             "matched": run.matched,
             "seconds": run.seconds,
             "ms_per_matched_scan": run.ms_per_matched_scan,
+            "peak_memory_mb": peak_mb(),
             "versions": versions(),
         }
 
     def _tell(self, metrics: dict[str, Any], out: Path) -> None:
         print(
             f"{metrics['scans']} scans, {metrics['matched']} matched, in "
-            f"{metrics['seconds']:.1f} s: {metrics['ms_per_matched_scan']:.2f} ms a matched scan"
+            f"{metrics['seconds']:.1f} s: {metrics['ms_per_matched_scan']:.2f} ms a matched scan, "
+            f"{metrics['peak_memory_mb']:.0f} MB at most"
         )
         if metrics.get("left_out"):
             print(
@@ -130,7 +149,14 @@ class Run:
                 f"{metrics['translation_mean']:.4f} +- {metrics['translation_std']:.4f} m, "
                 f"{metrics['rotation_mean_deg']:.2f} +- {metrics['rotation_std_deg']:.2f} deg"
             )
-        print(f"written to {out}: trajectory.tum, map.pgm, map.yaml, map.png, metrics.json")
+        if metrics.get("translation_mean_online") is not None:
+            print(
+                f"as believed on the way: {metrics['translation_mean_online']:.4f} m, "
+                f"{metrics['rotation_mean_deg_online']:.2f} deg"
+            )
+        print(
+            f"written to {out}: trajectory.tum, map.pgm, map.yaml, map.png, cost.png, metrics.json"
+        )
         if self.json:
             print(json.dumps(metrics))
 

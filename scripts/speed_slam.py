@@ -189,7 +189,8 @@ def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) ->
 def _memory(robot: Slam) -> Row:
     grid = map_of(robot)
     if grid is None:
-        return {"bytes": None, "bytes_per_observed_cell": None, "bytes_per_cell": None}
+        total = getattr(robot, "nbytes", None)
+        return {"bytes": total, "bytes_per_observed_cell": None, "bytes_per_cell": None}
     now = held(grid)
     return {
         "bytes": now.nbytes,

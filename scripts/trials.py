@@ -57,6 +57,7 @@ def trial_results(trial: Trial, variants: list[str]) -> list[Result]:
                 "doors": trial.doors,
                 "variant": variant,
                 **judge.scores(done.poses, done.grid),
+                "ate_online": judge.ate(done.online),
                 "ate_bound": bound if math.isfinite(bound) else None,
                 "scans": len(done.poses),
                 "matched": done.matched,
