@@ -23,6 +23,8 @@ from slam.search.gauss_newton import GaussNewton
 from slam.search.laplace import wide_information
 
 MOST_BYTES = 100_000_000  # of the maps that are kept ready, the last one aside
+PASSAGE = 0.3  # of the information across: with less along it, a place is taken for a passage
+SLIDE = 0.3  # m, standard deviation along a passage
 LOOSE = np.array([0.3, 0.3, 0.1])  # m, m, rad: what holds a match where the map leaves it free
 
 
@@ -89,6 +91,21 @@ class Ready:
         return self.grid.cells.tiles.nbytes + searched
 
 
+def cautious(information: Array) -> Array:
+    """The information without what a passage pretends to know of the way along it.
+
+    Where the map holds the place of a panorama much less in one direction than across it, the
+    panorama may as well lie elsewhere along it: such a direction keeps the information of
+    SLIDE at most.
+    """
+    known, axes = np.linalg.eigh(information[:2, :2])
+    if known[0] >= PASSAGE * known[1] or known[0] <= SLIDE**-2:
+        return information
+    share = np.eye(3)
+    share[:2, :2] = (axes * np.sqrt([1.0 / (SLIDE**2 * known[0]), 1.0])) @ axes.T
+    return share @ information @ share
+
+
 class Matcher:
     """Matches panoramas with local maps. Those used last are kept ready, the others made again."""
 
@@ -122,7 +139,7 @@ class Matcher:
         start = ready.search.best(scan.points, predicted, reach)
         posterior = Posterior(ready.reading, scan, Prediction(start, Pose2(), LOOSE))
         pose = loops.refine.climb(posterior, start)
-        information = wide_information(ready.reading, scan, pose)
+        information = cautious(wide_information(ready.reading, scan, pose))
         shares = ready.reading.shares(scan, pose)
         return Match(pose, self._tempered(information, pose.theta), *shares)
 

@@ -10,7 +10,7 @@ from dynslam_cli.study import nees, table
 
 ROW = {
     "f1_5cm": 0.9, "brier_share_door": None, "nees": 3.0, "failed": False, "ms": 0.5,
-    "rms_along": 0.01, "rms_across": 0.02,
+    "ate_online": 0.01, "rms_along": 0.01, "rms_across": 0.02,
 }  # fmt: skip
 
 
@@ -52,5 +52,5 @@ def test_differences_are_paired_with_the_first_case_of_the_same_doors() -> None:
         for seed in range(1, 9)
     ]
     lines = table(rows).splitlines()[2:]
-    assert [line.split(" | ")[4] for line in lines[:2]] == ["-", "-"]
-    assert all(line.split(" | ")[4].startswith("+2.0 (+2.0 to +2.0), p ") for line in lines[2:])
+    assert [line.split(" | ")[5] for line in lines[:2]] == ["-", "-"]
+    assert all(line.split(" | ")[5].startswith("+2.0 (+2.0 to +2.0), p ") for line in lines[2:])

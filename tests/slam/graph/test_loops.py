@@ -9,7 +9,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.graph import loops
 from slam.graph.local_map import LocalMap
-from slam.graph.loops import Loops, Match, Matcher
+from slam.graph.loops import Loops, Match, Matcher, cautious
 from slam.maps.static import Static
 from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
@@ -210,3 +210,16 @@ def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatc
 def test_loops_are_checked(wrong) -> None:
     with pytest.raises(InputError, match="Loops"):
         Loops(**wrong)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.3, 1.2, -2.0])
+def test_along_a_passage_little_is_believed(heading: float) -> None:
+    c, s = np.cos(heading), np.sin(heading)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    passage = np.array([[1600.0, 0.0, 40.0], [0.0, 9000.0, 30.0], [40.0, 30.0, 5000.0]])
+    found = turn.T @ cautious(turn @ passage @ turn.T) @ turn
+    assert found[0, 0] == pytest.approx(loops.SLIDE**-2)
+    np.testing.assert_allclose(found[1:, 1:], passage[1:, 1:], rtol=1e-9)
+    assert np.linalg.eigvalsh(found).min() >= 0.0
+    for other in (np.diag([4000.0, 9000.0, 5000.0]), np.diag([0.2, 9000.0, 5000.0])):
+        np.testing.assert_array_equal(cautious(other), other)  # a room; what is weak already
