@@ -17,7 +17,7 @@ MASK = TILE - 1
 AREA = TILE * TILE
 MOST_TILES = 40_000  # that a map may span, seen or not: a square of 640 m at 5 cm
 FIRST = 16  # tiles that a layer has room for at the beginning
-GROWTH = 1.3
+GROWTH = 2.0
 
 
 class Layer:
@@ -181,11 +181,10 @@ class Tiles:
         every layer."""
         before = self.used
         self._hold(used)
-        new = np.argwhere(self.references[self.index] == 0)
-        slots = self.index[tuple(new.T)]
-        self.places[slots] = new + self.corner
+        slots, places = _new(self.index, self.references)
+        self.places[slots] = places + self.corner
         again = slots[slots < before]
-        for layer in self._layers:
+        for layer in self._layers if len(again) else ():
             layer.values[again] = layer.fill
         self._refer(slots)
 
@@ -216,13 +215,11 @@ class Tiles:
         ids to those of the copies.
 
         wide    (n,) bool, cells around which is written too
-        margin  cells, how far; less than TILE / 2
+        margin  cells, how far; at most TILE
         """
-        moved = _own(cells, wide, margin, self.references, self.places, self.corner, self.index,
-                     self.free)  # fmt: skip
-        old = np.flatnonzero(moved)
+        old, new = _own(cells, wide, margin, self.references, self.places, self.corner, self.index,
+                        self.free)  # fmt: skip
         if len(old):
-            new = old + moved[old]
             self._hold(max(self.used, int(new.max()) + 1))
             self.places[new] = self.places[old]
             for layer in self._layers:
@@ -237,10 +234,9 @@ class Tiles:
         self.used = used
 
     def _refer(self, slots: np.ndarray) -> None:
-        """The slots, in no map before, are in the current one."""
+        """The slots, those that were to be taken first, are in the current map."""
         self.references[slots] = 1
-        if len(self.free):
-            self.free = np.flatnonzero(self.references == 0)
+        self.free = self.free[len(slots) :]
 
     def cell(self, row: int, col: int) -> int:
         """The id of a cell given by its row and column in `spec`; in the blank tile if unused."""
@@ -261,21 +257,36 @@ def slot_to_take(free, used, n):
 
 
 @njit(cache=True)
+def _new(index, references):
+    """The slots in `index` that no map has yet, and their tiles' (n, 2) rows and columns there."""
+    slots, places, n = np.empty(index.size, np.int64), np.empty((index.size, 2), np.int64), 0
+    for row in range(index.shape[0]):
+        for col in range(index.shape[1]):
+            if references[index[row, col]] == 0:
+                slots[n], places[n, 0], places[n, 1] = index[row, col], row, col
+                n += 1
+    return slots[:n], places[:n]
+
+
+@njit(cache=True)
 def _own(cells, wide, margin, references, places, corner, index, free):
-    """Enter new slots for shared ones; gives (used,) int64 how many slots each tile went on by."""
-    moved, n = np.zeros(len(references), np.int64), 0
+    """Enter new slots for shared ones; gives the (n,) old ones and the new ones."""
+    old, new, n = np.empty(index.size, np.int64), np.empty(index.size, np.int64), 0
+    last, further = -1, 0
     for k in range(len(cells)):
         slot = cells[k] >> (2 * SHIFT)
-        if wide[k] or (references[slot] > 1 and moved[slot] == 0):
-            row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cells[k] >> SHIFT) & MASK)
-            col = ((places[slot, 1] - corner[1]) << SHIFT) + (cells[k] & MASK)
+        if wide[k] or slot != last:
+            tile_row, tile_col = places[slot, 0] - corner[0], places[slot, 1] - corner[1]
+            row = (tile_row << SHIFT) + ((cells[k] >> SHIFT) & MASK)
+            col = (tile_col << SHIFT) + (cells[k] & MASK)
             around = margin if wide[k] else 0
             for r in range((row - around) >> SHIFT, ((row + around) >> SHIFT) + 1):
                 for c in range((col - around) >> SHIFT, ((col + around) >> SHIFT) + 1):
-                    old = index[r, c]
-                    if old < len(references) and references[old] > 1:
+                    shared = index[r, c]
+                    if shared < len(references) and references[shared] > 1:
                         index[r, c] = slot_to_take(free, len(references), n)
-                        moved[old] = index[r, c] - old
+                        old[n], new[n] = shared, index[r, c]
                         n += 1
-        cells[k] += moved[slot] << (2 * SHIFT)
-    return moved
+            last, further = slot, (index[tile_row, tile_col] - slot) << (2 * SHIFT)
+        cells[k] += further
+    return old[:n], new[:n]

@@ -6,6 +6,7 @@ Grisetti, Stachniss and Burgard (2007), with any map model: the paper's own plan
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -93,6 +94,7 @@ class ParticleFilter:
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match where that has led far enough, and map at keyframes."""
+        scan = replace(scan)  # what is worked out of it is forgotten with it
         self._since_keyframe = self._since_keyframe @ motion
         self._since_match = self._since_match @ motion
         if not self._maps:

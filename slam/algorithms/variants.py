@@ -29,6 +29,7 @@ from slam.maps.filtered import Filtered
 from slam.maps.histogram import Histogram
 from slam.maps.hmm import HMM
 from slam.maps.hybrid import Hybrid
+from slam.maps.mean import Mean
 from slam.maps.recency import Recency
 from slam.maps.static import Static
 from slam.maps.temporal import Temporal
@@ -49,6 +50,8 @@ MAPS: dict[str, Callable[[], MapModel]] = {
     "filtered": Filtered,
     "hybrid": Hybrid,
 }
+PARTICLE_MAPS = {**MAPS, "dynamic": Mean}  # equal in h, and smaller: there are many of them
+del PARTICLE_MAPS["temporal"]  # its windows lie outside of the tiles, which particles share
 READINGS: dict[str, Callable[[], Perception]] = {
     "": Endpoint,
     "/beta1": partial(Endpoint, beta=1.0),
@@ -110,7 +113,7 @@ for _name in ("static", "dynamic"):
     BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
         MAPS[_name], motion=LearnedOdometry
     )
+for _name, _grid in PARTICLE_MAPS.items():
+    BUILDERS[f"{_name}-pf"] = particle_filter(_grid)
 for _name, _grid in MAPS.items():
-    if _name != "temporal":  # its windows lie outside of the tiles, which particles share
-        BUILDERS[f"{_name}-pf"] = particle_filter(_grid)
     BUILDERS[f"{_name}-graph"] = graph(_grid)

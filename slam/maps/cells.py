@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from slam.checked import positive_number
 from slam.geometry import Pose2
@@ -40,9 +41,9 @@ class Cells:
         sensor, ends, hit = self.rays.ends(scan, pose)
         seen = self._tracer.trace(self.tiles, sensor, ends, hit)
         if self.tiles.shared:
-            echoes = seen.hit | (self.centroids.count.flat[seen.cells] > 0)
+            echoes = _echoes(seen.cells, seen.hit, self.centroids.count.flat)
             self.tiles.own(seen.cells, echoes, MARGIN)
-        self.observed.flat[seen.cells] = True
+        _mark(seen.cells, self.observed.flat)
         self.centroids.add(seen.echoes)
         return seen
 
@@ -50,3 +51,18 @@ class Cells:
         """The map as it is now, a copy."""
         tiles = self.tiles
         return OccupancyGrid(tiles.spec, tiles.dense(self.occupied), tiles.dense(self.observed))
+
+
+@njit(cache=True)
+def _echoes(cells, hit, count):
+    """(n,) bool, cells in which an echo is or was."""
+    echoes = np.empty(len(cells), np.bool_)
+    for k in range(len(cells)):
+        echoes[k] = hit[k] or count[np.uint64(cells[k])] > 0
+    return echoes
+
+
+@njit(cache=True)
+def _mark(cells, observed):
+    for k in range(len(cells)):
+        observed[np.uint64(cells[k])] = True

@@ -5,22 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
-from slam.maps.bins import bin_limits, bin_of
-from slam.maps.cells import Cells
-from slam.maps.log_odds import Evidence
-from slam.maps.rays import Rays
-from slam.maps.windows import Windows
+from slam.maps.bins import bin_of
+from slam.maps.windowed import Windowed
 from slam.scan import Scan
-from slam.tiles import AREA
+from slam.tiles import AREA, Tiles
 
 NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
 
 MOST = 255  # windows that a bin can count: of 4 s, 17 minutes of being watched
 
 
-class Histogram:
+class Histogram(Windowed):
     """Keeps per cell a histogram of its occupancy in past windows of time, and matches against all.
 
     Time is cut into windows of `delta_t`. Within one a cell gathers log-odds, from the prior on,
@@ -37,28 +33,10 @@ class Histogram:
                 would count beyond 255 halves all bins of its cell: old windows fade
     """
 
-    def __init__(
-        self,
-        resolution: float = 0.05,
-        evidence: Evidence = Evidence(),
-        rays: Rays = Rays(),
-        delta_t: float = 4.0,
-        bins: int = 10,
-        weight: float = 0.1,
-    ):
-        positive_number("weight", weight)
-        whole_number("bins", bins, 2)
-        self.evidence = evidence
-        self.delta_t = delta_t
-        self.bins = bins
-        self._limits = bin_limits(bins)
-        self.weight = weight
-        self.cells = Cells(resolution, evidence.prior, rays)
-        tiles = self.cells.tiles
-        self.counts = tiles.layer(np.uint8, 0, (AREA, bins))
-        self.log_odds = tiles.layer(np.float32, evidence.prior_log_odds)
+    def _begin(self, tiles: Tiles) -> None:
+        self.counts = tiles.layer(np.uint8, 0, (AREA, self.bins))
+        self.log_odds = tiles.layer(np.float32, self.evidence.prior_log_odds)
         self.window = tiles.layer(np.int32, NEVER)
-        self._windows = Windows(delta_t)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the open window of the cells that it saw."""

@@ -5,21 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
-from slam.maps.bins import bin_limits, bin_of
-from slam.maps.cells import Cells
-from slam.maps.log_odds import Evidence
-from slam.maps.rays import Rays
-from slam.maps.windows import Windows
+from slam.maps.bins import bin_of
+from slam.maps.windowed import Windowed
 from slam.scan import Scan
+from slam.tiles import Tiles
 
 NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
 MOST = 255  # windows that are counted
 RETURNS = 2  # windows in which a cell was occupied, from where on it is one that comes back
 
 
-class Hybrid:
+class Hybrid(Windowed):
     """h is the static map's, or the histogram's where that is more and the cell was occupied twice.
 
     Ours: the static map is sharp where nothing changes, and the histogram remembers a door that is
@@ -38,31 +35,13 @@ class Hybrid:
     total       layer, uint16, sum of their bins
     """
 
-    def __init__(
-        self,
-        resolution: float = 0.05,
-        evidence: Evidence = Evidence(),
-        rays: Rays = Rays(),
-        delta_t: float = 4.0,
-        bins: int = 10,
-        weight: float = 0.1,
-    ):
-        positive_number("weight", weight)
-        whole_number("bins", bins, 2)
-        self.evidence = evidence
-        self.delta_t = delta_t
-        self.bins = bins
-        self._limits = bin_limits(bins)
-        self.weight = weight
-        self.cells = Cells(resolution, evidence.prior, rays)
-        tiles = self.cells.tiles
-        self.log_odds = tiles.layer(np.float32, evidence.prior_log_odds)
-        self.current = tiles.layer(np.float32, evidence.prior_log_odds)
+    def _begin(self, tiles: Tiles) -> None:
+        self.log_odds = tiles.layer(np.float32, self.evidence.prior_log_odds)
+        self.current = tiles.layer(np.float32, self.evidence.prior_log_odds)
         self.window = tiles.layer(np.int32, NEVER)
         self.closed = tiles.layer(np.uint8)
         self.risen = tiles.layer(np.uint8)
         self.total = tiles.layer(np.uint16)
-        self._windows = Windows(delta_t)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the cells' sums and to their open windows."""

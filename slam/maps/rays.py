@@ -12,13 +12,14 @@ from numba import njit
 from slam.checked import positive, within
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
-from slam.tiles import MASK, SHIFT, Tiles, slot_to_take
+from slam.tiles import AREA, MASK, SHIFT, Tiles, slot_to_take
 
 MARGIN = 8  # cells around every echo whose tiles are taken too: readings look so far
 AROUND = 32  # cells around all that was seen that lie in `Tiles.index`, taken or not
 SPARE = 2  # cells around the window of a scan
-NEVER = 1e30  # a border that a beam along it does not meet
 FREE, HIT = np.uint8(1), np.uint8(2)
+WORD = 1 << 3  # marks that are looked at in one go
+U_1, U_3 = np.uint64(1), np.uint64(3)  # unsigned: no index is checked for its sign
 
 
 class Seen(NamedTuple):
@@ -71,22 +72,22 @@ class Tracer:
         spare = AROUND * tiles.resolution
         tiles.cover((left - spare, low - spare), (right + spare, high + spare))
         origin, scale = np.array(tiles.origin), 1 / tiles.resolution
-        col0 = math.floor((left - origin[0]) * scale) - SPARE
-        row0 = math.floor((low - origin[1]) * scale) - SPARE
-        col1 = math.floor((right - origin[0]) * scale) + SPARE
-        row1 = math.floor((high - origin[1]) * scale) + SPARE
-        bits = (col1 - col0).bit_length()
-        size = (row1 - row0 + 1) << bits
+        row0 = (math.floor((low - origin[1]) * scale) - SPARE) >> SHIFT
+        col0 = (math.floor((left - origin[0]) * scale) - SPARE) >> SHIFT
+        row1 = (math.floor((high - origin[1]) * scale) + SPARE) >> SHIFT
+        col1 = (math.floor((right - origin[0]) * scale) + SPARE) >> SHIFT
+        bits = (((col1 - col0 + 1) << SHIFT) - 1).bit_length()
+        size = ((row1 - row0 + 1) << SHIFT) << bits
         if size > len(self._marks):
             self._marks = np.zeros(size, np.uint8)
+        corner = np.array([col0 << SHIFT, row0 << SHIFT])
         cells, flags, taken = _trace(
-            (sensor - origin) * scale - (col0, row0),
-            (ends - origin) * scale - (col0, row0),
+            (sensor - origin) * scale - corner,
+            (ends - origin) * scale - corner,
             hit,
             self._marks,
             bits,
-            row0,
-            col0,
+            (row0, row1, col0, col1),
             tiles.index,
             tiles.free,
             tiles.used,
@@ -124,68 +125,83 @@ def _box(sensor, ends):
 
 
 @njit(cache=True)
-def _trace(sensor, ends, hit, marks, bits, row0, col0, index, free, used):
+def _trace(sensor, ends, hit, marks, bits, window, index, free, used):
     """Follow every beam, in units of cells from the corner of a window, whose marks are left blank.
 
-    Gives the cells, which are hit, and how many slots were entered into `index`.
+    Gives the cells, tile by tile, which are hit, and how many slots were entered into `index`.
 
-    bits        the window has 1 << bits columns
-    row0, col0  of its corner in the tiles
+    bits    the window has 1 << bits columns
+    window  first and last row, first and last column of tiles in `index`
     """
     most = 1
     for k in range(len(ends)):
+        _follow(marks, bits, sensor[0], sensor[1], ends[k, 0], ends[k, 1], hit[k])
         most += abs(int(ends[k, 0]) - int(sensor[0])) + abs(int(ends[k, 1]) - int(sensor[1])) + 1
-    visited = np.empty(most, np.int32)
-    n = np.uint64(0)
-    for k in range(len(ends)):
-        n = _follow(marks, bits, sensor[0], sensor[1], ends[k, 0], ends[k, 1], hit[k], visited, n)
-    cells, flags = np.empty(n, np.int64), np.empty(n, np.bool_)
-    taken = 0
-    for k in range(n):
-        place = np.uint64(visited[k])
-        row, col = (visited[k] >> bits) + row0, (visited[k] & ((1 << bits) - 1)) + col0
-        slot = index[row >> SHIFT, col >> SHIFT]
-        if slot == 0:
-            slot = index[row >> SHIFT, col >> SHIFT] = slot_to_take(free, used, taken)
-            taken += 1
-        cells[k] = (slot << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)
-        flags[k] = marks[place] & HIT != 0
-        marks[place] = 0
-        if flags[k]:
-            for r in ((row - MARGIN) >> SHIFT, (row + MARGIN) >> SHIFT):
-                for c in ((col - MARGIN) >> SHIFT, (col + MARGIN) >> SHIFT):
-                    if index[r, c] == 0:
-                        index[r, c] = slot_to_take(free, used, taken)
-                        taken += 1
-    return cells, flags, taken
+    cells, flags = np.empty(most, np.int64), np.empty(most, np.bool_)
+    words = marks.view(np.uint64)
+    row0, row1, col0, col1 = window
+    n, taken = 0, 0
+    for r in range(row0, row1 + 1):
+        for c in range(col0, col1 + 1):
+            before, first = n, ((r - row0) << (SHIFT + bits)) + ((c - col0) << SHIFT)
+            for cell in range(0, AREA, WORD):
+                place = np.uint64(first + ((cell >> SHIFT) << bits) + (cell & MASK))
+                if words[place >> U_3]:
+                    for k in range(WORD):
+                        mark = marks[place + np.uint64(k)]
+                        cells[n], flags[n] = cell + k, mark & HIT != 0
+                        n += mark != 0
+                    words[place >> U_3] = 0
+            if n > before:
+                taken = _take_around(cells[before:n], flags[before:n], r, c, index, free, used,
+                                     taken)  # fmt: skip
+    return cells[:n], flags[:n], taken
 
 
 @njit(cache=True)
-def _follow(marks, bits, x0, y0, x1, y1, hit, visited, n):
-    """One beam (Amanatides and Woo 1987): notes the cells that are new, gives how many there are.
+def _take_around(cells, hit, row, col, index, free, used, taken):
+    """Take the tile that the cells lie in, and all within MARGIN of the hits; gives how many slots
+    were taken by now. Cells become ids.
 
-    It takes as many steps as there are borders between its ends; a rounding error may take one of
-    them aside, by a cell at most, for which the window has room.
+    row, col  of the tile in `index`
     """
-    col, row = int(x0), int(y0)
-    end_col, end_row = int(x1), int(y1)
-    dx, dy = x1 - x0, y1 - y0
-    along = np.uint64(1 if dx > 0 else -1)  # unsigned, so that no index is checked for its sign
-    across = np.uint64((1 if dy > 0 else -1) << bits)
-    delta_x = abs(1.0 / dx) if dx != 0 else NEVER
-    delta_y = abs(1.0 / dy) if dy != 0 else NEVER
-    next_x = (col + (dx > 0) - x0) / dx if dx != 0 else NEVER
-    next_y = (row + (dy > 0) - y0) / dy if dy != 0 else NEVER
-    place, end = np.uint64((row << bits) + col), np.uint64((end_row << bits) + end_col)
-    for _ in range(abs(end_col - col) + abs(end_row - row)):
-        visited[n] = place
-        n += np.uint64(marks[place] == 0)
-        marks[place] |= FREE
-        x_first = next_x < next_y
-        place += along if x_first else across
-        next_x += delta_x if x_first else 0.0
-        next_y += 0.0 if x_first else delta_y
-    visited[n] = end
-    n += np.uint64(marks[end] == 0)
-    marks[end] |= HIT if hit else FREE
-    return n
+    if index[row, col] == 0:
+        index[row, col] = slot_to_take(free, used, taken)
+        taken += 1
+    for k in range(len(cells)):
+        if hit[k]:
+            i, j = (row << SHIFT) + (cells[k] >> SHIFT), (col << SHIFT) + (cells[k] & MASK)
+            for r in ((i - MARGIN) >> SHIFT, (i + MARGIN) >> SHIFT):
+                for c in ((j - MARGIN) >> SHIFT, (j + MARGIN) >> SHIFT):
+                    if index[r, c] == 0:
+                        index[r, c] = slot_to_take(free, used, taken)
+                        taken += 1
+        cells[k] += index[row, col] * AREA
+    return taken
+
+
+@njit(cache=True)
+def _follow(marks, bits, x0, y0, x1, y1, hit):
+    """Mark the cells of one beam: along the axis that it mostly runs along, in every line of cells
+    the one where it comes in and the one where it goes out."""
+    row = np.uint64(1 << bits)
+    if abs(x1 - x0) >= abs(y1 - y0):
+        _walk(marks, U_1, row, x0, y0, x1, y1)
+    else:
+        _walk(marks, row, U_1, y0, x0, y1, x1)
+    marks[np.uint64(int(y1)) * row + np.uint64(int(x1))] |= HIT if hit else FREE
+
+
+@njit(cache=True)
+def _walk(marks, along, across, u0, v0, u1, v1):
+    """From (u0, v0) to (u1, v1), which is at most as far in v as in u; `along` and `across` are how
+    far apart the marks of neighbours in u and in v lie."""
+    step, ahead = (1, 1) if u1 > u0 else (-1, 0)
+    slope = (v1 - v0) / (u1 - u0) if u1 != u0 else 0.0
+    low, high = min(int(v0), int(v1)), max(int(v0), int(v1))
+    line = np.uint64(int(v0)) * across
+    for u in range(int(u0), int(u1), step):
+        marks[np.uint64(u) * along + line] |= FREE
+        line = np.uint64(min(max(int(v0 + (u + ahead - u0) * slope), low), high)) * across
+        marks[np.uint64(u) * along + line] |= FREE
+    marks[np.uint64(int(u1)) * along + line] |= FREE

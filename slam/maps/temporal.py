@@ -5,21 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number, whole_number
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
-from slam.maps.bins import bin_limits, bin_of
-from slam.maps.cells import Cells
-from slam.maps.log_odds import Evidence, probability
-from slam.maps.rays import Rays
-from slam.maps.windows import Windows
+from slam.maps.bins import bin_of
+from slam.maps.log_odds import probability
+from slam.maps.windowed import Windowed
 from slam.scan import Scan
-from slam.tiles import AREA, GROWTH, Layer
+from slam.tiles import AREA, GROWTH, Layer, Tiles
 
 NONE = -1  # before the first window of a cell
 
 
-class Temporal:
+class Temporal(Windowed):
     """Keeps the whole history, as the paper's section 4.1 has it; its memory grows with time.
 
     Windows of time as in `Histogram`, and the same h: exactly, as long as no bin of the histogram
@@ -36,24 +33,7 @@ class Temporal:
     total       layer, sum of their bins
     """
 
-    def __init__(
-        self,
-        resolution: float = 0.05,
-        evidence: Evidence = Evidence(),
-        rays: Rays = Rays(),
-        delta_t: float = 4.0,
-        bins: int = 10,
-        weight: float = 0.1,
-    ):
-        positive_number("weight", weight)
-        whole_number("bins", bins, 2)
-        self.evidence = evidence
-        self.delta_t = delta_t
-        self.bins = bins
-        self._limits = bin_limits(bins)
-        self.weight = weight
-        self.cells = Cells(resolution, evidence.prior, rays)
-        tiles = self.cells.tiles
+    def _begin(self, tiles: Tiles) -> None:
         self.last = tiles.layer(np.int64, NONE)
         self.closed = tiles.layer(np.int32)
         self.total = tiles.layer(np.int32)
@@ -61,7 +41,6 @@ class Temporal:
         self._previous = np.empty(0, np.int64)
         self._window = np.empty(0, np.int32)
         self._log_odds = np.empty(0, np.float32)
-        self._windows = Windows(delta_t)
 
     @property
     def nbytes(self) -> int:

@@ -91,14 +91,16 @@ def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, ta
         row, col = blocks[k, 0] * BLOCK, blocks[k, 1] * BLOCK
         stale[index[row >> SHIFT, col >> SHIFT],
               ((row & MASK) // BLOCK) * BLOCKS + (col & MASK) // BLOCK] = False  # fmt: skip
-        n = 0
+        n, border = 0, (((col - reach) >> SHIFT) + 1) << SHIFT
         for r in range(row - reach, row + BLOCK + reach):
+            left = cell_at(index, r, col - reach) - (col - reach)
+            right = cell_at(index, r, col + BLOCK - 1 + reach) - (col + BLOCK - 1 + reach)
             for c in range(col - reach, col + BLOCK + reach):
-                cell = cell_at(index, r, c)
-                if moved[cell, 0] != NO_ECHO:
+                cell = np.uint64((left if c < border else right) + c)
+                if moved[cell, U_0] != NO_ECHO:
                     sources[n, 0] = log_h[level[cell]]
-                    sources[n, 1] = c - col + moved[cell, 0] / np.float32(256.0)
-                    sources[n, 2] = r - row + moved[cell, 1] / np.float32(256.0)
+                    sources[n, 1] = c - col + moved[cell, U_0] / np.float32(256.0)
+                    sources[n, 2] = r - row + moved[cell, U_1] / np.float32(256.0)
                     n += 1
         first = cell_at(index, row, col)
         for r in range(BLOCK):

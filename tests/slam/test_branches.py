@@ -120,7 +120,7 @@ def assert_in_order(tiles: Tiles, branches: list[Branch]) -> None:
 
 
 @parts
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(program=programs)
 @example([("fork", 0, 0), (Pose2(0.5, 0.0, 0.2), 0, 1), (Pose2(-0.5, 0.0, 0.0), 1, 2)])
 def test_every_branch_is_what_a_map_of_its_own_would_be(model, reading, program) -> None:
@@ -129,7 +129,7 @@ def test_every_branch_is_what_a_map_of_its_own_would_be(model, reading, program)
     assert_each_is_its_mirror(particles)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(poses, st.integers(0, 3), st.integers(0, 3))
 def test_what_one_branch_sees_leaves_the_others_bytes_alone(pose, first, second) -> None:
     grid, reading = Static(), Endpoint(sigma=FARTHEST)
@@ -235,4 +235,4 @@ def test_a_branch_that_was_dropped_is_empty_and_may_be_dropped_again() -> None:
     tiles.drop(tiles.current)
     assert tiles.free.tolist() == [1]
     tiles.cover((-5.0, -5.0), (5.0, 5.0))
-    assert tiles.spec.extent == (-64.0, 64.0, -64.0, 64.0)
+    assert tiles.spec.extent == (-TILE, TILE, -TILE, TILE)

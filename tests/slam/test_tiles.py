@@ -50,7 +50,7 @@ def write_some(tiles: Tiles, layer, naive: Naive, rng: np.random.Generator) -> N
         naive.ids[row, col] = cell(tiles, row, col)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(steps)
 def test_cells_keep_their_ids_and_values_however_the_index_grows(moves) -> None:
     tiles, naive = Tiles(RESOLUTION), Naive()
@@ -73,7 +73,7 @@ def test_cells_keep_their_ids_and_values_however_the_index_grows(moves) -> None:
         assert (layer.values[0] == 7).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(steps)
 def test_places_say_where_each_slot_lies(moves) -> None:
     tiles = Tiles(RESOLUTION)

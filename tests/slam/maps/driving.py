@@ -13,15 +13,16 @@ from slam.maps.histogram import Histogram
 from slam.maps.hmm import HMM
 from slam.maps.hybrid import Hybrid
 from slam.maps.log_odds import Evidence
+from slam.maps.mean import Mean
 from slam.maps.rays import Rays
 from slam.maps.recency import Recency
 from slam.maps.static import Static
 from slam.maps.temporal import Temporal
-from slam.tiles import Layer, Tiles
+from slam.tiles import AREA, TILE, Layer, Tiles
 from tests.slam import naive
 from tests.slam.worlds import ROOM, beam, loop, scan_at
 
-MODELS = [Static, Clamped, Histogram, Temporal, Recency, HMM, Filtered, Hybrid]
+MODELS = [Static, Clamped, Histogram, Mean, Temporal, Recency, HMM, Filtered, Hybrid]
 RAYS = Rays(reach=3.0, no_echo_reach=1.0)
 EVIDENCE = Evidence(hit=0.85, free=-0.4, prior=0.23)  # no sum of these lies on a border of bins
 VALUES = {"hit": 0.85, "free": -0.4, "prior": 0.23}
@@ -80,8 +81,8 @@ def h(grid, cell: tuple[int, int] = DOOR) -> float:
 
 def lattice(tiles: Tiles, ids: np.ndarray) -> list[tuple[int, int]]:
     """Cells of the lattice by their ids."""
-    slots, within = np.divmod(np.asarray(ids), 64 * 64)
-    cells = tiles.places[slots] * 64 + np.column_stack(np.divmod(within, 64))
+    slots, within = np.divmod(np.asarray(ids), AREA)
+    cells = tiles.places[slots] * TILE + np.column_stack(np.divmod(within, TILE))
     return [(r, c) for r, c in cells.tolist()]
 
 

@@ -15,6 +15,7 @@ from slam.maps.rays import Rays
 from slam.maps.static import Static
 from slam.maps.temporal import Temporal
 from slam.scan import Scan
+from slam.tiles import AREA
 from tests.slam import naive
 from tests.slam.maps.driving import (
     CLOSED,
@@ -176,7 +177,7 @@ sequences = st.lists(st.tuples(gaps, lengths), max_size=30)
 
 
 @every_model
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(sequence=sequences)
 def test_no_clock_and_no_reading_breaks_it(model, sequence) -> None:
     grid = model(1.0)
@@ -229,7 +230,7 @@ def test_a_large_building_fits(model) -> None:
     grid = model()
     tiles = grid.cells.tiles
     own = tiles.nbytes - Cells(0.05, 0.2, Rays()).tiles.nbytes
-    assert own / (tiles.used * 64 * 64) <= MOST_BYTES
+    assert own / (tiles.used * AREA) <= MOST_BYTES
 
 
 @every_model

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.errors import InputError
@@ -36,7 +36,6 @@ sequences = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(sequences, st.sampled_from([0.02, 0.1]), st.sampled_from([1.5, 4.0]))
 def test_a_cell_against_the_table(sequence, sure, limit) -> None:
     grid = Filtered(1.0, EVIDENCE, sure=sure, limit=limit)

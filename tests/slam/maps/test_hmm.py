@@ -45,7 +45,7 @@ def rates(grid: HMM, cell=DOOR) -> tuple[float, float]:
     return grid.rates(*at(grid.cells.tiles, cell))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(stretches, st.sampled_from([(0.5, 60.0), (2.0, 10.0)]))
 def test_a_cell_is_the_chain_of_the_reference(of, prior) -> None:
     sequence = readings([(gap, length) for gap, length, n in of for _ in range(n)])

@@ -1,7 +1,7 @@
 """Hybrid maps against the static map and the full history, and what they remember."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.errors import InputError
@@ -34,7 +34,6 @@ sequences = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(sequences, st.sampled_from([2, 5, 10]), st.sampled_from([0.5, 3.0]))
 def test_a_cell_is_the_larger_of_static_map_and_mean(sequence, bins, delta_t) -> None:
     grid = Hybrid(1.0, EVIDENCE, delta_t=delta_t, bins=bins)

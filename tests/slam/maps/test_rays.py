@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2
@@ -35,7 +35,6 @@ def traced(sensor, ends, hit) -> dict[tuple[int, int], bool]:
     return found(tiles, trace(tiles, sensor, ends, hit))
 
 
-@settings(deadline=None)
 @given(points, beams_to)
 def test_cells_are_those_that_the_beams_cross(sensor, beams) -> None:
     expected: dict[tuple[int, int], bool] = {}
@@ -50,7 +49,6 @@ def test_cells_are_those_that_the_beams_cross(sensor, beams) -> None:
         assert not cells[cut]
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(points, beams_to), min_size=2, max_size=4))
 def test_a_scan_leaves_nothing_behind_for_the_next(scans) -> None:
     tiles, tracer = Tiles(RESOLUTION), Tracer()
@@ -61,7 +59,6 @@ def test_a_scan_leaves_nothing_behind_for_the_next(scans) -> None:
         assert seen.echoes.tolist() == [list(end) for end, hit in beams if hit]
 
 
-@settings(deadline=None)
 @given(points, beams_to)
 def test_tiles_are_taken_for_all_that_was_seen_and_around_the_echoes(sensor, beams) -> None:
     tiles = Tiles(RESOLUTION)

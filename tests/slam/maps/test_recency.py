@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.errors import InputError
@@ -36,7 +36,6 @@ sequences = st.lists(
 )
 
 
-@settings(deadline=None)
 @given(sequences, st.lists(st.sampled_from([0.5, 5.0, 80.0, 2000.0]), min_size=1, max_size=4))
 def test_what_was_seen_is_weighted_by_its_age(sequence, scales) -> None:
     grid = Recency(1.0, EVIDENCE, scales=tuple(scales))

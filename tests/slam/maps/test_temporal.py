@@ -32,7 +32,6 @@ gaps = st.sampled_from([0.0, 0.3, 1.1, 4.0, 50.0, -0.6, -7.0])
 sequences = st.lists(st.tuples(gaps, st.sampled_from([CLOSED, OPEN, HIDDEN])), max_size=60)
 
 
-@settings(deadline=None)
 @given(sequences, st.integers(2, 12), st.floats(0.05, 2.0), st.sampled_from([0.5, 3.0]))
 def test_a_door_is_that_of_the_histogram_to_the_last_bit(sequence, bins, weight, delta_t) -> None:
     arguments = {"delta_t": delta_t, "bins": bins, "weight": weight}
@@ -40,7 +39,7 @@ def test_a_door_is_that_of_the_histogram_to_the_last_bit(sequence, bins, weight,
     assert watched(grids[0], *readings(sequence)) == watched(grids[1], *readings(sequence))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from([2, 5, 10]), st.sampled_from([1.0, 3.0, 8.0]))
 def test_a_drive_is_that_of_the_histogram_to_the_last_bit(seed, bins, delta_t) -> None:
     history = again(drive(seed=seed), 90.0)

@@ -11,6 +11,7 @@ from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.perception.endpoint import Endpoint
 from slam.perception.field import H_HIGH, H_LOW, MOVED, NO_ECHO, TURNED
+from slam.tiles import TILE
 from tests.slam import naive
 from tests.slam.perception.rooms import dense, mapped, observed
 from tests.slam.worlds import FAN, ROOM, beam, scan_at
@@ -33,7 +34,7 @@ def assert_up_to_date(grid, endpoint: Endpoint) -> None:
     np.testing.assert_allclose(field, rebuilt(grid, endpoint), atol=TABLE)
     assert not endpoint._stale.values.any()
     for level in (1, 2):
-        side = 64 >> level
+        side = TILE >> level
         mean = field.reshape(len(field) >> level, 1 << level, -1, 1 << level).mean(axis=(1, 3))
         np.testing.assert_allclose(dense(tiles, endpoint.field(level), side), mean, atol=1e-5)
 
