@@ -84,3 +84,9 @@ def transform_points(pose: Pose2, points: ArrayLike) -> Array:
     points = np.asarray(points, dtype=np.float64)
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     return points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
+
+
+def turned(theta: float) -> Array:
+    """(3, 3) what x, y and theta as seen from a frame are in its parent, turned by theta, rad."""
+    c, s = math.cos(theta), math.sin(theta)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

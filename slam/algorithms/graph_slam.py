@@ -15,11 +15,12 @@ import numpy as np
 from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.checked import positive_number, whole_number
-from slam.geometry import Array, Pose2, compose
+from slam.geometry import Array, Pose2, compose, turned
 from slam.graph.chain import chained
+from slam.graph.edges import Edge
 from slam.graph.local_map import LocalMap
 from slam.graph.loops import Loops, Matcher
-from slam.graph.pose_graph import Edge, PoseGraph
+from slam.graph.pose_graph import PoseGraph
 from slam.graph.whole_map import WholeMap
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, Motion, Perception, Search
@@ -42,9 +43,9 @@ class GraphSlam:
     finished stretch with older ones, as far around as the surest chain of edges leaves in doubt.
     After a loop the graph is optimised, with a kernel that switches off what the rest contradicts.
 
-    Every update does one piece of that work at most (a match, or a step of the optimisation), so
-    that none takes long; where the stretches follow too quickly for that, what is left of the one
-    before is done at once. `finish` does what is left at the end.
+    Every update does one piece of that work (a match, or a step of the optimisation), so that none
+    takes long; where stretches follow too quickly for that, as many pieces as stretches wait.
+    `finish` does what is left at the end.
 
     grid        makes the whole map: the memory of what the cells have been
     local       makes the map of a stretch: a few metres, in which little changes
@@ -86,6 +87,7 @@ class GraphSlam:
         self.places: list[LocalMap] = []
         self._front: MaximumLikelihood | None = None
         self._sure = np.zeros((3, 3))  # covariance of the present stretch's frame, in that frame
+        self._middles: list[Pose2] = []  # of the finished stretches, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(grid)
         self._numbers: list[int] = []  # of the stretch, and the pose in it, for every update
@@ -114,6 +116,8 @@ class GraphSlam:
             self._finished = keyframes
         while self._work:
             self._do(self._work[0])
+        if self.graph.outdated:
+            deque(self._moved(self.graph.steps()), maxlen=0)
         self._whole = WholeMap(self.grid)  # whatever was drawn on the way
         if self._locals:
             self.pose = Pose2.of(self.graph.poses[self._numbers[-1]]) @ self._locals[-1]
@@ -151,7 +155,7 @@ class GraphSlam:
             place.add(scan, estimate.pose)
             return estimate
         if isinstance(self._front.perception, Endpoint):
-            self._matcher.keep(place, self._front.grid, self._front.perception)
+            self._matcher.keep(place, self._front.perception)
         self._append(estimate)
         self._work.append(self._close(len(self.places) - 1))
         return self._begin(place.following(scan, estimate.pose, self.seeds), estimate.score)
@@ -161,15 +165,14 @@ class GraphSlam:
             rng=self.rng, grid=self.local(), perception=self.perception(),
             motion=self.motion, search=self.search,
         )  # fmt: skip
-        for scan, pose in place:
-            self._front.remember(scan, pose, score)
+        self._front.remember(place, score)
         self.places.append(place)
         return self._front.keyframe
 
     def _append(self, estimate: Estimate) -> None:
         """One more frame in the graph, where the present stretch has led."""
         frame = Pose2.of(self.graph.poses[-1])
-        turn = _turn(-estimate.pose.theta)
+        turn = turned(-estimate.pose.theta)
         covariance = turn @ estimate.covariance @ turn.T + DRIFT
         last = len(self.graph.poses) - 1
         self.graph.add_pose(frame @ estimate.pose)
@@ -178,7 +181,7 @@ class GraphSlam:
         self._sure = turn @ self._carried(estimate) @ turn.T + DRIFT
 
     def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
-        turn = _turn(frame.theta)
+        turn = turned(frame.theta)
         return turn @ self._carried(estimate) @ turn.T
 
     def _carried(self, estimate: Estimate) -> Array:
@@ -189,12 +192,11 @@ class GraphSlam:
     # -- loops ---------------------------------------------------------------------------------
 
     def _work_on(self) -> bool:
-        """One piece, or all that is left of the stretch before the last. Whether it revised."""
+        """A piece for every stretch that waits. Whether it revised."""
         before = self._revisions
-        if self._work:
-            self._do(self._work[0])
-        while len(self._work) > 1:
-            self._do(self._work[0])
+        for _ in range(len(self._work)):
+            if self._work:
+                self._do(self._work[0])
         return self._revisions > before
 
     def _do(self, work: Iterator[None]) -> None:
@@ -204,6 +206,7 @@ class GraphSlam:
     def _close(self, here: int) -> Iterator[None]:
         """Match stretch `here` with older ones; optimise the graph if any shows the same place."""
         graph, place = self.graph, self.places[here]
+        self._middles[here:] = [place.middle()]
         panorama = place.panorama()
         covariances = chained(len(graph.poses), graph.edges, graph.trust(), here)
         closed = False
@@ -219,23 +222,22 @@ class GraphSlam:
                 closed = True
             yield
         if closed:
-            yield from self._optimise()
+            yield from self._moved(graph.adjusting())
 
     def _candidates(self, here: int, covariances: Array) -> list[int]:
         """Older stretches that may show the same place, the likeliest first."""
-        middles = [Pose2.of(self.graph.poses[k]) @ self.places[k].middle() for k in range(here + 1)]
-        apart = np.array(
-            [math.hypot(one.x - middles[-1].x, one.y - middles[-1].y) for one in middles]
-        )
+        middles = compose(self.graph.poses[: here + 1], np.array(self._middles[: here + 1]))
+        apart = np.hypot(*(middles[:, :2] - middles[-1, :2]).T)
         spread = np.sqrt(covariances[: here + 1, 0, 0] + covariances[: here + 1, 1, 1])
         share = apart / (NEAR + self.loops.sigmas * spread)
         order = np.argsort(share[: max(here - 1, 0)], kind="stable")  # not the one just before
         return [int(k) for k in order[: self.candidates] if share[k] < 1.0]
 
-    def _optimise(self) -> Iterator[None]:
+    def _moved(self, steps: Iterator[Array]) -> Iterator[None]:
+        """Take the steps, then their poses; those added meanwhile move with the last of them."""
         graph = self.graph
         found = graph.poses
-        for poses in graph.steps():
+        for poses in steps:
             found = poses
             yield
         moved = Pose2.of(found[-1]) @ Pose2.of(graph.poses[len(found) - 1]).inverse()
@@ -245,11 +247,6 @@ class GraphSlam:
 
 
 DONE = object()
-
-
-def _turn(theta: float) -> Array:
-    c, s = math.cos(theta), math.sin(theta)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _lever(pose: Pose2) -> Array:

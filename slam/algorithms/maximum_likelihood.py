@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -73,12 +74,16 @@ class MaximumLikelihood:
         self.pose = estimate.pose
         return estimate
 
-    def remember(self, scan: Scan, pose: Pose2, score: float = 0.0) -> None:
-        """Put a scan into the map at a pose that is known, and go on from there."""
-        self.pose = pose
-        estimate = Estimate(pose, EXACT, score, True)
-        self._keep(scan, estimate)
-        self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
+    def remember(self, keyframes: Iterable[tuple[Scan, Pose2]], score: float = 0.0) -> None:
+        """Put scans into the map at poses that are known, and go on from the last."""
+        changed = []
+        for scan, pose in keyframes:
+            estimate = Estimate(pose, EXACT, score, True)
+            changed.append(self._draw(scan, estimate))
+            self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
+        if changed:
+            self.perception.refresh(self.grid, np.concatenate(changed))
+            self.pose = self.keyframe.pose
 
     def _match(self, scan: Scan) -> Estimate:
         """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
@@ -107,10 +112,14 @@ class MaximumLikelihood:
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
         """The keyframe that is matched from now on."""
+        self.perception.refresh(self.grid, self._draw(scan, estimate))
+
+    def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
+        """Put the keyframe into the map; the ids of the cells that may have changed."""
         changed = self.grid.integrate(scan, estimate.pose)
-        self.perception.refresh(self.grid, changed)
         self._ground.settle(estimate.pose, estimate.covariance)
         self.keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
+        return changed
 
     def _dead_reckoned(self) -> Estimate:
         """Where the odometry leads from the last match, and as much less sure."""

@@ -9,7 +9,7 @@ from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.perception.endpoint import Endpoint
-from slam.tiles import Tiles
+from slam.tiles import TILE
 
 CELL = 2  # cells of the map; the side of a candidate's
 LEVELS = 6  # squares of 1, 2, 4, ... 32 candidates share a bound
@@ -24,14 +24,11 @@ class GlobalSearch:
     what it holds.
     """
 
-    def __init__(self, tiles: Tiles, reading: Endpoint):
-        field = tiles.dense(reading.field())
-        rows, cols = field.shape
-        coarse = field.reshape(rows // CELL, CELL, cols // CELL, CELL).max(axis=(1, 3))
-        self._pad = 1 << (LEVELS - 1)
+    def __init__(self, reading: Endpoint):
+        tiles, self._pad = reading.tiles, 1 << (LEVELS - 1)
         self._unknown = np.float32(reading.unknown)
-        padded = np.pad(coarse, self._pad, constant_values=self._unknown)
-        self._maxima = _maxima(padded, LEVELS, self._unknown)
+        coarse = _coarse(tiles.index, reading.field().values, self._pad, self._unknown)
+        self._maxima = _maxima(coarse, LEVELS, self._unknown)
         self._origin, self._cell = np.array(tiles.origin), CELL * tiles.resolution
 
     @property
@@ -55,23 +52,53 @@ class GlobalSearch:
 
 
 @njit(cache=True)
+def _coarse(index, field, pad, unknown):
+    """The field in cells CELL times as wide, each the maximum of what it holds; unknown all around,
+    `pad` cells wide."""
+    side = TILE // CELL
+    high, wide = index.shape
+    result = np.full((high * side + 2 * pad, wide * side + 2 * pad), unknown, np.float32)
+    for i in range(high):
+        for j in range(wide):
+            if index[i, j] == 0:
+                continue
+            tile = field[index[i, j]]
+            for r in range(side):
+                row = result[pad + i * side + r, pad + j * side :]
+                for c in range(side):
+                    top = tile[CELL * r * TILE + CELL * c]
+                    for k in range(CELL * CELL):
+                        value = tile[(CELL * r + k // CELL) * TILE + CELL * c + k % CELL]
+                        top = value if value > top else top
+                    row[c] = top
+    return result
+
+
+@njit(cache=True)
 def _maxima(field, levels, unknown):
     """(levels, rows, cols) the maximum over 1 << level cells from each cell on, up and right."""
     rows, cols = field.shape
     result = np.empty((levels, rows, cols), np.float32)
     result[0] = field
+    wide = np.full((rows, cols), unknown, np.float32)
     for level in range(1, levels):
         step = 1 << (level - 1)
         for r in range(rows):
+            _larger(result[level - 1, r, :-step], result[level - 1, r, step:], wide[r, :-step])
+            for c in range(cols - step, cols):
+                wide[r, c] = max(result[level - 1, r, c], unknown)
+        for r in range(rows - step):
+            _larger(wide[r], wide[r + step], result[level, r])
+        for r in range(rows - step, rows):
             for c in range(cols):
-                top = result[level - 1, r, c]
-                right = result[level - 1, r, c + step] if c + step < cols else unknown
-                above = result[level - 1, r + step, c] if r + step < rows else unknown
-                far = unknown
-                if c + step < cols and r + step < rows:
-                    far = result[level - 1, r + step, c + step]
-                result[level, r, c] = max(max(top, right), max(above, far))
+                result[level, r, c] = max(wide[r, c], unknown)
     return result
+
+
+@njit(cache=True)
+def _larger(a, b, result):
+    for k in range(len(result)):
+        result[k] = a[k] if a[k] > b[k] else b[k]
 
 
 @njit(cache=True)

@@ -11,6 +11,7 @@ from slam.geometry import Pose2, transform_points
 from slam.scan import Scan
 
 CELL = 0.05  # m: of the echoes in a square of this side one is kept in a panorama
+ROWS = 1 << 32  # more squares than lie above each other
 SIZE = 400  # echoes of a panorama at most
 
 
@@ -60,7 +61,8 @@ class LocalMap:
         points = np.concatenate(
             [transform_points(one.pose, one.scan.points) for one in self.keyframes]
         )
-        _, kept = np.unique(np.floor(points / CELL), axis=0, return_index=True)
+        col, row = np.floor(points / CELL).astype(np.int64).T
+        _, kept = np.unique(col * ROWS + row, return_index=True)
         chosen = np.linspace(0, len(kept) - 1, min(len(kept), SIZE)).astype(np.int64)
         x, y = points[kept[chosen]].T
         ranges = np.hypot(x, y)

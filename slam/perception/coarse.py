@@ -12,6 +12,7 @@ from slam.perception.blocks import BLOCK, BLOCKS, Due, all_blocks, cell_at
 from slam.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
 
 REACH = 2  # cells to either side of a sample's cell that a peak looks over
+U_1, U_MASK, U_SHIFT = np.uint64(1), np.uint64(MASK), np.uint64(SHIFT)  # no sign is checked
 LEVELS = 3  # fields of cells 1, 2 and 4 times as wide as the map's
 
 
@@ -115,7 +116,7 @@ def _lift(blocks, index, field, peaks, low, scale):
 def _bounds(poses, points, index, peaks, origin, resolution, unknown, low, step, reach):
     scale = 1.0 / resolution
     extra = max(int(np.ceil((reach * scale - 1.0) / 2.0)), 0)
-    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    rows, cols = float(index.shape[0] << SHIFT), float(index.shape[1] << SHIFT)
     result = np.empty(len(poses))
     for n in range(len(poses)):
         c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
@@ -124,16 +125,33 @@ def _bounds(poses, points, index, peaks, origin, resolution, unknown, low, step,
         for k in range(len(points)):
             x = x0 + c * points[k, 0] - s * points[k, 1]
             y = y0 + s * points[k, 0] + c * points[k, 1]
-            top = -np.inf
-            for dr in range(-extra, extra + 1):
-                for dc in range(-extra, extra + 1):
-                    if 0.0 <= x + 2 * dc < cols and 0.0 <= y + 2 * dr < rows:
-                        i, j = np.int32(y) + 2 * dr, np.int32(x) + 2 * dc
-                        slot = index[i >> SHIFT, j >> SHIFT]
-                        place = ((i & MASK) >> 1) * (TILE // 2) + ((j & MASK) >> 1)
-                        top = max(top, low + step * peaks[slot, place])
-                    else:
-                        top = max(top, unknown)
-            total += top
+            if extra:
+                total += _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step)
+            elif x >= 0.0 and y >= 0.0 and x < cols and y < rows:
+                total += low + step * _peak(x, y, index, peaks)
+            else:
+                total += unknown
         result[n] = total
     return result
+
+
+@njit(cache=True)
+def _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step):
+    """The largest of the squares up to `extra` squares away."""
+    top = -np.inf
+    for dr in range(-extra, extra + 1):
+        for dc in range(-extra, extra + 1):
+            i, j = y + 2 * dr, x + 2 * dc
+            if 0.0 <= j < cols and 0.0 <= i < rows:
+                top = max(top, low + step * _peak(j, i, index, peaks))
+            else:
+                top = max(top, unknown)
+    return top
+
+
+@njit(cache=True)
+def _peak(x, y, index, peaks):
+    i, j = np.uint64(np.int64(y)), np.uint64(np.int64(x))
+    slot = np.uint64(index[i >> U_SHIFT, j >> U_SHIFT])
+    row, col = (i & U_MASK) >> U_1, (j & U_MASK) >> U_1
+    return peaks[slot, (row << (U_SHIFT - U_1)) + col]

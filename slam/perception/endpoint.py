@@ -15,7 +15,7 @@ from slam.perception import field
 from slam.perception.blocks import BLOCKS
 from slam.perception.coarse import LEVELS, REACH, Means, Peaks
 from slam.scan import Scan
-from slam.tiles import AREA, Layer
+from slam.tiles import AREA, Layer, Tiles
 
 ROUNDING = 1e-6
 NEAR, CLEAR = 0.4, 0.1  # of F: from where on an echo is explained, or contradicted; the prior of
@@ -37,6 +37,7 @@ class Endpoint:
     sigma   m, how far an echo may lie from what it hit
     z_hit   share of echoes that the map explains
     z_rand  floor of an echo that it does not
+    tiles   of the map that is read
     """
 
     levels = LEVELS
@@ -70,7 +71,7 @@ class Endpoint:
     def _begin(self, grid: MapModel) -> None:
         """Fields for a map that was not read before: what is unknown takes the map's prior."""
         tiles = grid.cells.tiles
-        self._grid, self._tiles = grid, tiles
+        self._grid = grid
         self._radius = math.ceil(3 * self.sigma / tiles.resolution - ROUNDING)
         if self._radius + REACH > MARGIN:
             raise InputError(
@@ -87,13 +88,19 @@ class Endpoint:
             transformed.astype(np.float32),
         )
         prior = min(max(round(255 * grid.cells.prior), field.H_LOW), field.H_HIGH)
-        self.unknown = float(np.log(self.z_hit * h[prior] + self.z_rand))
-        self._span = float(transformed[-1]), float(transformed[0])
-        self._top = max(self._span[1], self.unknown)
         self._level = tiles.layer(np.uint8, prior)
         self._moved = tiles.layer(np.int8, field.NO_ECHO, (AREA, 2))
         self._stale = tiles.layer(np.bool_, shape=(BLOCKS**2,))
-        self._field = tiles.layer(np.float32, self.unknown)
+        unknown = float(np.log(self.z_hit * h[prior] + self.z_rand))
+        self.read(tiles, tiles.layer(np.float32, unknown))
+
+    def read(self, tiles: Tiles, layer: Layer) -> None:
+        """Take `layer` of the tiles for the field, blank where nothing is known."""
+        self.tiles, self._field, self.unknown = tiles, layer, float(layer.fill)
+        h = np.array([field.H_LOW, field.H_HIGH]) / 255
+        low, high = np.log(self.z_hit * h + self.z_rand).tolist()
+        self._span = low, high
+        self._top = max(high, self.unknown)
         self._peaks: Peaks | None = None
         self._means: Means | None = None
 
@@ -103,12 +110,12 @@ class Endpoint:
         if level == 0:
             return self._field
         if self._means is None:
-            self._means = Means(self._tiles, self._field, self.unknown)
+            self._means = Means(self.tiles, self._field, self.unknown)
         return self._means.level(level)
 
     def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
         """(n,) log p(scan | pose, h) of the poses (n, 3); maybe -inf where it is below `floor`."""
-        tiles = self._tiles
+        tiles = self.tiles
         return self.beta * field.values(
             poses, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
             self.unknown, floor / self.beta - ROUNDING, self._top,
@@ -116,7 +123,7 @@ class Endpoint:
 
     def shares(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
         """Shares of the echoes that lie near something occupied, and that lie where it is free."""
-        tiles = self._tiles
+        tiles = self.tiles
         each = field.each(np.array(pose), scan.points, tiles.index, self._field.flat,
                                  tiles.origin, tiles.resolution, self.unknown)  # fmt: skip
         near, clear = np.log(self.z_hit * np.array([NEAR, CLEAR]) + self.z_rand)
@@ -127,12 +134,12 @@ class Endpoint:
         """(n,) no less than the log-likelihood at any pose within `reach` m, in x and in y, of each
         of the poses (n, 3), with the same heading."""
         if self._peaks is None:
-            self._peaks = Peaks(self._tiles, self._field, self.unknown, *self._span)
+            self._peaks = Peaks(self.tiles, self._field, self.unknown, *self._span)
         return self.beta * self._peaks.bounds(scan.points, poses, reach)
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature of the log-likelihood, read off the field of `level`."""
-        tiles = self._tiles
+        tiles = self.tiles
         value, gradient, curvature = field.slope(
             np.array(pose), scan.points, tiles.index, self.field(level).values, tiles.origin,
             tiles.resolution, level,

@@ -10,6 +10,7 @@ from slam.geometry import (
     compose,
     inverse,
     transform_points,
+    turned,
     wrap_angle,
 )
 
@@ -74,3 +75,10 @@ def test_points_move_as_poses_do(pose: Pose2, x: float, y: float) -> None:
 
 def test_of_takes_any_three_numbers() -> None:
     assert Pose2.of(np.array([1, 2, 3])) == Pose2(1.0, 2.0, 3.0)
+
+
+@given(poses)
+def test_what_is_turned_is_what_a_frame_makes_of_it(pose: Pose2) -> None:
+    np.testing.assert_allclose(turned(pose.theta)[:2, :2], matrix(pose)[:2, :2])
+    np.testing.assert_array_equal(turned(pose.theta)[2], [0, 0, 1])
+    np.testing.assert_array_equal(turned(pose.theta)[:, 2], [0, 0, 1])

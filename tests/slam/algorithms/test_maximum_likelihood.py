@@ -290,11 +290,14 @@ def test_what_is_remembered_is_what_later_scans_are_matched_with(episode) -> Non
     """As if it had been matched there; and the robot goes on from the last of it."""
     poses = [Pose2.of(pose) for pose in episode.truth.poses[:40:4]]
     robot, grid = MaximumLikelihood(), Static()
-    for k, (pose, scan) in enumerate(zip(poses, episode.scans[:40:4], strict=True)):
-        robot.remember(scan, pose, score=-0.1 * k)
-        grid.integrate(scan, pose)
-        assert robot.pose == robot.keyframe.pose == pose
-        assert (robot.keyframe.score, robot.keyframe.matched) == (-0.1 * k, True)
+    scans = list(zip(episode.scans[:40:4], poses, strict=True))
+    for known in (scans[:1], scans[1:4], [], scans[4:]):
+        robot.remember(known, score=-0.9)
+        for scan, pose in known:
+            grid.integrate(scan, pose)
+        assert robot.pose == robot.keyframe.pose
+        assert (robot.keyframe.score, robot.keyframe.matched) == (-0.9, True)
+    assert robot.pose == poses[-1]
     np.testing.assert_array_equal(robot.map().occupied, grid.cells.grid().occupied)
     standing = robot.update(Pose2(), episode.scans[36])
     assert (standing.pose, standing.score, standing.matched) == (poses[-1], -0.9, False)

@@ -265,7 +265,7 @@ ranges = st.one_of(st.floats(0, 8), st.sampled_from([math.nan, math.inf, -1.0, 0
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(
     readings=st.lists(st.lists(ranges, min_size=1, max_size=20), min_size=1, max_size=6),
     told=motions,
@@ -280,7 +280,7 @@ def test_no_scan_breaks_a_variant(variant, readings, told, times, mount) -> None
 
 
 @pytest.mark.parametrize("variant", [name for name in VARIANTS if name != "odometry"])
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(moved=drives, error=st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
 def test_a_short_drive_is_followed(variant, moved, error) -> None:
     followed(slam.make(variant), moved, error)
@@ -294,7 +294,7 @@ def test_a_short_drive_is_followed(variant, moved, error) -> None:
     ],
 )
 @pytest.mark.parametrize("grid", GRIDS)
-@settings(max_examples=2, deadline=None)
+@settings(max_examples=2)
 @given(moved=drives, error=st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
 def test_a_short_drive_is_followed_by_any_parts(grid, reading, search, moved, error) -> None:
     parts = {"grid": GRIDS[grid](), "perception": READINGS[reading](), "search": SEARCHES[search]()}

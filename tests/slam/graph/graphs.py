@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from slam.geometry import Pose2
-from slam.graph.pose_graph import Edge, PoseGraph
+from slam.graph.edges import Edge
+from slam.graph.pose_graph import PoseGraph
 
 ODOMETRY = np.diag([1 / 0.02**2, 1 / 0.02**2, 1 / math.radians(0.5) ** 2])
 LOOP = np.diag([1 / 0.03**2, 1 / 0.03**2, 1 / math.radians(0.5) ** 2])

@@ -53,7 +53,7 @@ def test_the_way_is_that_of_its_own_keyframes() -> None:
     assert place.middle() == pytest.approx((9 / 4, 10 / 4, 0.0))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seeds, st.integers(1, 5))
 def test_a_panorama_is_what_its_own_keyframes_saw_thinned_out(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)

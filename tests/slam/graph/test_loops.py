@@ -10,8 +10,6 @@ from slam.geometry import Pose2
 from slam.graph import loops
 from slam.graph.local_map import LocalMap
 from slam.graph.loops import Loops, Match, Matcher, cautious
-from slam.maps.static import Static
-from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
 from tests.slam.worlds import FAN, ROOM, loop, scan_at
 
@@ -187,21 +185,21 @@ def test_where_nothing_was_seen_nothing_is_believed(fill: float) -> None:
 
 def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatch) -> None:
     monkeypatch.setattr(loops, "MOST_BYTES", 0)  # one is kept
-    grid, reading = Static(), Endpoint()
-    for scan, pose in room():
-        reading.refresh(grid, grid.integrate(scan, pose))
+    reading = loops.mapped(room())
     panorama, wide = mapped(HERE, seed=1).panorama(), about((0.3, 0.3, 0.1))
     ready, anew = Matcher(Loops()), Matcher(Loops())
-    place = room()
-    ready.keep(place, grid, reading)
+    place, hall = room(), mapped(POSES[:3])
+    ready.keep(place, reading)
     expected = anew.match(place, panorama, TRUTH, wide)
     for matcher in (ready, anew):
         for _ in range(2):
             found = matcher.match(place, panorama, TRUTH, wide)
             assert found.pose == expected.pose
             np.testing.assert_array_equal(found.information, expected.information)
-            matcher.keep(LocalMap((), scan_at(Pose2())), grid, reading)  # the place is forgotten
-            assert matcher.nbytes == grid.cells.tiles.nbytes
+            most = matcher.nbytes
+            matcher.match(hall, panorama, TRUTH, wide)  # the place is packed away
+            assert list(matcher._ready) == [hall]
+            assert matcher.nbytes < 2 * most
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ class Course:
 
 
 @pytest.mark.parametrize("make", [Static, Histogram])
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.lists(st.sampled_from(["grow", "begin", "move", "draw"]), max_size=14))
 @example(["draw", "grow"])
 @example(["draw", "grow", "begin", "draw", "grow"])

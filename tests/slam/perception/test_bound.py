@@ -26,13 +26,13 @@ far = st.floats(-20.0, 20.0)
 
 @pytest.mark.parametrize("reading", READINGS)
 @given(x=near, y=near, theta=heading, reach=st.sampled_from(REACHES), seed=st.integers(0, 999))
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 def test_no_pose_within_reach_is_above_the_bound(reading, x, y, theta, reach, seed) -> None:
     assert_bounded(READINGS[reading], scan_at(Pose2(0.2, 0.1, theta)), (x, y, theta), reach, seed)
 
 
 @given(x=far, y=far, theta=heading, reach=st.sampled_from(REACHES), seed=st.integers(0, 999))
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 def test_nor_about_the_borders_of_the_map_and_its_tiles(x, y, theta, reach, seed) -> None:
     ranges = np.random.default_rng(seed).uniform(0.1, MAX_RANGE - 0.1, len(FAN))
     scan = Scan(ranges, FAN, MAX_RANGE)

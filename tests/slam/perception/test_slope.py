@@ -9,6 +9,7 @@ from slam.perception.beam import Beam
 from slam.perception.differences import STEPS, slope
 from slam.perception.endpoint import Endpoint
 from slam.perception.literal import Literal
+from slam.tiles import TILE
 from tests.slam import naive
 from tests.slam.perception.rooms import dense, mapped
 from tests.slam.worlds import beam, scan_at
@@ -46,8 +47,8 @@ def test_endpoints_gradient_is_that_of_finite_differences() -> None:
 @pytest.mark.parametrize("level", [1, 2])
 def test_the_coarser_levels_are_the_same_function_blurred(level: int) -> None:
     endpoint, scan = ENDPOINT, scan_at(TRUTH)
-    step, tiles = 1e-3, endpoint._tiles
-    field = dense(tiles, endpoint.field(level), 64 >> level)
+    step, tiles = 1e-3, endpoint.tiles
+    field = dense(tiles, endpoint.field(level), TILE >> level)
     for pose in POSES:
         ahead = [endpoint.slope(scan, Pose2(*(np.array(pose) + e)), level).value
                  for e in np.vstack([np.eye(3), -np.eye(3)]) * step]  # fmt: skip

@@ -1,0 +1,53 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slam.geometry import Pose2
+from slam.graph.edges import ROOM, Edge, Edges
+from tests.slam.graph import graphs
+
+
+def some(n: int, seed=0) -> list[Edge]:
+    rng = np.random.default_rng(seed)
+    edges = []
+    for k in range(n):
+        moved, information = Pose2.of(rng.normal(size=3)), graphs.random_information(rng)
+        edges.append(Edge(k, k + 1 + k % 3, moved, information, loop=k % 2 > 0))
+    return edges
+
+
+def same(found: Edge, expected: Edge) -> bool:
+    return (*found[:3], found.loop) == (*expected[:3], expected.loop) and np.array_equal(
+        found.information, expected.information
+    )
+
+
+@given(st.integers(0, 3 * ROOM), st.integers(0, 3 * ROOM))
+def test_what_was_added_is_what_there_is(n: int, more: int) -> None:
+    expected = some(n + more)
+    edges = Edges(expected[:n])
+    edges.extend(expected[n:])
+    assert len(edges) == n + more
+    assert all(map(same, edges, expected))
+    assert all(same(edges[k], expected[k]) for k in range(-n, n))
+    assert edges.ends.tolist() == [list(edge[:2]) for edge in expected]
+    assert edges.measured.tolist() == [list(edge.displacement) for edge in expected]
+    assert edges.loops.tolist() == [edge.loop for edge in expected]
+
+
+def test_arrays_are_of_what_there_was() -> None:
+    edges = Edges(some(ROOM - 1))
+    before, copies = edges.measured, edges.measured.copy()
+    edges.extend(some(3 * ROOM, seed=1))
+    np.testing.assert_array_equal(before, copies)
+
+
+def test_those_chosen_are_a_copy() -> None:
+    expected = some(9)
+    edges = Edges(expected)
+    numbers = np.array([1, 4, 8])
+    chosen = edges.chosen(numbers)
+    chosen.append(expected[0])
+    assert all(map(same, chosen, [expected[k] for k in (1, 4, 8, 0)]))
+    assert all(map(same, edges, expected))
+    assert len(edges.chosen(numbers[:0])) == 0
