@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.errors import InputError
-from slam.geometry import Array
+from slam.geometry import Array, Pose2, transform_points
 
 TILE = 64  # a grid's borders lie on multiples of this many cells
 MOST_CELLS = 40_000_000  # of one grid, a square of 316 m at 5 cm: some 2.4 GB of map and field
@@ -105,3 +105,22 @@ class OccupancyGrid:
     spec: GridSpec
     occupied: np.ndarray
     observed: np.ndarray
+
+
+def moved(grid: OccupancyGrid, frame: Pose2) -> OccupancyGrid:
+    """A map whose frame lies at `frame` in the world, on the world's lattice: each cell as the one
+    of the map that holds its centre."""
+    if frame == Pose2():
+        return grid
+    left, right, bottom, top = grid.spec.extent
+    corners = np.array([(left, bottom), (left, top), (right, bottom), (right, top)])
+    ends = transform_points(frame, corners)
+    low, high = ends.min(axis=0).tolist(), ends.max(axis=0).tolist()
+    spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), grid.spec.resolution)
+    cells = np.indices(spec.shape).reshape(2, -1).T
+    at = grid.spec.cells(transform_points(frame.inverse(), spec.centres(cells)))
+    inside = ((at >= 0) & (at < grid.spec.shape)).all(axis=1)
+    rows, cols = at[inside].T
+    occupied, observed = np.full(len(cells), 0.5), np.zeros(len(cells), dtype=np.bool_)
+    occupied[inside], observed[inside] = grid.occupied[rows, cols], grid.observed[rows, cols]
+    return OccupancyGrid(spec, occupied.reshape(spec.shape), observed.reshape(spec.shape))

@@ -43,11 +43,17 @@ def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
             f"{name!r} is shown the truth: it needs an episode that holds it, recorded in a "
             f"simulation, and is made by slam.benchmark.run.build(name, episode)"
         )
-    if name not in _BUILDERS and name not in variants():
-        raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
+    builder = builder_of(name)
     if seed < 0:
         raise InputError(f"a seed is 0 or more, got {seed}")
-    return _BUILDERS[name](start, np.random.default_rng(seed))
+    return builder(start, np.random.default_rng(seed))
+
+
+def builder_of(name: str) -> Builder:
+    """What makes the variant `name`; raises InputError for an unknown one."""
+    if name not in _BUILDERS and name not in variants():
+        raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
+    return _BUILDERS[name]
 
 
 @cache

@@ -5,9 +5,13 @@ from __future__ import annotations
 import json
 import os
 import platform
+import subprocess
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
+
+from slam.errors import InputError
 
 Result = dict[str, Any]
 """One run: flat scores by name, and what made them."""
@@ -27,6 +31,29 @@ def _version(name: str) -> str:
         return "absent"
 
 
+@cache
+def origin() -> Result:
+    """What made a result beside its configuration: `versions`, the `commit` of a checkout (with
+    `-dirty` where files differ from it; None in an installed package), and the `host`."""
+    return {"versions": versions(), "commit": _commit(), "host": _host()}
+
+
+def _commit() -> str | None:
+    home = Path(__file__).resolve().parents[2]
+    if not (home / ".git").exists():
+        return None
+    command = ["git", "-C", str(home), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def _host() -> Result:
+    machine = f"{platform.system()} {platform.machine()}"
+    return {"name": platform.node(), "machine": machine, "cores": os.cpu_count()}
+
+
 def append(path: Path, result: Result) -> None:
     """Add one result as one line, and see that it reaches the disk.
 
@@ -35,7 +62,7 @@ def append(path: Path, result: Result) -> None:
     line = json.dumps(result, allow_nan=False) + "\n"
     if path.exists() and not _ends_with_a_line(path):
         os.truncate(path, path.read_bytes().rfind(b"\n") + 1)
-    with path.open("a", encoding="utf-8") as file:
+    with path.open("a", encoding="utf-8", newline="\n") as file:
         file.write(line)
         file.flush()
         os.fsync(file.fileno())
@@ -50,6 +77,20 @@ def _ends_with_a_line(path: Path) -> bool:
 
 
 def read(path: Path) -> list[Result]:
-    """All whole results of a file; a last line that a killed run left unfinished is passed over."""
-    lines = path.read_text(encoding="utf-8").split("\n")
-    return [json.loads(line) for line in lines[:-1] if line]
+    """All whole results of a file; a last line that a killed run left unfinished is passed over.
+
+    Raises InputError for any other line that is no JSON, and for a file that cannot be read.
+    """
+    found: list[Result] = []
+    try:
+        for line in path.read_text(encoding="utf-8").split("\n")[:-1]:
+            found += [json.loads(line, parse_constant=_no_number)] if line else []
+        return found
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except ValueError as error:  # UnicodeDecodeError and JSONDecodeError among them
+        raise InputError(f"{path}:{len(found) + 1}: not a line of results ({error})") from None
+
+
+def _no_number(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no JSON")

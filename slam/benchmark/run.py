@@ -67,7 +67,7 @@ class Playback:
                 self.slam.finish()
             self._spent.append(time.perf_counter() - begun)
             self._poses.append(estimate.pose)
-            self._matched += estimate.matched
+            self._matched += bool(estimate.matched)  # of numpy, it would make the sum so
             yield estimate
 
     def result(self) -> Run:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import secrets
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -69,7 +70,8 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
 def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
     """A temporary file that takes the place of `path` when all is written, and vanishes if not."""
     path = Path(path)
-    temporary = path.parent / f".{path.name}.{os.getpid()}.tmp"
+    own = f"{os.getpid()}-{secrets.token_hex(4)}"  # on a shared disk others have the same number
+    temporary = path.parent / f".{path.name}.{own}.tmp"
     try:
         try:
             with _opened(temporary, "wb") as file:

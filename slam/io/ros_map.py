@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from slam.errors import InputError
+from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, reading, replacing, text_lines
 
@@ -50,8 +51,14 @@ def write_ros_map(grid: OccupancyGrid, path: AnyPath) -> None:
 def read_ros_map(path: AnyPath) -> OccupancyGrid:
     """Read a trinary map by its YAML: h is 1 occupied, 0 free, 0.5 unknown. Raises InputError.
 
-    An origin off our lattice is moved to the nearest point of it, by half a cell at most.
+    An origin off our lattice is moved to the nearest point of it, by half a cell at most;
+    `read_placed_map` says by how much.
     """
+    return read_placed_map(path)[0]
+
+
+def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
+    """The same, and where the frame of the grid lies in that of the map."""
     path = Path(path)
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
@@ -66,7 +73,8 @@ def read_ros_map(path: AnyPath) -> OccupancyGrid:
     occupied = p > _number(path, fields, "occupied_thresh")
     free = p < _number(path, fields, "free_thresh")
     spec = GridSpec(resolution, round(y / resolution), round(x / resolution), *picture.shape)
-    return OccupancyGrid(spec, np.select([occupied, free], [1.0, 0.0], 0.5), occupied | free)
+    grid = OccupancyGrid(spec, np.select([occupied, free], [1.0, 0.0], 0.5), occupied | free)
+    return grid, Pose2(x - spec.origin[0], y - spec.origin[1], 0.0)
 
 
 def _fields(path: Path) -> dict[str, str]:

@@ -18,6 +18,7 @@ from slam.metrics.flat import Number, flat
 from slam.metrics.raster import rasterise, times_touched
 
 DOOR_SHARE = (0.02, 0.98)  # a cell between these shares of time is a door's
+BINS = 10  # of h, for the calibration
 
 
 class ChangeScores(NamedTuple):
@@ -38,6 +39,25 @@ class ChangeScores(NamedTuple):
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; a score that cannot be had is None."""
         return flat(self._asdict(), suffix)
+
+
+class Calibration(NamedTuple):
+    """Is what stands in so many of ten cells said to be occupied with h of so many tenths?
+
+    Observed cells by h, in ten equal bins; lists of ten, 0 where a bin is empty.
+
+    cells     how many
+    believed  mean h
+    occupied  mean of the true share of time that they are occupied
+    """
+
+    cells: list[int]
+    believed: list[float]
+    occupied: list[float]
+
+    def as_dict(self) -> dict[str, list[int] | list[float]]:
+        """For JSON."""
+        return self._asdict()
 
 
 class TrueOccupancy:
@@ -63,8 +83,24 @@ class TrueOccupancy:
         self.share[self._walls] = 1.0
         self.now: np.ndarray = self._walls | rasterise(doors[-1], self.spec)
 
+    def calibration(self, grid: OccupancyGrid) -> Calibration:
+        """h of a map on the same lattice against the share of time (a reliability diagram)."""
+        h, q, _ = self._observed(grid)
+        number = np.minimum((h * BINS).astype(np.int64), BINS - 1)
+        cells = np.bincount(number, minlength=BINS)
+        believed, occupied = (
+            np.bincount(number, values, minlength=BINS) / np.maximum(cells, 1) for values in (h, q)
+        )
+        return Calibration(cells.tolist(), believed.tolist(), occupied.tolist())
+
     def score(self, grid: OccupancyGrid) -> ChangeScores:
         """Brier scores of a map on the same lattice. Beyond the truth's walls nothing stands."""
+        h, q, now = self._observed(grid)
+        door = (q > DOOR_SHARE[0]) & (q < DOOR_SHARE[1])
+        return ChangeScores(*_by_kind(h, q, door), *_by_kind(h, now, door))
+
+    def _observed(self, grid: OccupancyGrid) -> tuple[Array, Array, Array]:
+        """(cells,) h, q and the truth now of the observed cells."""
         if grid.spec.resolution != self.spec.resolution:
             raise InputError(
                 f"the map's cells are {grid.spec.resolution} m, "
@@ -74,8 +110,7 @@ class TrueOccupancy:
         h = grid.occupied[observed]
         q = _placed(self.share, self.spec, grid.spec)[observed]
         now = _placed(self.now.astype(np.float64), self.spec, grid.spec)[observed]
-        door = (q > DOOR_SHARE[0]) & (q < DOOR_SHARE[1])
-        return ChangeScores(*_by_kind(h, q, door), *_by_kind(h, now, door))
+        return h, q, now
 
     def _cover(self, doors: Array) -> None:
         """Grow to where `doors` stand."""

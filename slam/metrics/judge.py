@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.geometry import Array
-from slam.grid import OccupancyGrid
-from slam.metrics.change import TrueOccupancy
+from slam.geometry import Array, Pose2
+from slam.grid import OccupancyGrid, moved
+from slam.metrics.change import Calibration, TrueOccupancy
 from slam.metrics.flat import Number
 from slam.metrics.mapping import OccupiedCells
 from slam.metrics.surface import visible_truth
@@ -29,15 +29,30 @@ class Judge:
         The map's scores come twice: in the world frame, and with `_aligned` after their names moved
         by the rigid motion that aligns the trajectory.
         """
-        cells = OccupiedCells(grid)
-        moved = alignment(poses, self._truth)
         return {
             **score_trajectory(poses, self._truth).as_dict(),
-            **cells.score(self._surface).as_dict(),
-            **cells.score(self._surface, moved).as_dict("_aligned"),
-            **self._occupancy.score(grid).as_dict(),
+            **self.map_scores(grid, alignment(poses, self._truth)),
+        }
+
+    def map_scores(
+        self, grid: OccupancyGrid, aligned: Pose2, frame: Pose2 = Pose2()
+    ) -> dict[str, Number | None]:
+        """Those of the map alone.
+
+        aligned  the rigid motion in the world that aligns the trajectory
+        frame    where the map's frame lies in the world
+        """
+        cells = OccupiedCells(grid)
+        return {
+            **cells.score(self._surface, frame).as_dict(),
+            **cells.score(self._surface, aligned @ frame).as_dict("_aligned"),
+            **self._occupancy.score(moved(grid, frame)).as_dict(),
         }
 
     def ate(self, poses: Array) -> float:
         """That of other poses (n, 3), such as those believed on the way."""
         return ate(poses, self._truth)
+
+    def calibration(self, grid: OccupancyGrid) -> Calibration:
+        """Of the map's h against how often the cells are occupied."""
+        return self._occupancy.calibration(grid)

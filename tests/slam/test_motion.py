@@ -22,7 +22,6 @@ def test_deviations_by_hand() -> None:
 moved = st.floats(0, 3)
 
 
-@settings(deadline=None)
 @given(moved, moved, st.floats(1.01, 3))
 def test_deviations_grow_with_what_was_moved(way: float, turn: float, factor: float) -> None:
     model = OdometryMotion()
@@ -58,7 +57,6 @@ deviations = st.tuples(wide, wide, wide).map(np.array)
 errors = st.tuples(way, way, st.floats(-3.1, 3.1)).map(lambda e: np.array([e]))
 
 
-@settings(deadline=None)
 @given(origins, motions)
 def test_no_error_leads_where_the_odometry_does(origin, motion) -> None:
     prediction = Prediction(origin, motion, np.ones(3))
@@ -69,7 +67,6 @@ def test_no_error_leads_where_the_odometry_does(origin, motion) -> None:
     assert prediction.log_density(found[None])[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@settings(deadline=None)
 @given(origins, motions, deviations, errors)
 def test_density_is_a_gaussian_of_the_error_that_led_there(origin, motion, width, error) -> None:
     prediction = Prediction(origin, motion, width)
@@ -77,7 +74,6 @@ def test_density_is_a_gaussian_of_the_error_that_led_there(origin, motion, width
     assert found == pytest.approx(-0.5 * ((error / width) ** 2).sum(), rel=1e-6, abs=1e-6)
 
 
-@settings(deadline=None)
 @given(origins, motions, errors)
 def test_headings_stay_within_half_a_turn(origin, motion, error) -> None:
     pose = Prediction(origin, motion, np.ones(3)).poses(error)[0]
@@ -134,7 +130,7 @@ def test_half_of_a_heading_error_turns_the_way_as_a_constant_bias_does(turned, b
     assert missed < 0.15 * unturned
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(origins, motions, deviations, errors)
 def test_slope_is_that_of_the_density(origin, motion, width, error) -> None:
     prediction = Prediction(origin, motion, width)

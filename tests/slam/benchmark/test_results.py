@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from slam.benchmark import results
+from slam.errors import InputError
 
 
 def test_what_was_appended_is_read_in_order(tmp_path: Path) -> None:
@@ -38,6 +39,16 @@ def test_what_is_no_json_is_refused_before_anything_is_written(tmp_path: Path) -
     with pytest.raises(ValueError, match="JSON"):
         results.append(path, {"ate": float("nan")})
     assert not path.exists()
+
+
+@pytest.mark.parametrize("line", [b"no json", b'{"ate": NaN}', b"{", b"\xff\xfe"])
+def test_a_line_that_is_no_result_is_told(tmp_path: Path, line: bytes) -> None:
+    path = tmp_path / "results.jsonl"
+    path.write_bytes(b'{"seed": 0}\n' + line + b"\n")
+    with pytest.raises(InputError, match=r"results.jsonl:\d: not a line of results"):
+        results.read(path)
+    with pytest.raises(InputError, match="cannot be read"):
+        results.read(tmp_path)
 
 
 def test_versions_name_what_a_result_depends_on() -> None:

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slam.benchmark.statistics import median, paired, share
+from slam.benchmark import statistics
+from slam.benchmark.statistics import (
+    adjusted,
+    interquartile_mean,
+    median,
+    paired,
+    ranks,
+    share,
+)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -69,3 +77,75 @@ def test_pairs_are_compared_episode_by_episode() -> None:
 
 def test_pairs_that_do_not_differ_have_p_of_one() -> None:
     assert paired([1.0, 2.0], [1.0, 2.0]) == ((0.0, 0.0, 0.0), 1.0)
+
+
+# -- ranks, several comparisons, lost runs ---------------------------------------------------------
+
+
+def test_the_interquartile_mean_is_that_of_the_middle_half() -> None:
+    values = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 100.0]
+    found = interquartile_mean(values)
+    assert found.value == pytest.approx(np.mean([2.0, 3.0, 4.0, 5.0]))
+    expected = stats.bootstrap(
+        (np.array(values),), lambda v, axis: stats.trim_mean(v, 0.25, axis=axis),
+        method="percentile", rng=np.random.default_rng(1),
+    ).confidence_interval  # fmt: skip
+    assert found.low == pytest.approx(expected.low, abs=0.3)
+
+
+def test_lost_runs_count_where_they_rank() -> None:
+    inf = math.inf
+    assert median([1.0, 2.0, 3.0, inf, inf]).value == 3.0
+    assert median([1.0, inf, inf]).value == inf
+    assert interquartile_mean([1.0, 2.0, 3.0, inf]).value == 2.5
+    assert interquartile_mean([inf] * 3) == (inf, inf, inf)
+    found = median([1.0, 2.0, 3.0, 4.0, inf])
+    assert not any(math.isnan(number) for number in found)
+
+
+def test_as_many_lost_by_one_as_by_the_other_have_no_median_and_no_warning() -> None:
+    inf = math.inf
+    found = paired([inf] * 3 + [1.0] * 3, [1.0] * 3 + [inf] * 3)
+    assert math.isnan(found.difference.value)
+    assert found.difference[1:] == (-inf, inf)
+    found = paired([inf, inf, 1.0, 1.0, 2.0, 2.0], [1.0, 1.0, inf, inf, 1.0, 1.0])
+    assert found.difference == (1.0, -inf, inf)  # though some draws hold no 1
+
+
+def test_an_interval_does_not_depend_on_how_many_values_are_drawn_at_once(monkeypatch) -> None:
+    values = np.random.default_rng(0).lognormal(size=40).tolist()
+    expected = median(values)
+    monkeypatch.setattr(statistics, "AT_ONCE", 40 * 7)
+    assert median(values) == expected
+
+
+def test_a_lost_run_is_worse_than_any_other_and_like_another_lost_one() -> None:
+    inf = math.inf
+    a, b = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, inf, inf], [2.0, 3.0, 4.0, 5.0, 6.0, inf, inf, 7.0]
+    found = paired(a, b)
+    # by hand: six pairs of which a is less, one of which b is; the largest is shared by two
+    finite = [-1.0, -1.0, -1.0, -1.0, -1.0, -1e9, 0.0, 1e9]
+    expected = stats.wilcoxon(finite)
+    assert found.p == pytest.approx(expected.pvalue)  # pyright: ignore[reportAttributeAccessIssue]
+    assert found.difference.value == -1.0
+    assert paired([inf, inf], [inf, inf]).p == 1.0
+
+
+def test_many_comparisons_are_corrected_as_by_benjamini_and_hochberg() -> None:
+    ps = [0.01, 0.04, 0.03, 0.005]
+    assert adjusted(ps) == pytest.approx([0.02, 0.04, 0.04, 0.02])
+    assert adjusted([]) == []
+
+
+def test_ranks_are_means_over_the_episodes() -> None:
+    table = np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0], [2.0, 2.0, 5.0], [1.0, 2.0, math.inf]])
+    found = ranks(table)
+    assert [mean.value for mean in found.means] == [1.125, 2.125, 2.75]
+    assert found.p == pytest.approx(stats.friedmanchisquare(*table.T).pvalue)
+    assert all(mean.low <= mean.value <= mean.high for mean in found.means)
+
+
+def test_ranks_of_too_little_have_p_of_one() -> None:
+    assert ranks(np.array([[1.0, 2.0, 3.0]])).p == 1.0
+    assert ranks(np.array([[1.0, 2.0]] * 9)).p == 1.0
+    assert ranks(np.ones((5, 3))).p == 1.0

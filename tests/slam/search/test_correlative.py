@@ -68,7 +68,7 @@ peaks = st.lists(st.tuples(near, near, near), min_size=1, max_size=4)
 
 @pytest.mark.parametrize("known", [True, False])
 @pytest.mark.parametrize("kind", [Posterior, Stepped])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(peaks=peaks, deviations=deviations, step=steps, turn=turns, reach=st.floats(0.4, 2.0))
 def test_best_is_the_first_of_the_best_of_all(
     known, kind, peaks, deviations, step, turn, reach
@@ -83,7 +83,7 @@ def test_best_is_the_first_of_the_best_of_all(
 
 
 @pytest.mark.parametrize("known", [True, False])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(deviations=deviations, step=steps, turn=turns)
 def test_of_equals_the_first_is_taken(known, deviations, step, turn) -> None:
     search = Correlative(step=step, turn=turn)
@@ -102,7 +102,7 @@ def test_where_nothing_is_seen_the_odometry_is_best(known) -> None:
 @pytest.mark.parametrize("model", ["static", "histogram"])
 @pytest.mark.parametrize("resolution", [0.025, 0.05, 0.1])
 @pytest.mark.parametrize("beta", [0.2, 1.0])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     off=st.tuples(near, near, near),
     deviations=deviations,
@@ -120,7 +120,7 @@ def test_best_is_the_first_of_the_best_in_a_real_map(
     assert search.best(asked) == first_of_the_best(search, asked)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(x=st.floats(-6, 6), y=st.floats(-6, 6), heading=st.floats(-3.2, 3.2))
 def test_best_is_the_first_of_the_best_at_the_maps_border_and_outside(x, y, heading) -> None:
     asked = in_room(room(), TRUTH, Pose2(x, y, heading), Pose2(), np.array([0.2, 0.2, 0.05]))

@@ -37,7 +37,7 @@ def value(asked: Posterior, pose: Pose2) -> float:
 near = st.floats(-0.04, 0.04)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(off=st.tuples(near, near, near))
 @pytest.mark.parametrize("model", ["static", "histogram"])
 def test_it_ends_at_the_top_of_the_peak(model, off) -> None:
@@ -51,7 +51,7 @@ def test_it_ends_at_the_top_of_the_peak(model, off) -> None:
     assert np.abs(errors[around.argmax()]).max() < 0.0008
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(off=st.tuples(*[st.floats(-0.5, 0.5)] * 3), start=st.tuples(*[st.floats(-1, 1)] * 3))
 def test_it_never_ends_lower_than_it_began(off, start) -> None:
     asked = in_room(room(), TRUTH, TRUTH @ Pose2.of(off), Pose2(), WIDE)

@@ -1,0 +1,57 @@
+"""Scores of what some other system made of an episode: a trajectory, and maybe a map."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Array, Pose2, compose
+from slam.grid import OccupancyGrid
+from slam.metrics.flat import Number
+from slam.metrics.judge import Judge
+from slam.metrics.reference import associated
+from slam.metrics.trajectory import alignment, score_trajectory
+from slam.trajectory import Trajectory
+
+APART = 0.01  # s: the stamps are those of the scans; evo's `t_max_diff`
+FRAMES = ("anchored", "world", "aligned")
+
+
+def score_outside(
+    episode: Episode,
+    trajectory: Trajectory,
+    grid: OccupancyGrid | None = None,
+    map_frame: Pose2 = Pose2(),
+    frame: str = "anchored",
+) -> dict[str, Number | None]:
+    """The scores of `Judge`, at the scans that the trajectory reaches; and `scans`, how many.
+
+    grid       the map, in the frame of the trajectory
+    map_frame  where the frame of `grid` lies in it
+    frame      how the trajectory's frame lies in the world: `anchored`, its first pose is the true
+               one, as SLAM systems begin at an origin of their own; `world`, it is the world;
+               `aligned`, as fits best (Umeyama 1991)
+
+    Raises InputError for an episode without the truth, and where the stamps do not meet.
+    """
+    if episode.truth is None:
+        raise InputError("scores against the truth need an episode that holds it")
+    if frame not in FRAMES:
+        raise InputError(f"frame must be one of {', '.join(FRAMES)}, got {frame!r}")
+    truth, found = associated(Trajectory(episode.times, episode.truth.poses), trajectory, APART)
+    world = _frame(frame, found, truth)
+    poses = compose(np.array(world), found)
+    scores: dict[str, Number | None] = {"scans": len(poses)}
+    scores |= score_trajectory(poses, truth).as_dict()
+    if grid is not None:
+        judge = Judge(episode, grid.spec.resolution)
+        scores |= judge.map_scores(grid, alignment(poses, truth), world @ map_frame)
+    return scores
+
+
+def _frame(frame: str, found: Array, truth: Array) -> Pose2:
+    """The trajectory's frame in the world."""
+    if frame == "anchored":
+        return Pose2.of(truth[0]) @ Pose2.of(found[0]).inverse()
+    return alignment(found, truth) if frame == "aligned" else Pose2()
