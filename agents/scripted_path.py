@@ -104,15 +104,16 @@ class ScriptedPath:
 
 
 def record_path(
-    env_id: str, seed: int, doors: str | Doors = "moving", speed: float = 0.55, **parameters: Any
+    env_id: str, seed: int, doors: str | Doors | None = None, speed: float = 0.55, **parameters: Any
 ) -> Episode:
     """One drive along the path of the world `env_id`, such as DoorLoop-v0, recorded.
 
-    `parameters` are the environment's, `max_episode_steps` among them. With the same seed,
-    `doors="static"` and `doors="moving"` give a pair: the same place, drive, and noise; the doors
-    alone differ.
+    `doors` are the world's own where none are given; `parameters` are the environment's,
+    `max_episode_steps` among them. With the same seed, `doors="static"` and `doors="moving"` give a
+    pair: the same place, drive, and noise; the doors alone differ.
     """
-    env = gym.make(f"dynslam_env:{env_id}", doors=doors, **parameters)
+    given = parameters if doors is None else {"doors": doors, **parameters}
+    env = gym.make(f"dynslam_env:{env_id}", **given)
     env.reset(seed=seed)  # to learn the path; `record` begins this very episode again
     place = env.unwrapped
     assert isinstance(place, DoorCorridorEnv)
