@@ -8,25 +8,13 @@ from typing import NamedTuple
 from slam.benchmark.results import Result
 from slam.benchmark.statistics import Paired, median, paired
 
+from .report.summary import FEWEST_PAIRS
+from .scores import ATE, BRIER, F1, Score
+
 COMPARED = ("static", "dynamic")  # maps
-FEWEST_PAIRS = 6  # below, no difference can be significant at 5 %
 
 
-class Score(NamedTuple):
-    """A score as it is told: its name in the results, its name for people, its unit."""
-
-    key: str
-    name: str
-    scale: float
-    unit: str
-    digits: int
-
-
-SCORES = (
-    Score("ate", "ATE", 1e3, " mm", 1),
-    Score("f1_5cm", "F1", 1.0, "", 3),
-    Score("brier_share_door", "Brier of doors", 1.0, "", 3),
-)
+SCORES = (ATE, F1, BRIER)
 
 
 class Case(NamedTuple):
@@ -91,9 +79,9 @@ def comparison(
 
 def _series(results: Sequence[Result], case: Case, score: Score) -> dict[int, float]:
     return {
-        row["seed"]: score.scale * row[score.key]
+        row["seed"]: value
         for row in results
-        if (row["variant"], row["doors"]) == case and row[score.key] is not None
+        if (row["variant"], row["doors"]) == case and (value := score.of(row)) is not None
     }
 
 

@@ -10,21 +10,24 @@ from rich.console import Console
 
 from agents import record_corridor
 from slam.benchmark.results import Result, append
-from slam.benchmark.run import warm_up
 from slam.errors import InputError
 from slam.io.files import replacing
 
 from .album import write_album
+from .bench.pool import here
+from .bench.suites import paper
 from .chosen import chosen_variants
 from .comparison import findings
 from .exits import EXIT_INTERRUPTED
 from .output import output_directory
 from .progress import progress_bar
 from .table import markdown, terminal
-from .trials import results, trials
 
 PAPERS = "odometry,static-ml,clamped-ml,dynamic-ml,hmm-ml,static-ml/beta1,dynamic-ml/beta1"
 PICTURED = 13  # the seed of the pair in the pictures: in its figure 3 a door misleads static ML
+
+
+LIMIT = 600.0  # s, for one run
 
 
 @dataclass
@@ -66,6 +69,9 @@ class Demo:
             interrupted = True
         if not collected:
             return EXIT_INTERRUPTED
+        collected.sort(
+            key=lambda row: (variants.index(row["variant"]), row["seed"], row["doors"] != "static")
+        )
         with replacing(out / "table.md") as file:
             file.write(f"{markdown(collected)}\n```\n{findings(collected)}\n```\n".encode())
         console.print(terminal(collected, self._title(collected)))
@@ -77,20 +83,14 @@ class Demo:
 
     def _measure(self, variants: list[str], path: Path, collected: list[Result]) -> None:
         """All results, appended to `path` as they come."""
-        todo = trials(self.seeds)
+        todo = paper().trials(variants, range(self.seeds), LIMIT)
         with progress_bar() as progress:
-            bar = progress.add_task("compiling (once)", total=len(todo))
-            short = record_corridor(PICTURED, "moving")
-            for variant in variants:
-                warm_up(variant, short)
-            progress.update(bar, description=f"{len(variants)} variants x episodes")
-            for number, rows in enumerate(results(todo, variants, self.jobs)):
+            runs = progress.track(here(todo, self.jobs), len(todo), description="runs")
+            for number, done in enumerate(runs):
                 if number == 0:
                     path.unlink(missing_ok=True)
-                for row in rows:
-                    append(path, row)
-                collected.extend(rows)
-                progress.advance(bar)
+                append(path, done.row)
+                collected.append(done.row)
 
     def _draw(self, out: Path) -> None:
         with progress_bar() as progress:

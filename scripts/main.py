@@ -45,13 +45,18 @@ def status(arguments: list[str] | None = None) -> int:
 def _command(arguments: list[str] | None) -> int:
     import tyro
 
-    from . import demo, endure, play, run, speed, study
+    from . import compare, demo, endure, play, record, run, score, speed, study
+    from .bench import command as bench
 
     known = (
-        Annotated[demo.Demo, tyro.conf.subcommand("demo")]
+        Annotated[bench.Bench, tyro.conf.subcommand("bench")]
+        | Annotated[compare.Compare, tyro.conf.subcommand("compare")]
+        | Annotated[demo.Demo, tyro.conf.subcommand("demo")]
         | Annotated[endure.Endure, tyro.conf.subcommand("endure")]
         | Annotated[play.Play, tyro.conf.subcommand("play")]
+        | Annotated[record.Record, tyro.conf.subcommand("record")]
         | Annotated[run.Run, tyro.conf.subcommand("run")]
+        | Annotated[score.Score, tyro.conf.subcommand("score")]
         | Annotated[speed.Speed, tyro.conf.subcommand("speed")]
         | Annotated[study.Study, tyro.conf.subcommand("study")]
     )

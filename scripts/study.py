@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +15,13 @@ from rich.console import Console
 
 from agents import record_path
 from slam.benchmark.results import append
+from slam.benchmark.run import Playback, Run
 from slam.benchmark.statistics import median, paired, share
 from slam.checked import one_of, whole_number
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
-from slam.interface import Revising, Slam
+from slam.interface import Slam
 from slam.io.files import replacing
 from slam.metrics.judge import Judge
 from slam.metrics.trajectory import ate
@@ -98,46 +98,34 @@ def drive(study: str, seed: int) -> list[Row]:
         key = case.env, case.doors, case.world
         if key not in drives:
             drives[key] = record_path(case.env, seed, LAWS[case.doors], **dict(case.world))
-        robot = case.make(drives[key], seed)
-        row, poses = _run(robot, drives[key])
-        grid = robot.map()
+        row, done = _run(case.make(drives[key], seed), drives[key])
+        grid = done.grid
         place = *key, grid.spec.resolution
         if place not in judges:
             judges[place] = Judge(drives[key], grid.spec.resolution)
-        scores = judges[place].scores(poses, grid)
+        scores = judges[place].scores(done.poses, grid)
         kept = {name: scores[name] for name in KEPT}
         rows.append({"case": case.name, "doors": case.doors, "seed": seed, **kept, **row})
     return rows
 
 
-def _run(robot: Slam, episode: Episode) -> tuple[Row, Array]:
-    """What only this study scores, and the poses as believed at the end. The covariances and the
-    errors along and across are those of the estimates made on the way."""
+def _run(robot: Slam, episode: Episode) -> tuple[Row, Run]:
+    """What only this study scores, and the run. The covariances and the errors along and across are
+    those of the estimates made on the way."""
     assert episode.truth is not None
-    poses, covariances, matched, spent = [], [], 0, 0.0
-    for motion, scan in zip(episode.motions(), episode.scans, strict=True):
-        begun = time.process_time()
-        estimate = robot.update(motion, scan)
-        spent += time.process_time() - begun
-        matched += estimate.matched
-        poses.append(estimate.pose)
-        covariances.append(estimate.covariance)
-    online = found = np.array(poses)
-    if isinstance(robot, Revising):
-        begun = time.process_time()
-        robot.finish()
-        spent += time.process_time() - begun
-        found = robot.trajectory()
-    errors = online - episode.truth.poses
+    playback = Playback(robot, episode)
+    covariances = np.array([estimate.covariance for estimate in playback])
+    run = playback.result()
+    errors = run.online - episode.truth.poses
     errors[:, 2] = wrap_angle(errors[:, 2])
     row = {
-        "ate_online": ate(online, episode.truth.poses),
+        "ate_online": ate(run.online, episode.truth.poses),
         "rms_along": float(np.sqrt((errors[:, 0] ** 2).mean())),
         "rms_across": float(np.sqrt((errors[:, 1] ** 2).mean())),
-        "nees": nees(errors[SETTLED:], np.array(covariances)[SETTLED:]),
-        "ms": 1e3 * spent / max(matched, 1),
+        "nees": nees(errors[SETTLED:], covariances[SETTLED:]),
+        "ms": run.ms_per_matched_scan,
     }
-    return row, found
+    return row, run
 
 
 def nees(errors: Array, covariances: Array) -> float | None:

@@ -12,6 +12,8 @@ from rich.table import Table
 from slam.benchmark.results import Result
 from slam.benchmark.statistics import Interval, median, share
 
+from .scores import ATE, BRIER, F1, HEADING, TIME, Score
+
 MARKDOWN_HEADINGS = (
     "variant",
     "doors",
@@ -74,19 +76,20 @@ def _bounds(results: Sequence[Result]) -> list[Row]:
 
 
 def _row(variant: str, doors: str, group: Sequence[Result]) -> Row:
-    def of(name: str, scale: float = 1.0) -> Interval:
-        return median([math.nan if row[name] is None else scale * row[name] for row in group])
+    def of(score: Score) -> Interval:
+        values = [score.of(row) for row in group]
+        return median([math.nan if value is None else value for value in values])
 
     failed = share([row["failed"] for row in group])
     return Row(
         variant,
         doors,
-        of("ate", 1e3),
-        of("heading_max", math.degrees(1.0)),
-        of("f1_5cm"),
-        of("brier_share_door"),
+        of(ATE),
+        of(HEADING),
+        of(F1),
+        of(BRIER),
         Interval(*(100 * number for number in failed)),
-        of("ms_per_matched_scan"),
+        of(TIME),
     )
 
 

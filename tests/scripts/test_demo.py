@@ -1,16 +1,15 @@
 # pyright: reportMissingImports=false
 import io
-import json
 import math
 
 import numpy as np
 import pytest
 from dynslam_cli import demo, main
+from dynslam_cli.bench.pool import here
 from dynslam_cli.comparison import FEWEST_PAIRS, Case, comparison, findings
 from dynslam_cli.figures.known_poses import known, mapped
 from dynslam_cli.figures.likelihood import surface, surprise
 from dynslam_cli.table import markdown, summary, terminal
-from dynslam_cli.trials import Trial, results, trials
 from rich.console import Console
 
 from agents import record_corridor
@@ -27,7 +26,6 @@ PICTURES = (
     "figures4-7.png",
     "replay.gif",
 )
-NOT_TIMED = ("seconds", "ms_per_matched_scan")
 
 
 def test_one_pair_end_to_end(tmp_path, capsys):
@@ -37,21 +35,13 @@ def test_one_pair_end_to_end(tmp_path, capsys):
     for row in rows:
         assert 0 < row["ate_bound"] < min(0.01, row["ate"])
         assert row["versions"]["numpy"] == np.__version__
-        assert row["episode"]["config"]["odometry"]["bias"] == pytest.approx(math.radians(60))
+        assert row["source"]["config"]["odometry"]["bias"] == pytest.approx(math.radians(60))
     for name in PICTURES:
         assert (tmp_path / name).stat().st_size > 10_000
     assert "dynamic-ml" in capsys.readouterr().out
     table = (tmp_path / "table.md").read_text().splitlines()
     assert sum(line.startswith("|") for line in table) == 2 + len(rows) + 2
     assert sum(line.startswith("| bound |") for line in table) == 2
-
-
-def test_results_do_not_depend_on_the_number_of_jobs():
-    def told(jobs: int) -> str:
-        rows = [row for part in results(trials(2), ["odometry"], jobs) for row in part]
-        return json.dumps([{k: v for k, v in row.items() if k not in NOT_TIMED} for row in rows])
-
-    assert told(1) == told(2)
 
 
 def test_in_the_pictured_drive_a_door_misleads_the_static_map_alone():
@@ -66,21 +56,18 @@ def test_in_the_pictured_drive_a_door_misleads_the_static_map_alone():
     assert off[1] < 0.05
 
 
-def test_trials_are_pairs_of_seeds_that_nothing_was_chosen_on():
-    assert trials(2) == [
-        Trial(0, "static"),
-        Trial(0, "moving"),
-        Trial(1, "static"),
-        Trial(1, "moving"),
-    ]
-
-
 def test_ctrl_c_keeps_the_episodes_that_are_done(tmp_path, monkeypatch, capsys):
-    def impatient(todo, variants, jobs):
-        yield from results(todo[:1], ["odometry", "static-ml", "dynamic-ml"], 1)
+    def impatient(todo, jobs):
+        assert [(t.source.seed, t.condition["doors"]) for t in todo[::7]] == [
+            (0, "static"),
+            (0, "moving"),
+            (1, "static"),
+            (1, "moving"),
+        ]
+        yield from here(todo[:3], 1)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(demo, "results", impatient)
+    monkeypatch.setattr(demo, "here", impatient)
     assert main.status(["demo", "--out", str(tmp_path), "--seeds", "2"]) == 130
     assert len(read(tmp_path / "results.jsonl")) == 3
     assert "interrupted" in capsys.readouterr().err
@@ -95,13 +82,12 @@ def result(variant: str, seed: int, ate: float, **others) -> dict:
 def test_the_variants_can_be_chosen(tmp_path, monkeypatch):
     told = []
 
-    def noted(todo, variants, jobs):
-        told.append(variants)
+    def noted(todo, jobs):
+        told.append(list(dict.fromkeys(trial.variant for trial in todo)))
         raise KeyboardInterrupt
         yield
 
-    monkeypatch.setattr(demo, "results", noted)
-    monkeypatch.setattr(demo, "warm_up", lambda *_: None)
+    monkeypatch.setattr(demo, "here", noted)
     for names in ("dynamic-ml, odometry", "plain"):
         main.status(["demo", "--out", str(tmp_path), "--variants", names])
     assert told[0] == ["dynamic-ml", "odometry"]

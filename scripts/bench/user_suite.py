@@ -1,0 +1,157 @@
+"""A suite of the user's own, from a TOML file."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dynslam_env import WORLDS, Doors, Laser, Odometry, Task, laws
+from dynslam_env.people import People
+from dynslam_env.robot import Robot
+from dynslam_env.setup import NAMED_DOORS, NAMED_WORLDS
+from slam.checked import instance, one_of, whole_number
+from slam.errors import InputError
+
+from .sources import Drive, LogFile, Source
+from .suites import Case, Suite
+
+TOP = ("name", "variants", "seeds", "case")
+OF_CASE = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot", "laser",
+           "odometry", "people", "task")  # fmt: skip
+PARTS = {"robot": Robot, "laser": Laser, "odometry": Odometry, "people": People, "task": Task}
+LAWS = {name: getattr(laws, name) for name in ("Uniform", "Exponential", "Periodic", "Static")}
+
+
+def read_suite(path: Path) -> Suite:
+    """The suite that a file describes; see docs/benchmark.md. Raises InputError that says which
+    entry is wrong, and what is allowed."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        given = tomllib.loads(text)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a TOML file ({error})") from None
+    try:
+        return _suite(given, path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _suite(given: dict[str, Any], path: Path) -> Suite:
+    _only("entry", given, TOP)
+    name = given.get("name", path.stem)
+    instance("name", name, str)
+    if not re.fullmatch(r"[\w. -]+", name):  # it names the folder of the results
+        raise InputError(f"name must be of letters, digits, spaces, dots, - and _, got {name!r}")
+    variants, cases = given.get("variants", []), given.get("case", [])
+    if not (isinstance(variants, list) and all(isinstance(v, str) for v in variants) and variants):
+        raise InputError('variants must be a list of names, such as ["static-ml", "dynamic-ml"]')
+    if not (isinstance(cases, list) and cases):
+        raise InputError("there must be at least one [[case]]")
+    seeds = given.get("seeds", 10)
+    whole_number("seeds", seeds, 1)
+    made = []
+    for number, case in enumerate(cases, 1):
+        try:
+            made.append(_case(case, number, path.parent))
+        except InputError as error:
+            raise InputError(f"case {number}: {error}") from None
+    names = [case.condition["case"] for case in made]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise InputError(f"two cases are named {twice[0]!r}")
+    return Suite(name, made, variants, seeds)
+
+
+def _case(given: dict[str, Any], number: int, folder: Path) -> Case:
+    _only("entry", given, OF_CASE)
+    name = given.get("name", given.get("env", given.get("log", f"case {number}")))
+    instance("name", name, str)
+    if "log" in given:
+        _only("entry of a case with a log", given, ("name", "log"))
+        instance("log", given["log"], str)
+        path = (folder / given["log"]).resolve()
+        if not path.is_file():
+            raise InputError(f"{path}: no such file")
+        return Case({"case": name}, partial(LogFile, path))
+    env = given.get("env", "DoorCorridor-v0")
+    one_of("env", env, tuple(WORLDS))
+    every = given.get("every", 1)
+    whole_number("every", every, 1)
+    parameters = _parameters(given, env)
+    case = Case({"case": name}, partial(_drive, env, every, parameters))
+    case.source(0).plain()  # what the environment says to its parameters, it says now
+    return case
+
+
+def _drive(env: str, every: int, parameters: Mapping[str, Any], seed: int) -> Source:
+    return Drive(env, seed, parameters, every)
+
+
+def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
+    """The environment's keywords."""
+    made: dict[str, Any] = {}
+    if "max_episode_steps" in given:
+        whole_number("max_episode_steps", given["max_episode_steps"], 1)
+        made["max_episode_steps"] = given["max_episode_steps"]
+    if "world" in given:
+        made["world"] = _world(given["world"], WORLDS[env][1].get("world", "corridor"))
+    if "doors" in given:
+        made["doors"] = _doors(given["doors"])
+    for name in PARTS.keys() & given.keys():
+        made[name] = _changed(name, PARTS[name](), given[name])
+    return made
+
+
+def _world(given: Any, usual: str) -> Any:
+    """Another world by name, or the environment's own (or that of `kind`) with other fields."""
+    if isinstance(given, str):
+        return given
+    instance("world", given, dict, "a name or a table")
+    kind = given.get("kind", usual)
+    one_of("world.kind", kind, tuple(NAMED_WORLDS))
+    fields_given = {name: value for name, value in given.items() if name != "kind"}
+    return _changed("world", NAMED_WORLDS[kind], fields_given)
+
+
+def _doors(given: Any) -> Any:
+    """One of NAMED_DOORS, or a table of the fields of `Doors`, the law a table with its `kind`."""
+    if isinstance(given, str):
+        one_of("doors", given, tuple(NAMED_DOORS))
+        return given
+    instance("doors", given, dict, "a name or a table")
+    law = given.get("law")
+    others = _changed("doors", Doors(), {k: v for k, v in given.items() if k != "law"})
+    if law is None:
+        return others
+    instance("doors.law", law, dict, "a table with its kind")
+    one_of("doors.law.kind", law.get("kind"), tuple(LAWS))
+    made = _changed("doors.law", LAWS[law["kind"]](), {k: v for k, v in law.items() if k != "kind"})
+    return replace(others, law=made)
+
+
+def _changed(name: str, part: Any, given: Any) -> Any:
+    """A dataclass with some of its fields replaced."""
+    instance(name, given, dict, "a table")
+    assert is_dataclass(part)
+    assert not isinstance(part, type)
+    _only(f"field of {name}", given, tuple(f.name for f in fields(part)))
+    for field, value in given.items():
+        kind = np.ndarray if isinstance(getattr(part, field), np.ndarray) else None
+        if kind is not None or isinstance(value, dict | list):
+            raise InputError(f"{name}.{field} cannot be given in a file")
+    return replace(part, **given)
+
+
+def _only(what: str, given: Mapping[str, Any], allowed: tuple[str, ...]) -> None:
+    instance(what, given, dict, "a table")
+    for name in given:
+        one_of(f"an {what}" if what.startswith("entry") else f"a {what}", name, allowed)

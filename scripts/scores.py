@@ -1,0 +1,83 @@
+"""Scores as they are told: names in the results, names for people, units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from slam.benchmark.results import Result
+
+
+class Score(NamedTuple):
+    """One score.
+
+    key     in the results
+    name    for people
+    scale   from the results to the unit
+    unit    with a space before it, or empty
+    digits  decimals
+    better  -1: less is better; 1: more is
+    worst   what a run that came to nothing is given
+    """
+
+    key: str
+    name: str
+    scale: float = 1.0
+    unit: str = ""
+    digits: int = 1
+    better: int = -1
+    worst: float = math.inf
+
+    def of(self, row: Result) -> float | None:
+        """In the unit; None where the row has none."""
+        if row.get("error") is not None:
+            return self.worst
+        value = row.get(self.key)
+        return None if value is None else self.scale * value
+
+    def told(self, value: float) -> str:
+        """The number, without its unit."""
+        if math.isnan(value):
+            return "-"
+        return f"{value:.{self.digits}f}" if math.isfinite(value) else "lost"
+
+    @property
+    def heading(self) -> str:
+        """Its name and its unit."""
+        return f"{self.name}, {self.unit.strip()}" if self.unit else self.name
+
+
+ATE = Score("ate", "ATE", 1e3, " mm")
+F1 = Score("f1_5cm", "F1", digits=3, better=1, worst=0.0)
+BRIER = Score("brier_share_door", "Brier of doors", digits=3, worst=1.0)
+HEADING = Score("heading_max", "largest heading error", math.degrees(1.0), " deg", 2)
+TIME = Score("ms_per_matched_scan", "time a matched scan", 1.0, " ms", 2)
+RELATIONS = Score("translation_mean", "error of relations", 1e3, " mm")
+ALIGNED = Score("ate_aligned", "ATE, aligned", 1e3, " mm")
+MAIN = (ATE, RELATIONS, ALIGNED)
+"""What a trajectory is judged by: the first of these that the results have."""
+
+QUALITY = (
+    ATE,
+    Score("ate_online", "ATE on the way", 1e3, " mm"),
+    ALIGNED,
+    HEADING,
+    RELATIONS,
+    Score("translation_mean_online", "error of relations on the way", 1e3, " mm"),
+    Score("rotation_mean_deg", "heading error of relations", 1.0, " deg", 2),
+    F1,
+    Score("adnn_map_to_truth", "map to truth", 1e3, " mm"),
+    BRIER,
+)
+COST = (TIME, Score("memory_mb", "memory", 1.0, " MB", 1))
+
+
+def present(scores: Sequence[Score], rows: Sequence[Result]) -> list[Score]:
+    """Those that any row has."""
+    return [score for score in scores if any(row.get(score.key) is not None for row in rows)]
+
+
+def main_score(rows: Sequence[Result]) -> Score | None:
+    """What the trajectories are judged by; None where nothing is known of the truth."""
+    return next(iter(present(MAIN, rows)), None)

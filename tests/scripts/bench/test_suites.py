@@ -1,0 +1,269 @@
+# pyright: reportMissingImports=false
+import pytest
+from dynslam_cli.bench.scoring import LogScorer, TruthScorer, scorer, stem
+from dynslam_cli.bench.sources import Drive, LogFile
+from dynslam_cli.bench.suites import change, drive, flipping, logs, paper, worlds, worse
+from dynslam_cli.bench.user_suite import read_suite
+
+from dynslam_env import WORLDS, Doors, Laser, Odometry
+from slam.benchmark.results import read
+from slam.benchmark.run import build, run
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.io.carmen_writer import write_carmen
+from slam.io.tum import write_tum
+from slam.trajectory import Trajectory
+
+
+def test_the_paper_has_every_seed_under_both_door_laws_and_every_variant():
+    trials = paper().trials(["static-ml", "odometry"], range(5000, 5030), 60.0)
+    assert len({trial.name for trial in trials}) == len(trials) == 30 * 2 * 2
+    assert sum(trial.pictured for trial in trials) == 2 * 2  # the first seed of each
+    assert {t.condition["doors"] for t in trials} == {"static", "moving"}
+
+
+def test_trials_of_one_episode_follow_one_another():
+    trials = paper().trials(["static-ml", "odometry", "dynamic-ml"], range(2), 60.0)
+    keys = [trial.source.key for trial in trials]
+    assert all(len(set(keys[k : k + 3])) == 1 for k in range(0, len(keys), 3))
+
+
+def test_all_worlds_are_in_worlds():
+    assert [case.condition["world"] for case in worlds().cases] == list(WORLDS)
+
+
+@pytest.mark.parametrize("world", list(WORLDS))
+def test_what_is_recorded_is_what_the_source_says(world):
+    source = drive(world, 5000, max_episode_steps=20)
+    assert source.make().meta["config"] == source.plain()["config"]
+
+
+def test_the_planes_of_change_are_full_and_name_two_factors_each():
+    planes = {}
+    for case in change().cases:
+        assert len(case.condition) == 3
+        names = tuple(n for n in case.condition if n != "plane")
+        planes.setdefault((case.condition["plane"], names), []).append(case)
+        case.source(0).plain()  # the environment takes its parameters
+    assert [len(cases) for cases in planes.values()] == [16, 16, 16]
+    trials = change().trials(["static-ml"], range(1), 1.0)
+    assert len({trial.name for trial in trials}) == 48  # though planes share some episodes
+    assert len({trial.source.key for trial in trials}) == 43
+
+
+def test_doors_flip_as_often_as_is_said():
+    law = flipping(4.8).law
+    assert law == Doors().law  # the paper's
+    assert 60 / (0.5 * (flipping(24).law.shortest + flipping(24).law.longest)) == 24
+
+
+def test_a_worse_odometry_has_so_many_times_the_deviations():
+    assert worse(1.0) == Odometry()
+    assert worse(2.0).bias == 2 * Odometry().bias
+    assert worse(2.0).alpha1 == 4 * Odometry().alpha1  # a variance
+
+
+def test_an_interval_leaves_scans_out_and_keeps_the_odometry():
+    whole, thin = (drive("DoorCorridor-v0", 3, every=k).make() for k in (1, 10))
+    assert thin.times.tolist() == whole.times[::10].tolist()
+    assert len(thin.odometry) == len(whole.odometry)
+    assert (thin.truth.poses == whole.truth.poses[::10]).all()
+    assert (thin.truth.doors == whole.truth.doors[::10]).all()
+
+
+# -- logs ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def episode() -> Episode:
+    return drive("DoorCorridor-v0", 4, max_episode_steps=120).make()
+
+
+@pytest.fixture
+def folder(tmp_path, episode):
+    """A log with a reference, one without, an episode with the truth."""
+    home = tmp_path / "logs"
+    home.mkdir()
+    write_carmen(episode, home / "with.log.gz")
+    write_tum(Trajectory(episode.times, episode.truth.poses), home / "with.tum")
+    write_carmen(episode, home / "plain.log")
+    write_carmen(episode, home / "true.log")
+    episode.save(home / "true.npz")
+    return home
+
+
+def test_a_folder_of_logs_is_scored_with_what_lies_beside_them(bench, folder, tmp_path):
+    assert bench("logs", "--logs", str(folder), "--variants", "static-ml,odometry") == 0
+    rows = {(r["log"], r["variant"]): r for r in read(tmp_path / "out" / "results.jsonl")}
+    assert len(rows) == 3 * 2
+    assert rows["with", "static-ml"]["ate_aligned"] < 0.03
+    assert rows["with", "odometry"]["ate_aligned"] > 0.1
+    assert rows["with", "static-ml"]["stamps"] == 121
+    assert "ate_aligned" not in rows["plain", "static-ml"]
+    assert rows["plain", "static-ml"]["matched"] > 50
+    assert rows["true", "static-ml"]["ate"] < 0.03  # the npz, not the log of its name
+
+
+def test_real_logs_have_their_relations(shared_data):
+    suite = logs(shared_data)
+    assert [case.condition["log"] for case in suite.cases] == ["aces", "csail", "intel"]
+    found = LogScorer(LogFile(shared_data / "intel.log.gz"), Episode.__new__(Episode))
+    assert len(found._relations) == 2984
+
+
+def test_the_truth_in_an_episode_goes_before_all_else(episode):
+    assert isinstance(scorer(LogFile(None), episode), TruthScorer)  # type: ignore[arg-type]
+    found = scorer(LogFile(None), episode)(run(build("odometry", episode), episode))  # type: ignore[arg-type]
+    assert found["ate_bound"] is not None
+
+
+def test_a_log_that_cannot_be_read_is_a_result_and_a_folder_is_no_log(bench, folder, tmp_path):
+    (folder / "bad.npz").write_bytes(b"no episode")
+    (folder / "folder.log").mkdir()
+    assert bench("logs", "--logs", str(folder), "--variants", "odometry") == 0
+    errors = {r["log"]: r["error"] for r in read(tmp_path / "out" / "results.jsonl")}
+    assert errors.keys() == {"with", "plain", "true", "bad"}
+    assert errors["bad"].startswith("InputError: ")
+    assert "not an episode saved by dynslam" in errors["bad"]
+    assert [name for name, error in errors.items() if error] == ["bad"]
+
+
+def test_a_folder_without_logs_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no log in it"):
+        logs(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("a.log.gz", "a"), ("a.b.log", "a.b"), ("x.npz", "x"), ("x.clf", "x"), ("x.txt", "x.txt")],
+)
+def test_the_name_of_a_log_is_without_its_ending(name, expected):
+    assert stem(name) == expected
+
+
+# -- a suite of the user's own ---------------------------------------------------------------------
+
+OWN = """
+name = "mine"
+variants = ["dynamic-ml", "odometry"]
+seeds = 3
+
+[[case]]
+name = "fast doors, short sight"
+env = "DoorCorridor-v0"
+every = 2
+max_episode_steps = 300
+world = { length = 20.0, doors_per_side = 6 }
+doors = { open_share = 0.3, law = { kind = "Uniform", shortest = 1.0, longest = 3.0 } }
+laser = { max_range = 4.0, beams = 91 }
+odometry = { bias = 0.0 }
+
+[[case]]
+env = "DoorLoop-v0"
+doors = "static"
+"""
+
+
+def written(tmp_path, text: str):
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_file_describes_a_suite(tmp_path):
+    suite = read_suite(written(tmp_path, OWN))
+    assert (suite.name, suite.seeds, list(suite.variants)) == (
+        "mine",
+        3,
+        ["dynamic-ml", "odometry"],
+    )
+    first, second = (case.source(7) for case in suite.cases)
+    assert isinstance(first, Drive)
+    assert first.parameters["laser"] == Laser(beams=91, max_range=4.0)
+    assert first.parameters["doors"].law.longest == 3.0
+    assert first.parameters["doors"].open_share == 0.3
+    assert first.parameters["world"].length == 20.0
+    assert first.plain()["every"] == 2
+    assert first.plain()["steps"] == 300
+    assert second.plain()["config"]["world"]["type"] == "Loop"
+    assert [c.condition["case"] for c in suite.cases] == ["fast doors, short sight", "DoorLoop-v0"]
+
+
+def test_it_runs(bench, tmp_path):
+    assert bench(str(written(tmp_path, OWN)), "--seeds", "1") == 0
+    rows = read(tmp_path / "out" / "results.jsonl")
+    assert {(row["suite"], row["case"], row["variant"]) for row in rows} == {
+        ("mine", case, variant)
+        for case in ("fast doors, short sight", "DoorLoop-v0")
+        for variant in ("dynamic-ml", "odometry")
+    }
+    assert {row["scans"] for row in rows if row["case"].startswith("fast")} == {151}
+
+
+def test_another_episode_of_the_same_case_is_not_mixed_in(bench, tmp_path, capsys):
+    first = str(written(tmp_path, OWN))
+    assert bench(first, "--seeds", "1", "--variants", "odometry") == 0
+    written(tmp_path, OWN.replace("max_range = 4.0", "max_range = 5.0"))
+    before = (tmp_path / "out" / "results.jsonl").read_bytes()
+    assert bench(first, "--seeds", "2", "--variants", "odometry", "--resume") == 2
+    assert "another episode as case fast doors, short sight, seed 5000" in capsys.readouterr().err
+    assert (tmp_path / "out" / "results.jsonl").read_bytes() == before
+
+
+def test_the_example_in_the_documents_is_a_suite(tmp_path):
+    from pathlib import Path
+
+    text = (Path(__file__).parents[3] / "docs" / "benchmark.md").read_text()
+    example = text.split("```toml\n")[1].split("```")[0]
+    assert len(read_suite(written(tmp_path, example)).cases) >= 2
+
+
+def test_the_script_in_the_documents_runs(tmp_path, monkeypatch, capsys):
+    from pathlib import Path
+
+    from slam import registry
+
+    monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
+    text = (Path(__file__).parents[3] / "docs" / "benchmark.md").read_text()
+    script = text.split("```python\n")[1].split("```")[0]
+    monkeypatch.chdir(tmp_path)
+    exec(compile(script, "benchmark.md", "exec"), {})
+    assert "8 runs, 0 without a result" in capsys.readouterr().out
+    assert (tmp_path / "out" / "patient" / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("seeds = 3", "seed = 3"), "an entry must be one of 'name', 'variants', 'seeds', 'case'"),
+        (('name = "mine"', 'name = "../mine"'), "name must be of letters, digits, spaces"),
+        (("seeds = 3", "seeds = 0"), "seeds must be a whole number of at least 1, got 0"),
+        (('["dynamic-ml", "odometry"]', '"dynamic-ml"'), "variants must be a list of names"),
+        (('env = "DoorLoop-v0"', 'env = "Door"'), "case 2: env must be one of 'DoorCorridor-v0'"),
+        (("every = 2", "every = 0"), "case 1: every must be a whole number of at least 1"),
+        (("length = 20.0", "lenght = 20.0"), "case 1: a field of world must be one of 'length'"),
+        (("length = 20.0", "length = -1.0"), "Corridor.length must be a finite number above 0"),
+        (("beams = 91", 'beams = "many"'), "Laser.beams must be a whole number"),
+        (('kind = "Uniform"', 'kind = "Often"'), "doors.law.kind must be one of 'Uniform'"),
+        (('doors = "static"', 'doors = "ajar"'), "doors must be one of 'moving', 'static'"),
+        (('doors = "static"', 'log = "none.log"'), "an entry of a case with a log"),
+        (('env = "DoorLoop-v0"\ndoors = "static"', 'log = "no.log"'), "no.log: no such file"),
+        (('env = "DoorLoop-v0"\ndoors = "static"', 'name = "a"\nlog = 5'), "log must be a str"),
+        (("[[case]]", "[[cases]]"), "an entry must be one of"),
+        (("seeds = 3", "seeds = = 3"), "not a TOML file"),
+        (('env = "DoorLoop-v0"', 'name = "fast doors, short sight"'), "two cases are named"),
+        (("bias = 0.0", "bias = { a = 1 }"), "odometry.bias cannot be given in a file"),
+    ],
+)
+def test_mistakes_say_where_and_what_is_allowed(tmp_path, change, told):
+    text = OWN.replace(*change)
+    assert text != OWN
+    with pytest.raises(InputError) as error:
+        read_suite(written(tmp_path, text))
+    assert told in str(error.value)
+    assert "own.toml: " in str(error.value)
+
+
+def test_a_suite_without_cases_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"at least one \[\[case\]\]"):
+        read_suite(written(tmp_path, 'variants = ["static-ml"]'))
