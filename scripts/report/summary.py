@@ -1,0 +1,197 @@
+"""Rows of results as statistics: by condition and variant, in pairs, in ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.benchmark.results import Result, read
+from slam.benchmark.statistics import (
+    Interval,
+    Paired,
+    Ranks,
+    adjusted,
+    interquartile_mean,
+    median,
+    paired,
+    ranks,
+    share,
+)
+from slam.errors import InputError
+
+from ..scores import BRIER, F1, Score, main_score, present
+
+ALWAYS = ("run", "suite", "condition", "variant", "seed", "episode", "error", "versions", "commit",
+          "host")  # fmt: skip
+FEWEST_PAIRS = 6  # below, no difference can be significant at 5 %
+
+
+class Condition(NamedTuple):
+    """What a group of runs has in common: factors by name."""
+
+    factors: tuple[tuple[str, str | float], ...]
+
+    @staticmethod
+    def of(row: Result) -> Condition:
+        """Of one run."""
+        return Condition.named({name: row[name] for name in row["condition"]})
+
+    @staticmethod
+    def named(factors: Mapping[str, str | float]) -> Condition:
+        """Of factors by name."""
+        return Condition(tuple(factors.items()))
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name} {value}" for name, value in self.factors)
+
+
+class Group(NamedTuple):
+    """The runs of one variant under one condition."""
+
+    condition: Condition
+    variant: str
+    rows: list[Result]
+
+    def values(self, score: Score) -> list[float]:
+        """Of the runs that have the score."""
+        return [value for value in map(score.of, self.rows) if value is not None]
+
+    def median(self, score: Score) -> Interval:
+        """With its interval."""
+        return median(self.values(score))
+
+    def interquartile_mean(self, score: Score) -> Interval:
+        """With its interval."""
+        return interquartile_mean(self.values(score))
+
+    def failed(self) -> Interval:
+        """Share of runs, in percent: those that were lost, and those that came to nothing."""
+        known = any(row.get("failed") is not None for row in self.rows)
+        judged = [bool(row.get("failed")) for row in self.rows] if known else []
+        return Interval(*(100 * number for number in share(judged)))
+
+    def by_episode(self, score: Score) -> dict[str, float]:
+        """Episode and seed -> value."""
+        found = {f"{row['episode']} {row['seed']}": score.of(row) for row in self.rows}
+        return {name: value for name, value in found.items() if value is not None}
+
+
+class Comparison(NamedTuple):
+    """A variant minus the first one, on the same episodes.
+
+    q  p corrected for all comparisons of the page
+    """
+
+    condition: Condition
+    variant: str
+    baseline: str
+    score: Score
+    found: Paired
+    pairs: int
+    q: float
+
+    @property
+    def verdict(self) -> str:
+        """`better` or `worse` where chance does not explain it, else nothing; nothing too where
+        most pairs are equal, and the median of what chance does not explain is 0."""
+        value = self.found.difference.value * self.score.better
+        if self.pairs < FEWEST_PAIRS or self.q >= 0.05 or not abs(value) > 0:
+            return ""
+        return "better" if value > 0 else "worse"
+
+
+class Summary:
+    """All that the tables and figures are made of.
+
+    rows        in the order of condition, seed, variant, whatever the order they came in
+    variants    in the order in which they were named; the first is what others are compared with
+    conditions  likewise
+    main        what the trajectories are judged by
+    """
+
+    def __init__(self, rows: Sequence[Result], order: Sequence[str] = ()):
+        self.variants = _ordered([row["variant"] for row in rows], order)
+        found = dict.fromkeys(Condition.of(row) for row in rows)
+        self.conditions = sorted(found, key=_sortable)
+        place = {name: k for k, name in enumerate(self.variants)}
+        where = {condition: k for k, condition in enumerate(self.conditions)}
+        self.rows = sorted(
+            rows, key=lambda r: (where[Condition.of(r)], r["seed"], place[r["variant"]])
+        )
+        self.main = main_score(rows)
+        grouped: dict[tuple[Condition, str], list[Result]] = {}
+        for row in self.rows:
+            grouped.setdefault((Condition.of(row), row["variant"]), []).append(row)
+        self.groups = {key: Group(*key, rows) for key, rows in grouped.items()}
+
+    def of(self, condition: Condition) -> list[Group]:
+        """The groups of a condition, in the order of the variants."""
+        keys = ((condition, variant) for variant in self.variants)
+        return [self.groups[key] for key in keys if key in self.groups]
+
+    def comparisons(self) -> list[Comparison]:
+        """Every variant minus the first, by the main score, the map's and the doors'."""
+        return self._compared
+
+    @cached_property
+    def _compared(self) -> list[Comparison]:
+        found: list[Comparison] = []
+        scores = present([s for s in (self.main, F1, BRIER) if s is not None], self.rows)
+        for condition in self.conditions:
+            baseline = self.groups.get((condition, self.variants[0]))
+            for group in self.of(condition):
+                if baseline is None or group is baseline:
+                    continue
+                for score in scores:
+                    one, other = group.by_episode(score), baseline.by_episode(score)
+                    shared = [name for name in one if name in other]
+                    if shared:
+                        pair = paired([one[n] for n in shared], [other[n] for n in shared])
+                        names = condition, group.variant, baseline.variant
+                        found.append(Comparison(*names, score, pair, len(shared), 1.0))
+        qs = adjusted([comparison.found.p for comparison in found])
+        return [one._replace(q=q) for one, q in zip(found, qs, strict=True)]
+
+    def ranks(self) -> tuple[Ranks, int] | None:
+        """Of the variants by the main score, over all episodes that every one was run on, and how
+        many those are; None where there is no score, or no such episode."""
+        if self.main is None or len(self.variants) < 2:
+            return None
+        series: dict[str, dict[str, float]] = {name: {} for name in self.variants}
+        for group in self.groups.values():
+            series[group.variant] |= group.by_episode(self.main)
+        shared = [e for e in series[self.variants[0]] if all(e in s for s in series.values())]
+        if not shared:
+            return None
+        table = np.array([[series[name][e] for name in self.variants] for e in shared])
+        return ranks(table), len(shared)
+
+
+def read_rows(path: Path) -> list[Result]:
+    """The results of a bench. Raises InputError for a file that cannot be read, or holds others."""
+    rows = read(path)
+    try:
+        for row in rows:
+            for name in (*ALWAYS, *row["condition"]):
+                row[name]
+    except (KeyError, TypeError) as error:
+        raise InputError(f"{path}: not the results of a bench ({error!r})") from None
+    return rows
+
+
+def _ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:
+    """Each once: those of `order` in its order, then the others as they came."""
+    given = dict.fromkeys(names)
+    return [*(name for name in order if name in given), *(n for n in given if n not in order)]
+
+
+def _sortable(condition: Condition) -> tuple[tuple[str, int, float, str], ...]:
+    """Numbers by size, words by the alphabet."""
+    return tuple(
+        (name, 0, value, "") if isinstance(value, int | float) else (name, 1, 0.0, value)
+        for name, value in condition.factors
+    )

@@ -1,0 +1,190 @@
+"""The tables of a bench: for the page, and as Markdown and LaTeX for a paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from slam.benchmark.statistics import Interval
+
+from ..scores import COST, QUALITY, Score, present
+from .summary import Summary
+
+LATEX = {character: f"\\{character}" for character in "&%$#_{}"} | {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+}
+"""What has a meaning in LaTeX, or another shape in its first fonts."""
+
+
+class Cell(NamedTuple):
+    """One figure of a table.
+
+    text   as it is shown
+    value  what it is sorted by; None at the end
+    mark   `better`, `worse` or nothing
+    """
+
+    text: str
+    value: float | str | None
+    mark: str = ""
+
+
+class Table(NamedTuple):
+    """A table.
+
+    name      of its files
+    title     above it
+    caption   below it
+    headings  of the columns
+    rows      of cells, as many as headings
+    """
+
+    name: str
+    title: str
+    caption: str
+    headings: list[str]
+    rows: list[list[Cell]]
+
+
+def tables(summary: Summary) -> list[Table]:
+    """All that the results allow."""
+    return [
+        table for table in (_medians(summary), _paired(summary), _errors(summary)) if table.rows
+    ]
+
+
+def _medians(summary: Summary) -> Table:
+    scores = present([*QUALITY, *COST], summary.rows)
+    headings = ["condition", "variant", "runs", "lost, %"]
+    for score in scores:
+        headings.append(score.heading)
+        if score == summary.main:
+            headings.append(f"{score.name}, IQM")
+    rows = []
+    for condition in summary.conditions:
+        for group in summary.of(condition):
+            failed = group.failed()
+            row = [_word(str(condition)), _word(group.variant), _count(len(group.rows)),
+                   _interval(failed, Score("", "", digits=0))]  # fmt: skip
+            for score in scores:
+                row.append(_interval(group.median(score), score))
+                if score == summary.main:
+                    row.append(_interval(group.interquartile_mean(score), score))
+            rows.append(row)
+    caption = (
+        "Medians, and the interquartile mean (IQM), with bootstrap 95 % intervals; lost: ATE above "
+        "0.3 m, or no result, with Wilson's interval. A run without a result counts as infinitely "
+        "bad."
+    )
+    return Table("summary", "Summary", caption, headings, rows)
+
+
+def _paired(summary: Summary) -> Table:
+    headings = ["condition", "variant", "score", "difference", "p", "q", "pairs", "verdict"]
+    rows = []
+    for one in summary.comparisons():
+        difference = one.score.told
+        value, low, high = (_signed(difference(v), v) for v in one.found.difference)
+        text = f"{value}{one.score.unit} ({low} to {high})"
+        verdict = Cell(one.verdict or "-", one.verdict, one.verdict)
+        rows.append(
+            [
+                _word(str(one.condition)),
+                _word(one.variant),
+                _word(one.score.name),
+                Cell(text, _finite(one.found.difference.value), one.verdict),
+                Cell(_p(one.found.p), one.found.p),
+                Cell(_p(one.q), one.q),
+                _count(one.pairs),
+                verdict,
+            ]
+        )
+    baseline = summary.variants[0] if summary.variants else ""
+    caption = (
+        f"Each variant minus {baseline}, episode by episode: median difference with its bootstrap "
+        f"95 % interval, p of Wilcoxon's signed rank test, and q, that p corrected for all "
+        f"{len(rows)} comparisons of this table (Benjamini and Hochberg). A verdict needs q below "
+        f"0.05 and six pairs."
+    )
+    return Table("paired", f"Against {baseline}, paired", caption, headings, rows)
+
+
+def _errors(summary: Summary) -> Table:
+    rows = [
+        [_word(row["variant"]), _word(", ".join(f"{n} {row[n]}" for n in row["condition"])),
+         Cell(str(row["seed"]), float(row["seed"])), _word(row["error"])]
+        for row in summary.rows
+        if row.get("error") is not None
+    ]  # fmt: skip
+    headings = ["variant", "condition", "seed", "what happened"]
+    return Table("errors", "Runs without a result", "", headings, rows)
+
+
+def markdown(table: Table) -> str:
+    """For a README."""
+    lines = [table.headings, ["---"] * len(table.headings)]
+    lines += [[cell.text for cell in row] for row in table.rows]
+    return "".join(f"| {' | '.join(map(_marked_down, cells))} |\n" for cells in lines)
+
+
+def _marked_down(text: str) -> str:
+    """On one line; neither the end of a cell nor a tag."""
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "\\<")
+
+
+def latex(table: Table) -> str:
+    """A tabular with the rules of `booktabs`."""
+    lines = [
+        f"% {table.caption}",
+        f"\\begin{{tabular}}{{{'l' * len(table.headings)}}}",
+        "\\toprule",
+    ]
+    lines.append(_latex_row(table.headings))
+    lines.append("\\midrule")
+    lines += [_latex_row([cell.text for cell in row]) for row in table.rows]
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}", ""])
+
+
+def _latex_row(texts: Sequence[str]) -> str:
+    return " & ".join(_escaped(text) for text in texts) + r" \\"
+
+
+def _escaped(text: str) -> str:
+    return "".join(LATEX.get(character, character) for character in " ".join(text.split()))
+
+
+def _word(text: str) -> Cell:
+    return Cell(text, text)
+
+
+def _count(number: int) -> Cell:
+    return Cell(str(number), float(number))
+
+
+def _interval(interval: Interval, score: Score) -> Cell:
+    value, low, high = interval
+    if math.isnan(value):
+        return Cell("-", None)
+    text = f"{score.told(value)} ({score.told(low)} to {score.told(high)})"
+    return Cell(text, _finite(value))
+
+
+def _finite(value: float) -> float | None:
+    """JSON and HTML have no infinity; what is no number is sorted to the end."""
+    return None if math.isnan(value) else max(min(value, 1e300), -1e300)
+
+
+def _signed(text: str, value: float) -> str:
+    if math.isinf(value):
+        return "lost" if value > 0 else "found"
+    return f"+{text}" if value > 0 else text
+
+
+def _p(p: float) -> str:
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"

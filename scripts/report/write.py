@@ -1,0 +1,147 @@
+"""Writes the report: report.html, results.csv, figures/ as PNG and SVG, tables/ for a paper."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from slam.benchmark.results import Result
+from slam.io.files import replacing
+
+from ..bench.example import Example, load
+from ..output import write_png
+from .charts import Chart, charts, shown
+from .maps import maps
+from .phase import phase_diagrams
+from .replay import replay
+from .summary import Condition, Summary
+from .tables import Table, latex, markdown, tables
+
+HERE = Path(__file__).parent
+PLAIN: dict[Any, Any] = {"text.parse_math": False}  # a name may hold dollars
+SAME_BYTES: dict[Any, Any] = {"svg.hashsalt": "dynslam", "svg.fonttype": "path"}
+
+
+def write_report(rows: Sequence[Result], out: Path, order: Sequence[str] = ()) -> Iterator[Path]:
+    """Write everything that the results allow into `out`; gives each path when it is written.
+
+    order  of the variants; the first is what the others are compared with
+    """
+    with mpl.rc_context(PLAIN):
+        yield from _write(rows, out, order)
+
+
+def _write(rows: Sequence[Result], out: Path, order: Sequence[str]) -> Iterator[Path]:
+    summary = Summary(rows, order)
+    yield _written(out / "results.csv", _csv(summary.rows))
+    made = tables(summary)
+    for table in made:
+        yield _written(out / "tables" / f"{table.name}.md", markdown(table))
+        yield _written(out / "tables" / f"{table.name}.tex", latex(table))
+    drawn: list[tuple[Chart, str]] = []
+    replays = []
+    for chart in (*charts(summary), *phase_diagrams(summary)):
+        drawn.append((chart, _figure(chart, out / "figures")))
+        yield out / "figures" / f"{chart.name}.png"
+    for number, condition in enumerate(shown(summary), 1):
+        seed, examples = _examples(summary, condition, out / "examples")
+        if examples:
+            chart = maps(condition, examples, number)
+            drawn.append((chart, _figure(chart, out / "figures")))
+            replays.append(replay(condition, examples, seed))
+            yield out / "figures" / f"{chart.name}.png"
+    yield _written(out / "report.html", page(summary, made, drawn, replays))
+
+
+def page(
+    summary: Summary,
+    made: Sequence[Table],
+    drawn: Sequence[tuple[Chart, str]],
+    replays: Sequence[dict[str, Any]],
+) -> str:
+    """The page: one file, that asks nothing of the network."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template("page.html").render(
+        summary=summary,
+        suite=", ".join(dict.fromkeys(row["suite"] for row in summary.rows)),
+        failed=sum(row.get("error") is not None for row in summary.rows),
+        episodes=len({row["episode"] for row in summary.rows}),
+        origins=_origins(summary.rows),
+        tables=made,
+        drawn=drawn,
+        replays=json.dumps(replays, allow_nan=False).replace("<", "\\u003c"),
+        css=(HERE / "page.css").read_text(encoding="utf-8"),
+        js=(HERE / "page.js").read_text(encoding="utf-8"),
+    )
+
+
+def _origins(rows: Sequence[Result]) -> list[str]:
+    """Which code on which machines, each once."""
+    told = (
+        f"commit {row['commit'] or 'unknown'}, "
+        f"{', '.join(f'{name} {number}' for name, number in row['versions'].items())}; "
+        f"{row['host']['machine']}, {row['host']['cores']} cores"
+        for row in rows
+    )
+    return list(dict.fromkeys(told))
+
+
+def _examples(
+    summary: Summary, condition: Condition, folder: Path
+) -> tuple[int, dict[str, Example]]:
+    """The runs of the first seed that were kept to be looked at, and that seed."""
+    found: dict[str, Example] = {}
+    seed = min(row["seed"] for group in summary.of(condition) for row in group.rows)
+    for group in summary.of(condition):
+        row = next((row for row in group.rows if row["seed"] == seed), None)
+        path = folder / f"{row['run']}.npz" if row else folder
+        if path.is_file():
+            found[group.variant] = load(path)
+    return seed, found
+
+
+def _figure(chart: Chart, folder: Path) -> str:
+    """Write it as PNG and SVG; gives the SVG as a data URL."""
+    folder.mkdir(exist_ok=True)
+    write_png(chart.figure, folder / f"{chart.name}.png")
+    svg = _svg(chart.figure)
+    with replacing(folder / f"{chart.name}.svg") as file:
+        file.write(svg)
+    return "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
+
+
+def _svg(figure: Figure) -> bytes:
+    file = io.BytesIO()
+    with mpl.rc_context(SAME_BYTES):
+        figure.savefig(file, format="svg", metadata={"Date": None})
+    return file.getvalue()
+
+
+def _csv(rows: Sequence[Result]) -> str:
+    """All that is flat, one line a run."""
+    flat = [{k: v for k, v in row.items() if not isinstance(v, dict | list)} for row in rows]
+    file = io.StringIO()
+    names = list(dict.fromkeys(name for row in flat for name in row))
+    writer = csv.DictWriter(file, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(flat)
+    return file.getvalue()
+
+
+def _written(path: Path, text: str) -> Path:
+    path.parent.mkdir(exist_ok=True)
+    with replacing(path) as file:
+        file.write(text.encode())
+    return path
