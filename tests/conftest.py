@@ -1,8 +1,12 @@
-"""Fixture: the real logs."""
+"""Fixture: the real logs. Kernels may compile within a test: no test is timed."""
 
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("dynslam", deadline=None)
+settings.load_profile("dynslam")
 
 
 @pytest.fixture(scope="session")

@@ -34,9 +34,7 @@ SPEED, TURN, RADIUS = PIONEER.max_speed, PIONEER.max_turn, PIONEER.radius
 def cases(count):
     """So many cases, always the same ones."""
     checks = [HealthCheck.filter_too_much, HealthCheck.too_slow, HealthCheck.data_too_large]
-    return settings(
-        max_examples=count, derandomize=True, deadline=None, suppress_health_check=checks
-    )
+    return settings(max_examples=count, derandomize=True, suppress_health_check=checks)
 
 
 def real(low, high):

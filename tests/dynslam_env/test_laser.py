@@ -108,7 +108,7 @@ FANS = st.tuples(
 
 @pytest.mark.parametrize("kind", ["long", "tiny", "star", "close by", "along beams"])
 def test_ranges_agree_with_exact_geometry(kind):
-    @settings(max_examples=600, derandomize=True, deadline=None)
+    @settings(max_examples=600, derandomize=True)
     @given(FANS, st.integers(0, 2**32), st.integers(1, 50), st.booleans())
     def check(fan, seed, n, straight):
         beams, field_of_view, max_range = fan
@@ -122,7 +122,7 @@ def test_ranges_agree_with_exact_geometry(kind):
     check()
 
 
-@settings(max_examples=300, derandomize=True, deadline=None)
+@settings(max_examples=300, derandomize=True)
 @given(st.integers(0, 2**32), st.integers(1, 12), st.booleans())
 def test_far_sides_of_solids_are_hidden_by_their_near_sides(seed, count, mounted):
     """Seen from outside, polygons whose far sides are left out look the same."""

@@ -35,7 +35,7 @@ def test_clockwise_corners_are_turned_around_and_the_first_edge_stays():
     assert {tuple(e) for e in edges[0].reshape(2, 2)} == {(0.0, 1.0), (2.0, 0.0)}
 
 
-@settings(max_examples=100, derandomize=True, deadline=None)
+@settings(max_examples=100, derandomize=True)
 @given(st.lists(st.integers(3, 9), max_size=5), st.integers(0, 99))
 def test_edges_close_turn_left_and_stay_with_their_bodies(corners, seed):
     rng = np.random.default_rng(seed)

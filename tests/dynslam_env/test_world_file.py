@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from dynslam_env import Corridor, Door, Layout, Loop, Office
@@ -58,7 +58,6 @@ def bits(layout):
 
 
 @given(layout=layouts)
-@settings(deadline=None)
 def test_what_is_read_is_what_was_saved_to_the_bit(folder, layout):
     layout.save(folder / "world.json")
     assert bits(Layout.load(folder / "world.json")) == bits(layout)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from dynslam_env import Door
@@ -19,7 +19,6 @@ doors = st.builds(
     st.floats(0.3, 1.5),
     st.floats(0.01, 0.2),
 )
-compiled = settings(deadline=None)  # the first call compiles
 SQUARE = edges(np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]))
 
 
@@ -28,7 +27,6 @@ def sampled(segment, count=400):
     return a + np.linspace(0, 1, count)[:, None] * (b - a)
 
 
-@compiled
 @given(segments, segments)
 def test_gap_is_the_distance_of_the_nearest_points(a, b):
     found = gap(np.array([a]), np.array([b]))
@@ -38,7 +36,6 @@ def test_gap_is_the_distance_of_the_nearest_points(a, b):
     assert nearest <= found + spacing + 1e-9
 
 
-@compiled
 @given(st.lists(segments, min_size=1, max_size=4), st.lists(segments, min_size=1, max_size=4))
 def test_gap_of_many_is_the_least(these, those):
     pairs = [gap(np.array([a]), np.array([b])) for a in these for b in those]
@@ -46,7 +43,6 @@ def test_gap_of_many_is_the_least(these, those):
     assert gap(np.array(those), np.array(these)) == pytest.approx(min(pairs), abs=1e-12)
 
 
-@compiled
 @given(numbers, numbers, st.floats(0.0, 6.3))
 def test_inside_of_a_square(x, y, turn):
     assume(min(abs(abs(x) - 1), abs(abs(y) - 1)) > 1e-6)
@@ -56,14 +52,12 @@ def test_inside_of_a_square(x, y, turn):
     assert inside(edges(corners), c * x - s * y, s * x + c * y) == expected
 
 
-@compiled
 @given(doors, st.floats(0.0, math.pi / 2))
 def test_leaf_is_the_naive_one(door, angle):
     expected = naive.leaf(door, door.closed + door.swing * angle)
     assert leaf(door, angle) == pytest.approx(expected, abs=1e-9)
 
 
-@compiled
 @given(doors, st.floats(0.2, math.pi / 2))
 def test_a_sweep_holds_the_leaf_at_every_angle_and_little_more(door, angle):
     outline = sweep(door, angle)

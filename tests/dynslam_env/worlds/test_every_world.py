@@ -34,7 +34,7 @@ WORLDS = [
 
 everywhere = pytest.mark.parametrize("world", WORLDS, ids=repr)
 seeds = given(seed=st.integers(0, 2**32 - 1))
-often = settings(max_examples=25, deadline=None)
+often = settings(max_examples=25)
 
 
 def drawn(world, seed):
