@@ -14,7 +14,7 @@ test: $(VENV)/all.stamp
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
 	$(BIN)/pyright --pythonpath $(BIN)/python
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses logical
 
 format: $(VENV)/all.stamp
 	$(BIN)/ruff format .
