@@ -70,7 +70,7 @@ class Compare:
     """
 
     before: tyro.conf.Positional[Path]
-    """results.jsonl of one bench."""
+    """results.jsonl of one bench, or its directory."""
     after: tyro.conf.Positional[Path]
     """results.jsonl of the other."""
     tolerance: float = 0.02
@@ -83,7 +83,7 @@ class Compare:
     def __call__(self) -> int:
         """Compare, print."""
         number("tolerance", self.tolerance, 0.0)
-        before, after = (_rows(path) for path in (self.before, self.after))
+        before, after = (_rows(_found(path)) for path in (self.before, self.after))
         pairs = [(before[key], after[key]) for key in before if key in after]
         if not pairs:
             raise InputError(
@@ -163,6 +163,10 @@ def _lost(condition: Condition, variant: str, old: Sequence[float], new: Sequenc
     value = (sum(new) - sum(old)) / len(old)
     difference = Interval(value, math.nan, math.nan)
     return Change(condition, variant, LOST, sum(old) / len(old), difference, len(old), p)
+
+
+def _found(path: Path) -> Path:
+    return path / "results.jsonl" if path.is_dir() else path
 
 
 def _rows(path: Path) -> dict[Key, Result]:

@@ -34,7 +34,7 @@ LIMIT = 600.0  # s, for one run
 class Demo:
     """The paper's experiment: paired drives past static and moving doors, all variants on each.
 
-    Takes about a minute on two cores.
+    Takes one to two minutes on two cores; the first time longer, while kernels compile.
     Writes results.jsonl, table.md, the paper's figures as PNG, and replay.gif.
     """
 

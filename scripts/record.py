@@ -86,7 +86,8 @@ class Record:
                 episode = episode_of(Drive(self.env, seed, parameters))
                 for name in formats:
                     FORMATS[name](episode, out / f"{self.env}-{seed}")
-        print(f"{len(seeds)} episodes of {self.env} as {', '.join(formats)} in {out}")
+        episodes = "1 episode" if len(seeds) == 1 else f"{len(seeds)} episodes"
+        print(f"{episodes} of {self.env} as {', '.join(formats)} in {out}")
         return 0
 
 

@@ -132,7 +132,8 @@ class Bench:
                     cache.prune()
         except KeyboardInterrupt:
             print(
-                f"bench: interrupted, {done} of {len(todo)} runs are kept; --resume goes on",
+                f"bench: interrupted, {done} of {len(todo)} runs are kept; the same command with "
+                f"--resume goes on",
                 file=sys.stderr,
             )
             return EXIT_INTERRUPTED
@@ -160,6 +161,11 @@ def keep(done: Done, out: Path) -> None:
 
 def _check_episodes(rows: Sequence[Result], trials: Sequence[Trial], path: Path) -> None:
     """What is there is of the same episodes as what is to come: medians must not mix them."""
+    others = {str(row["suite"]) for row in rows} - {trial.suite for trial in trials}
+    if others:
+        raise InputError(
+            f"{path} holds the suite {', '.join(sorted(others))}: choose another directory by --out"
+        )
     wanted = {(Condition.named(t.condition), t.source.seed): t.source.key for t in trials}
     for row in rows:
         condition, seed = Condition.of(row), row["seed"]

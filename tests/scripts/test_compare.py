@@ -129,3 +129,12 @@ def test_two_benches_that_share_nothing_are_refused(tmp_path, capsys):
     assert "share no run" in capsys.readouterr().err
     assert main.status(["compare", str(paths[0]), str(tmp_path / "none.jsonl")]) == 2
     assert "none.jsonl" in capsys.readouterr().err
+
+
+def test_the_folders_of_two_benches_will_do(tmp_path, capsys):
+    folders = [tmp_path / name for name in ("before", "after")]
+    for folder in folders:
+        folder.mkdir()
+        written(folder / "results.jsonl", rows())
+    assert main.status(["compare", *map(str, folders)]) == 0
+    assert "36 pairs of runs" in capsys.readouterr().out

@@ -313,3 +313,11 @@ def test_sources_of_other_content_have_other_keys():
         drive("DoorCorridor-v0", 5000, max_episode_steps=50),
     ]
     assert len({one.key, *(other.key for other in others)}) == 6
+
+
+def test_another_suite_in_the_folder_is_not_mixed_with(bench, tmp_path, capsys):
+    bench("paper", "--seeds", "1", "--variants", "odometry")
+    before = (tmp_path / "out" / "results.jsonl").read_bytes()
+    assert bench("worlds", "--seeds", "1", "--variants", "odometry", "--resume") == 2
+    assert "holds the suite paper" in capsys.readouterr().err
+    assert (tmp_path / "out" / "results.jsonl").read_bytes() == before
