@@ -125,6 +125,17 @@ def test_poses_between_the_scans_are_interpolated(episode):
     assert found["ate_aligned"] == pytest.approx(0.0, abs=0.005)
 
 
+def test_where_the_maps_frame_lies_in_the_trajectorys_is_undone(episode, done):
+    """The same trajectory and map, both seen from elsewhere; aligned, no frame is the world's."""
+    elsewhere, here = Pose2(1.0, 2.0, 0.7), Trajectory(episode.times, done.poses)
+    there = Trajectory(episode.times, compose(np.array(elsewhere), done.poses))
+    plain = score_outside(episode, here, done.grid, frame="aligned")
+    found = score_outside(episode, there, done.grid, elsewhere, frame="aligned")
+    assert found["ate"] == pytest.approx(plain["ate"], abs=1e-9)
+    for name in ("f1_5cm", "adnn_map_to_truth", "adnn_truth_to_map"):
+        assert found[name] == pytest.approx(plain[name], rel=1e-6)
+
+
 def test_a_trajectory_that_begins_late_is_scored_where_it_is(episode, done):
     late = Trajectory(episode.times[100:], done.poses[100:])
     found = score_outside(episode, late)
