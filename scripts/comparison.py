@@ -9,7 +9,7 @@ from slam.benchmark.results import Result
 from slam.benchmark.statistics import Paired, median, paired
 
 from .report.summary import FEWEST_PAIRS
-from .scores import ATE, BRIER, F1, Score
+from .scores import ATE, BRIER, F1, Score, told_p
 
 COMPARED = ("static", "dynamic")  # maps
 
@@ -89,5 +89,4 @@ def _line(score: Score, found: Paired, pairs: int) -> str:
     value, low, high = (f"{number:+.{score.digits}f}" for number in found.difference)
     if pairs < FEWEST_PAIRS:
         return f"{score.name} {value}{score.unit} ({pairs} pairs, too few to judge)"
-    p = "p < 0.001" if found.p < 0.001 else f"p = {found.p:.3f}"
-    return f"{score.name} {value}{score.unit} ({low} to {high}), {p}"
+    return f"{score.name} {value}{score.unit} ({low} to {high}), {told_p(found.p)}"

@@ -81,3 +81,8 @@ def present(scores: Sequence[Score], rows: Sequence[Result]) -> list[Score]:
 def main_score(rows: Sequence[Result]) -> Score | None:
     """What the trajectories are judged by; None where nothing is known of the truth."""
     return next(iter(present(MAIN, rows)), None)
+
+
+def told_p(p: float) -> str:
+    """A p-value, as papers tell it."""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"

@@ -30,6 +30,7 @@ from .cases import LAWS, STUDIES
 from .exits import EXIT_INTERRUPTED
 from .output import output_directory
 from .progress import progress_bar
+from .scores import told_p
 
 SETTLED = 20  # scans after which a covariance is judged: before, all is still exact
 HEAD = ("case", "doors flip", "ATE, mm", "online", "along / across, mm", "minus the first, mm",
@@ -155,8 +156,7 @@ def _line(case: str, doors: str, group: list[Row], first: list[Row]) -> tuple[st
     if group is not first:
         found = paired([1e3 * r["ate"] for r in group], [1e3 * r["ate"] for r in first])
         value, low, high = found.difference
-        p = "< 0.001" if found.p < 0.001 else f"= {found.p:.3f}"
-        difference = f"{value:+.1f} ({low:+.1f} to {high:+.1f}), p {p}"
+        difference = f"{value:+.1f} ({low:+.1f} to {high:+.1f}), {told_p(found.p)}"
     return (
         case,
         doors,

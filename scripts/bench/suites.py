@@ -21,14 +21,14 @@ from .jobs import Trial
 from .scoring import ENDINGS, stem
 from .sources import Drive, LogFile, Source
 
-Condition = Mapping[str, str | float]
+Factors = Mapping[str, str | float]
 
 
 @dataclass(frozen=True)
 class Case:
     """One condition, and the episode of a seed under it."""
 
-    condition: Condition
+    condition: Factors
     source: Callable[[int], Source]
 
 

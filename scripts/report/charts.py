@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from slam.benchmark.statistics import median
 
 from ..figures.style import FAINT, INK, MEDIUM, SMALL, blank_figure, plain_axes
-from ..scores import ATE, COST, Score
+from ..scores import ATE, COST, Score, told_p
 from .summary import Condition, Group, Summary
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F4F24", "#6A3D9A",
@@ -64,7 +64,8 @@ def shown(summary: Summary) -> list[Condition]:
         return summary.conditions[:MOST_PANELS]
 
     def spread(condition: Condition) -> float:
-        found = [group.median(score).value for group in summary.of(condition)]
+        groups = [group.values(score) for group in summary.of(condition)]
+        found = [float(np.median(values)) for values in groups if values]
         known = [value for value in found if value > 0]
         return max(known) / min(known) if known and min(known) < np.inf else 0.0
 
@@ -85,10 +86,9 @@ def _ranks(summary: Summary, score: Score) -> Chart | None:
     axes.invert_yaxis()
     axes.set_xlabel(f"mean rank by {score.name} (1 is best)", fontsize=MEDIUM)
     _finish(axes)
-    told = "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
     caption = (
         f"Mean rank over the {episodes} episodes that all variants were run on, with bootstrap "
-        f"95 % intervals; Friedman's test of no difference: {told}."
+        f"95 % intervals; Friedman's test of no difference: {told_p(p)}."
     )
     return Chart("ranks", "Ranks", caption, figure)
 
