@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from slam.checked import instance, positive_number
 from slam.geometry import Array, Pose2
@@ -43,7 +42,7 @@ class AdaptiveOdometry:
         self.width = width
         self.memory = memory
         self.rate = base.rotation_per_m / width
-        self._now = base
+        self._rotation_per_m = base.rotation_per_m
 
     def corrected(self, motion: Pose2) -> Pose2:
         """The odometry as it is."""
@@ -51,7 +50,9 @@ class AdaptiveOdometry:
 
     def deviations(self, motion: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
-        return self._now.deviations(motion)
+        deviations = self.base.deviations(motion)
+        deviations[2] = self.base.rotation(motion, self._rotation_per_m)
+        return deviations
 
     def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
         """The odometry said `motion`, and a scan then found `found`."""
@@ -63,5 +64,5 @@ class AdaptiveOdometry:
         square = max(error**2 - expected**2, 0.0) / max(driven, SHORT) ** 2
         weight = min(driven / self.memory, 1.0)
         self.rate = math.sqrt((1.0 - weight) * self.rate**2 + weight * square)
-        rate = min(max(self.width * self.rate, self.least), self.base.rotation_per_m)
-        self._now = replace(self.base, rotation_per_m=rate)
+        rate = max(self.width * self.rate, self.least)
+        self._rotation_per_m = min(rate, self.base.rotation_per_m)

@@ -34,18 +34,18 @@ class Ground:
         """(3, 3) of the error that a robot at `pose` inherits, matched with what lies at its scan's
         `points` (n, 2), m in its frame. The mean over the points; zero without any."""
         tiles = self.tiles
-        return _inherited(np.array(pose), points, tiles.index, tiles.origin, tiles.resolution,
+        return _inherited(*pose, points, tiles.index, tiles.origin, tiles.resolution,
                           self._drawn.values, self._settled)  # fmt: skip
 
 
 @njit(cache=True)
-def _inherited(pose, points, index, origin, resolution, drawn, settled):
-    c, s, scale = np.cos(pose[2]), np.sin(pose[2]), 1.0 / resolution
+def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn, settled):
+    c, s, scale = np.cos(theta), np.sin(theta), 1.0 / resolution
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
     seen = np.zeros(settled)
     for k in range(len(points)):
-        x = (pose[0] + c * points[k, 0] - s * points[k, 1] - origin[0]) * scale
-        y = (pose[1] + s * points[k, 0] + c * points[k, 1] - origin[1]) * scale
+        x = (robot_x + c * points[k, 0] - s * points[k, 1] - origin[0]) * scale
+        y = (robot_y + s * points[k, 0] + c * points[k, 1] - origin[1]) * scale
         if 0.0 <= x < cols and 0.0 <= y < rows:
             slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
             if 0 < slot < settled:
@@ -53,8 +53,8 @@ def _inherited(pose, points, index, origin, resolution, drawn, settled):
     total, result = seen.sum(), np.zeros((3, 3))
     for slot in range(settled):
         if seen[slot]:
-            moved = _turned(drawn[slot, 2:].copy().reshape(3, 3), pose[0] - drawn[slot, 0],
-                            pose[1] - drawn[slot, 1])  # fmt: skip
+            moved = _turned(drawn[slot, 2:].copy().reshape(3, 3), robot_x - drawn[slot, 0],
+                            robot_y - drawn[slot, 1])  # fmt: skip
             result += moved * (seen[slot] / total)
     return result
 

@@ -52,10 +52,16 @@ class OdometryMotion:
             self.translation_per_rad * turned,
             self.translation_floor,
         )
-        rotation = math.hypot(
-            self.rotation_per_m * driven, self.rotation_per_rad * turned, self.rotation_floor
-        )
+        rotation = self.rotation(motion, self.rotation_per_m)
         return np.array([translation, translation, rotation])
+
+    def rotation(self, motion: Pose2, per_m: float) -> float:
+        """rad, standard deviation of theta where it grows by `per_m` rad with every m driven."""
+        return math.hypot(
+            per_m * math.hypot(motion.x, motion.y),
+            self.rotation_per_rad * abs(motion.theta),
+            self.rotation_floor,
+        )
 
     def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
         """Nothing is learned."""
@@ -96,7 +102,7 @@ class Prediction:
 
     def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
         """Value, gradient (3,) and (Gauss-Newton) curvature (3, 3) of the log density."""
-        return _slope(np.array(pose), self._centre, self._moved, self.deviations)
+        return _slope(*pose, self._centre, self._moved, self.deviations)
 
 
 @njit(cache=True)
@@ -144,9 +150,9 @@ def _covariance(centre, moved, deviations):
 
 
 @njit(cache=True)
-def _slope(pose, centre, moved, deviations):
+def _slope(x, y, theta, centre, moved, deviations):
     c, s = np.cos(centre[2]), np.sin(centre[2])
-    x, y, theta = _error(pose, centre, moved)
+    x, y, theta = _error((x, y, theta), centre, moved)
     hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)
     J = np.array([  # of the error by the pose
         [c, s, hs * moved[0] + hc * moved[1]],

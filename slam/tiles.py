@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -22,22 +23,17 @@ GROWTH = 2.0
 
 class Layer:
     """One value (or a few) for every cell of the tiles in use. Slot 0 is the blank tile, which
-    nobody writes to."""
+    nobody writes to.
+
+    values  (slots, AREA, ...) a view, good until the next tile is taken into use
+    flat    (cells, ...) likewise
+    """
 
     def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...]):
         self.fill = fill
         self._memory = np.empty((FIRST, *shape), dtype)
         self._used = 0
-
-    @property
-    def values(self) -> np.ndarray:
-        """(slots, AREA, ...) a view, good until the next tile is taken into use."""
-        return self._memory[: self._used]
-
-    @property
-    def flat(self) -> np.ndarray:
-        """(cells, ...) a view, good until the next tile is taken into use."""
-        return self.values.reshape(-1, *self._memory.shape[2:])
+        self.hold(0)
 
     def hold(self, slots: int) -> None:
         """Have so many tiles; new ones are blank."""
@@ -49,6 +45,16 @@ class Layer:
             self._memory = grown
         self._memory[self._used : slots] = self.fill
         self._used = slots
+        self._view()
+
+    def _view(self) -> None:
+        self.values = self._memory[: self._used]
+        self.flat = self.values.reshape(math.prod(self.values.shape[:2]), *self._memory.shape[2:])
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A copy looks at its own memory."""
+        self.__dict__.update(state)
+        self._view()
 
 
 @dataclass(eq=False)

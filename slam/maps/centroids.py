@@ -29,8 +29,8 @@ class Centroids:
     def add(self, echoes: Array) -> None:
         """Take in echoes (n, 2), m in the world, all in tiles that are in use."""
         tiles = self.tiles
-        cells = (echoes - tiles.origin) * (1 / tiles.resolution)
-        _add(cells, tiles.index, self.offset.flat, self.count.flat)
+        _add(echoes, *tiles.origin, 1 / tiles.resolution, tiles.index, self.offset.flat,
+             self.count.flat)  # fmt: skip
 
     def dense(self) -> tuple[np.ndarray, np.ndarray]:
         """(rows, cols, 2) offsets in m, and (rows, cols) counts, of the grid `tiles.spec`."""
@@ -39,10 +39,10 @@ class Centroids:
 
 
 @njit(cache=True)
-def _add(echoes, index, offset, count):
-    """Running means; echoes in units of cells, rounded as `rays` does."""
+def _add(echoes, left, low, scale, index, offset, count):
+    """Running means; where an echo lies, in units of cells, is rounded as `rays` does."""
     for k in range(len(echoes)):
-        x, y = echoes[k, 0], echoes[k, 1]
+        x, y = (echoes[k, 0] - left) * scale, (echoes[k, 1] - low) * scale
         row, col = int(y), int(x)
         i = index[row >> SHIFT, col >> SHIFT] * AREA + (row & MASK) * TILE + (col & MASK)
         if count[i] < MEMORY:

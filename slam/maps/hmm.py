@@ -13,7 +13,7 @@ from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
-from slam.maps.rays import Rays
+from slam.maps.rays import Rays, Seen
 from slam.scan import Scan
 from slam.tiles import AREA
 
@@ -55,6 +55,7 @@ class HMM:
         positive_number("changes", changes)
         positive_number("dwell", dwell)
         self.evidence = evidence
+        self._ratios = np.exp(evidence.hit), np.exp(evidence.free)
         self.changes = changes
         self.dwell = dwell
         self.cells = Cells(resolution, evidence.prior, rays)
@@ -68,24 +69,35 @@ class HMM:
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Predict the cells that the scan saw, correct them, and learn how often they change."""
         seen = self.cells.see(scan, pose)
+        self.observe(seen, scan.time)
+        return seen.cells
+
+    def observe(self, seen: Seen, time: float) -> None:
+        """The same for cells that were `seen` at `time`, s."""
         if self._start is None:
-            self._start = scan.time
+            self._start = time
         _observe(
             seen.cells,
             seen.hit,
-            scan.time - self._start,
+            time - self._start,
             self.times.flat,
             self.counts.flat,
             self.state.flat,
             self.last.flat,
             self.cells.occupied.flat,
-            np.exp(self.evidence.hit),
-            np.exp(self.evidence.free),
-            self.changes,
-            (1 - self.evidence.prior) * self.dwell,
-            self.evidence.prior * self.dwell,
+            *self._ratios,
+            *self.prior,
         )
-        return seen.cells
+
+    @property
+    def prior(self) -> tuple[float, float, float]:
+        """The changes, the seconds free and the seconds occupied that a cell begins with."""
+        prior = self.evidence.prior
+        return self.changes, (1 - prior) * self.dwell, prior * self.dwell
+
+    def since_start(self, time: float) -> float:
+        """s from the first scan to `time`, as `last` counts it; 0 before there is one."""
+        return 0.0 if self._start is None else time - self._start
 
     def rates(self, row: int, col: int) -> tuple[float, float]:
         """How often a cell of the grid closes while free and opens while occupied, 1/s."""
@@ -108,9 +120,9 @@ class HMM:
 
     def _rates(self, times: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Closing and opening (...) from times and counts (..., 2), 1/s."""
-        prior = self.evidence.prior
-        closing = (self.changes + counts[..., 1]) / ((1 - prior) * self.dwell + times[..., 0])
-        opening = (self.changes + counts[..., 0]) / (prior * self.dwell + times[..., 1])
+        changes, free_for, occupied_for = self.prior
+        closing = (changes + counts[..., 1]) / (free_for + times[..., 0])
+        opening = (changes + counts[..., 0]) / (occupied_for + times[..., 1])
         return closing, opening
 
 
@@ -121,7 +133,7 @@ def _observe(
 ):  # fmt: skip
     """Predict, correct and learn; the ratios are p(z|occupied) / p(z|free)."""
     for k in range(len(cells)):
-        i = cells[k]
+        i = np.uint64(cells[k])
         gone = max(now - last[i], 0.0)
         last[i] = now
         closing = (changes + counts[i, 1]) / (free_for + times[i, 0])

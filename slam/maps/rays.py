@@ -54,7 +54,8 @@ class Rays:
     def ends(self, scan: Scan, pose: Pose2) -> tuple[Array, Array, np.ndarray]:
         """The sensor (2,), the beams' ends (n, 2) in the world, and which of them are hits (n,)."""
         return _ends(scan.ranges, scan.directions, scan.hit, scan.no_echo, self.reach,
-                     min(self.no_echo_reach, scan.max_range), scan.mount, pose)  # fmt: skip
+                     min(self.no_echo_reach, scan.max_range), scan.mount.x, scan.mount.y,
+                     *pose)  # fmt: skip
 
 
 class Tracer:
@@ -71,20 +72,22 @@ class Tracer:
         left, low, right, high = _box(sensor, ends)
         spare = AROUND * tiles.resolution
         tiles.cover((left - spare, low - spare), (right + spare, high + spare))
-        origin, scale = np.array(tiles.origin), 1 / tiles.resolution
-        row0 = (math.floor((low - origin[1]) * scale) - SPARE) >> SHIFT
-        col0 = (math.floor((left - origin[0]) * scale) - SPARE) >> SHIFT
-        row1 = (math.floor((high - origin[1]) * scale) + SPARE) >> SHIFT
-        col1 = (math.floor((right - origin[0]) * scale) + SPARE) >> SHIFT
+        (x, y), scale = tiles.origin, 1 / tiles.resolution
+        row0 = (math.floor((low - y) * scale) - SPARE) >> SHIFT
+        col0 = (math.floor((left - x) * scale) - SPARE) >> SHIFT
+        row1 = (math.floor((high - y) * scale) + SPARE) >> SHIFT
+        col1 = (math.floor((right - x) * scale) + SPARE) >> SHIFT
         bits = (((col1 - col0 + 1) << SHIFT) - 1).bit_length()
         size = ((row1 - row0 + 1) << SHIFT) << bits
         if size > len(self._marks):
             self._marks = np.zeros(size, np.uint8)
-        corner = np.array([col0 << SHIFT, row0 << SHIFT])
-        cells, flags, taken = _trace(
-            (sensor - origin) * scale - corner,
-            (ends - origin) * scale - corner,
+        cells, flags, echoes, taken = _trace(
+            sensor,
+            ends,
             hit,
+            x,
+            y,
+            scale,
             self._marks,
             bits,
             (row0, row1, col0, col1),
@@ -94,13 +97,13 @@ class Tracer:
         )
         if taken:
             tiles.take(tiles.used + max(taken - len(tiles.free), 0))
-        return Seen(cells, flags, ends[hit])
+        return Seen(cells, flags, echoes)
 
 
 @njit(cache=True)
-def _ends(ranges, directions, hit, no_echo, reach, clear, mount, pose):
-    c, s = np.cos(pose.theta), np.sin(pose.theta)
-    x, y = pose.x + c * mount.x - s * mount.y, pose.y + s * mount.x + c * mount.y
+def _ends(ranges, directions, hit, no_echo, reach, clear, mount_x, mount_y, x, y, theta):
+    c, s = np.cos(theta), np.sin(theta)
+    x, y = x + c * mount_x - s * mount_y, y + s * mount_x + c * mount_y
     ends, hits = np.empty((len(ranges), 2)), np.empty(len(ranges), np.bool_)
     n = 0
     for k in range(len(ranges)):
@@ -125,21 +128,31 @@ def _box(sensor, ends):
 
 
 @njit(cache=True)
-def _trace(sensor, ends, hit, marks, bits, window, index, free, used):
+def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, used):
     """Follow every beam, in units of cells from the corner of a window, whose marks are left blank.
 
-    Gives the cells, tile by tile, which are hit, and how many slots were entered into `index`.
+    Gives the cells, tile by tile, which are hit, where the beams that hit ended, and how many slots
+    were entered into `index`.
 
+    x, y    m, where `index` begins
+    scale   cells per m
     bits    the window has 1 << bits columns
     window  first and last row, first and last column of tiles in `index`
     """
+    row0, row1, col0, col1 = window
+    left, low = col0 << SHIFT, row0 << SHIFT
+    x0, y0 = (sensor[0] - x) * scale - left, (sensor[1] - y) * scale - low
     most = 1
     for k in range(len(ends)):
-        _follow(marks, bits, sensor[0], sensor[1], ends[k, 0], ends[k, 1], hit[k])
-        most += abs(int(ends[k, 0]) - int(sensor[0])) + abs(int(ends[k, 1]) - int(sensor[1])) + 1
+        x1, y1 = (ends[k, 0] - x) * scale - left, (ends[k, 1] - y) * scale - low
+        _follow(marks, bits, x0, y0, x1, y1)
+        most += abs(int(x1) - int(x0)) + abs(int(y1) - int(y0)) + 1
+    echoes = ends[hit]
+    for k in range(len(echoes)):
+        row, col = int((echoes[k, 1] - y) * scale - low), int((echoes[k, 0] - x) * scale - left)
+        marks[np.uint64((row << bits) + col)] = HIT
     cells, flags = np.empty(most, np.int64), np.empty(most, np.bool_)
     words = marks.view(np.uint64)
-    row0, row1, col0, col1 = window
     n, taken = 0, 0
     for r in range(row0, row1 + 1):
         for c in range(col0, col1 + 1):
@@ -149,13 +162,13 @@ def _trace(sensor, ends, hit, marks, bits, window, index, free, used):
                 if words[place >> U_3]:
                     for k in range(WORD):
                         mark = marks[place + np.uint64(k)]
-                        cells[n], flags[n] = cell + k, mark & HIT != 0
+                        cells[n], flags[n] = cell + k, mark == HIT
                         n += mark != 0
                     words[place >> U_3] = 0
             if n > before:
                 taken = _take_around(cells[before:n], flags[before:n], r, c, index, free, used,
                                      taken)  # fmt: skip
-    return cells[:n], flags[:n], taken
+    return cells[:n], flags[:n], echoes, taken
 
 
 @njit(cache=True)
@@ -181,7 +194,7 @@ def _take_around(cells, hit, row, col, index, free, used, taken):
 
 
 @njit(cache=True)
-def _follow(marks, bits, x0, y0, x1, y1, hit):
+def _follow(marks, bits, x0, y0, x1, y1):
     """Mark the cells of one beam: along the axis that it mostly runs along, in every line of cells
     the one where it comes in and the one where it goes out."""
     row = np.uint64(1 << bits)
@@ -189,7 +202,7 @@ def _follow(marks, bits, x0, y0, x1, y1, hit):
         _walk(marks, U_1, row, x0, y0, x1, y1)
     else:
         _walk(marks, row, U_1, y0, x0, y1, x1)
-    marks[np.uint64(int(y1)) * row + np.uint64(int(x1))] |= HIT if hit else FREE
+    marks[np.uint64(int(y1)) * row + np.uint64(int(x1))] = FREE
 
 
 @njit(cache=True)
@@ -201,7 +214,7 @@ def _walk(marks, along, across, u0, v0, u1, v1):
     low, high = min(int(v0), int(v1)), max(int(v0), int(v1))
     line = np.uint64(int(v0)) * across
     for u in range(int(u0), int(u1), step):
-        marks[np.uint64(u) * along + line] |= FREE
+        marks[np.uint64(u) * along + line] = FREE
         line = np.uint64(min(max(int(v0 + (u + ahead - u0) * slope), low), high)) * across
-        marks[np.uint64(u) * along + line] |= FREE
-    marks[np.uint64(int(u1)) * along + line] |= FREE
+        marks[np.uint64(u) * along + line] = FREE
+    marks[np.uint64(int(u1)) * along + line] = FREE

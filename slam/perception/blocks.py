@@ -32,7 +32,7 @@ class Due:
         ids = np.concatenate(self._ids)
         self._ids = []
         self._noted.flat[ids] = False
-        return _places(self._tiles, ids)
+        return _places(ids, self._tiles.places, self._tiles.corner)
 
     def __bool__(self) -> bool:
         return any(len(ids) for ids in self._ids)
@@ -43,10 +43,15 @@ def all_blocks(tiles: Tiles) -> np.ndarray:
     return np.argwhere(np.kron(tiles.index > 0, np.ones((BLOCKS, BLOCKS), np.bool_)))
 
 
-def _places(tiles: Tiles, ids: np.ndarray) -> np.ndarray:
-    slots, within = np.divmod(ids, BLOCKS**2)
-    first = (tiles.places[slots] - tiles.corner) * BLOCKS
-    return first + np.stack(np.divmod(within, BLOCKS), axis=-1)
+@njit(cache=True)
+def _places(ids, places, corner):
+    """(n, 2) row and column in `Tiles.index`, in blocks."""
+    blocks = np.empty((len(ids), 2), np.int64)
+    for k in range(len(ids)):
+        slot, within = ids[k] // BLOCKS**2, ids[k] % BLOCKS**2
+        blocks[k, 0] = (places[slot, 0] - corner[0]) * BLOCKS + within // BLOCKS
+        blocks[k, 1] = (places[slot, 1] - corner[1]) * BLOCKS + within % BLOCKS
+    return blocks
 
 
 @njit(cache=True)

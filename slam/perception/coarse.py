@@ -35,7 +35,9 @@ class Peaks:
         m, in x and in y, of each of the poses, with the same heading."""
         tiles = self._tiles
         if self.due:
-            around = np.pad(tiles.index, 1)  # blocks at the border are looked at from beyond
+            rows, cols = tiles.index.shape
+            around = np.zeros((rows + 2, cols + 2), np.int32)  # blocks at the border are looked at
+            around[1:-1, 1:-1] = tiles.index  # from beyond
             _lift(self.due.take() + BLOCKS, around, self._field.flat, self._peaks.values,
                   self._low, 1 / self._step)  # fmt: skip
         return _bounds(poses, points, tiles.index, self._peaks.values, tiles.origin,

@@ -140,8 +140,7 @@ class Endpoint:
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature of the log-likelihood, read off the field of `level`."""
         tiles = self.tiles
-        value, gradient, curvature = field.slope(
-            np.array(pose), scan.points, tiles.index, self.field(level).values, tiles.origin,
-            tiles.resolution, level,
-        )  # fmt: skip
-        return Slope(self.beta * value, self.beta * gradient, self.beta * curvature)
+        return Slope(*field.slope(
+            *pose, scan.points, tiles.index, self.field(level).values, tiles.origin,
+            tiles.resolution, level, self.beta,
+        ))  # fmt: skip

@@ -194,8 +194,9 @@ def each(pose, points, index, field, origin, resolution, unknown):
 
 
 @njit(cache=True)
-def slope(pose, points, index, field, origin, resolution, level):
-    """Value, gradient (3,) and curvature (3, 3) of the sum of the field of `level` at `pose`.
+def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, level, beta):
+    """Value, gradient (3,) and curvature (3, 3) of the sum of the field of `level` at a pose, times
+    `beta`.
 
     The curvature counts only where the field bends down, so that it is never positive: a Newton
     step with it leads up, from however far (Gauss-Newton's property).
@@ -204,8 +205,8 @@ def slope(pose, points, index, field, origin, resolution, level):
     shift = SHIFT - level
     mask, side = (1 << shift) - 1, 1 << shift
     rows, cols = (index.shape[0] << shift) - 1.0, (index.shape[1] << shift) - 1.0
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    x0, y0 = (pose[0] - origin[0]) * scale, (pose[1] - origin[1]) * scale
+    c, s = np.cos(theta), np.sin(theta)
+    x0, y0 = (robot_x - origin[0]) * scale, (robot_y - origin[1]) * scale
     value = 0.0
     g, H = np.zeros(3), np.zeros((3, 3))
     t = np.empty((3, 3), np.float32)
@@ -216,10 +217,17 @@ def slope(pose, points, index, field, origin, resolution, level):
             value += field[0, 0]
             continue
         i, j = np.int32(y), np.int32(x)
-        for a in range(3):
-            for b in range(3):
-                r, q = i + a - 1, j + b - 1
-                t[a, b] = field[index[r >> shift, q >> shift], (r & mask) * side + (q & mask)]
+        row, col = i & mask, j & mask
+        if 0 < row < mask and 0 < col < mask:
+            slot, first = index[i >> shift, j >> shift], (row - 1) * side + col - 1
+            for a in range(3):
+                for b in range(3):
+                    t[a, b] = field[slot, np.uint64(first + a * side + b)]
+        else:
+            for a in range(3):
+                for b in range(3):
+                    r, q = i + a - 1, j + b - 1
+                    t[a, b] = field[index[r >> shift, q >> shift], (r & mask) * side + (q & mask)]
         fy, fx = np.float32(y - i), np.float32(x - j)
         u2, v2 = HALF * fx * fx, HALF * fy * fy
         u0, v0 = HALF - fx + u2, HALF - fy + v2
@@ -252,7 +260,7 @@ def slope(pose, points, index, field, origin, resolution, level):
         H[1, 2] += wx * yy - wy * xy
         H[2, 2] += wx * wx * yy - 2.0 * wx * wy * xy + wy * wy * xx
     H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
-    return value, g, H
+    return beta * value, beta * g, beta * H
 
 
 @njit(cache=True)

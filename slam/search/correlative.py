@@ -62,8 +62,8 @@ class Correlative:
         reach = math.sqrt(2.0) * 0.5 * (SIDE - 1) * self.step
         poses = prediction.poses(centres)
         bounds += posterior.perception.bound(posterior.scan, poses, reach) + ROUNDING
-        nodes = nodes[np.argsort(-bounds, kind="stable")]
-        bounds = -np.sort(-bounds)
+        order = np.argsort(-bounds, kind="stable")
+        nodes, bounds = nodes[order], bounds[order]
         best, pose, place, begin, size = -math.inf, poses[0], 0, 0, BATCH
         while begin < len(nodes) and bounds[begin] >= best:
             end = min(begin + size, int(np.searchsorted(-bounds, -best, side="right")))
