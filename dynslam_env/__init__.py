@@ -63,3 +63,14 @@ for _name, (_limit, _keywords) in WORLDS.items():
         max_episode_steps=_limit,
         kwargs=_keywords,
     )
+
+gymnasium.register(
+    id="DoorPatrol-v0",
+    entry_point="dynslam_env.patrol.env:DoorPatrolEnv",
+    vector_entry_point="dynslam_env.patrol.vector:DoorPatrolVectorEnv",
+    max_episode_steps=250,
+)
+
+gymnasium.register(
+    id="DoorPatrolGoals-v0", entry_point="dynslam_env.patrol.goals:DoorPatrolGoalsEnv"
+)

@@ -204,6 +204,11 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
         return Pose2.of(self._begun.drive.poses[0])
 
     @property
+    def velocity(self) -> Array:
+        """(2,) forward in m/s, turning in rad/s, as the wheels report them."""
+        return self._begun.drive.velocities[0].copy()
+
+    @property
     def motion(self) -> Pose2:
         """The odometry's displacement in the last step, in the robot's frame at its beginning."""
         return Pose2.of(self._begun.motions[0])

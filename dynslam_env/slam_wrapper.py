@@ -17,7 +17,7 @@ from slam.checked import positive_number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
-from slam.interface import Builder, Revising, Slam
+from slam.interface import Builder, Estimate, Revising, Slam
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
 
@@ -47,6 +47,8 @@ class SlamWrapper(
         slam: the name of a registered variant (default "dynamic-ml"), or a builder (start, rng) ->
             Slam.
         score_every: steps between two scorings of the map (default 10); 0 for never.
+        scan_every: the SLAM takes in each so many-th scan (default 1), and of an episode the last;
+            between them `info["slam"]` is that of the last one.
         map_crop: m (default: none), side of a square of the map around the robot that the observation then carries
             as `map`: uint8 (1, n, n), 0 free, 255 occupied, 128 unknown; the robot is in the middle
             and looks up.
@@ -63,24 +65,26 @@ class SlamWrapper(
         slam: str | Builder = "dynamic-ml",
         *,
         score_every: int = 10,
+        scan_every: int = 1,
         map_crop: float | None = None,
         map_cell: float = 0.05,
         pose_estimate: bool = False,
         seed: int = 0,
     ):
         gym.utils.RecordConstructorArgs.__init__(
-            self, slam=slam, score_every=score_every, map_crop=map_crop, map_cell=map_cell,
-            pose_estimate=pose_estimate, seed=seed,
+            self, slam=slam, score_every=score_every, scan_every=scan_every, map_crop=map_crop,
+            map_cell=map_cell, pose_estimate=pose_estimate, seed=seed,
         )  # fmt: skip
         super().__init__(env)
         world = env.unwrapped
         if not isinstance(world, DoorCorridorEnv):
             raise InputError(f"SlamWrapper needs an environment of dynslam_env, got {world}")
         whole_number("score_every", score_every, 0)
+        whole_number("scan_every", scan_every, 1)
         positive_number("map_cell", map_cell)
         if map_crop is not None:
             positive_number("map_crop", map_crop)
-        self._world, self._score_every = world, score_every
+        self._world, self._score_every, self._scan_every = world, score_every, scan_every
         self._name = slam if isinstance(slam, str) else "slam"
         self._build = _builder(slam, seed)
         self._build(Pose2())  # an unknown name is refused now, not at the first reset
@@ -97,6 +101,12 @@ class SlamWrapper(
             raise gym.error.ResetNeeded("SlamWrapper has no SLAM before reset()")
         return self._slam
 
+    @property
+    def estimate(self) -> Estimate:
+        """What the SLAM made of the last scan that it took in."""
+        _ = self.slam
+        return self._estimate
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -106,7 +116,8 @@ class SlamWrapper(
         self._slam = self._build(self._world.pose)
         self._seen: SeenSurface | None = None
         self._trail: list[Pose2] = []
-        self._steps = 0
+        self._steps, self._moved = 0, Pose2()
+        self._take()
         return self._extended(observation, info, scored=self._score_every > 0, ended=False)
 
     def step(
@@ -117,25 +128,32 @@ class SlamWrapper(
         self._steps += 1
         every, ended = self._score_every, terminated or truncated
         due = every > 0 and (self._steps % every == 0 or ended)
+        self._moved = self._moved @ self._world.motion
+        if self._steps % self._scan_every == 0 or ended:
+            self._take()
         observation, info = self._extended(observation, info, scored=due, ended=ended)
         return observation, reward, terminated, truncated, info
+
+    def _take(self) -> None:
+        """Let the SLAM take in the scan, and all the way since the last one."""
+        estimate = self.slam.update(self._moved, self._world.scan)
+        self._estimate, self._moved = estimate, Pose2()
+        self._trail.append(estimate.pose)
+        self._result = _errors(estimate.pose, self._world.pose) | {
+            "matched": estimate.matched,
+            "revised": estimate.revised,
+        }
 
     def _extended(
         self, observation: Observation, info: dict[str, Any], *, scored: bool, ended: bool
     ) -> tuple[Observation, dict[str, Any]]:
         """The observation and info with what the SLAM makes of them."""
-        world, scan = self._world, self._world.scan
-        estimate = self.slam.update(world.motion, scan)
-        self._trail.append(estimate.pose)
+        world, estimate, result = self._world, self._estimate, dict(self._result)
         if isinstance(self.slam, Revising):
             if ended:
                 self.slam.finish()
             if ended or estimate.revised:
                 self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
-        result = _errors(estimate.pose, world.pose) | {
-            "matched": estimate.matched,
-            "revised": estimate.revised,
-        }
         if self._score_every:
             self._witness()
         if scored:

@@ -16,7 +16,7 @@ from dynslam_env.doors import Doors
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scenery import scene
 from dynslam_env.env import DoorCorridorEnv, Observation
-from dynslam_env.fleet import Fleet, actions_of
+from dynslam_env.fleet import Fleet, Rows, actions_of
 from dynslam_env.laser import Laser
 from dynslam_env.laws import Law
 from dynslam_env.layout import Generator
@@ -29,7 +29,7 @@ from dynslam_env.task import Task
 from dynslam_env.world import CONTROL_DT, World
 from slam.checked import one_of, whole_number
 from slam.errors import InputError
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 
 Bools = NDArray[np.bool_]
 Infos = dict[str, Any]
@@ -143,11 +143,9 @@ class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32
             raise InputError("actions are finite numbers from -1 to 1, got some that are not")
         stepped = self._ready()
         which = self._all if stepped.all() else np.flatnonzero(stepped)
-        self._fleet.step(which, commands)
+        rewards = np.where(stepped, self._drive(which, commands), 0.0)
         self._steps[which] += 1
-        judge = self._fleet.judge
-        rewards = np.where(stepped, judge.rewards, 0.0)
-        terminated = judge.ends.any(axis=1) & stepped
+        terminated = self._fleet.judge.ends.any(axis=1) & stepped
         truncated = (self._steps >= self._limit) & stepped
         over, infos = terminated | truncated, {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and over.any():
@@ -173,6 +171,11 @@ class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32
     def close_extras(self, **kwargs: Any) -> None:
         """Let the threads go."""
         self._fleet.close()
+
+    def _drive(self, which: Rows, commands: Array) -> Array:
+        """Let worlds `which` step; (n,) what it pays."""
+        self._fleet.step(which, commands)
+        return self._fleet.judge.rewards
 
     # -- episodes ------------------------------------------------------------------------------
 
@@ -230,7 +233,7 @@ class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32
         info = self._infos(over) | self._judged(over)
         for i in np.flatnonzero(over).tolist():
             self._reset(i)
-        return _masked({"final_obs": last, "final_info": info}, over)
+        return masked({"final_obs": last, "final_info": info}, over)
 
     # -- what is given back --------------------------------------------------------------------
 
@@ -254,7 +257,7 @@ class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32
         if not mask.all():
             for rows in infos.values():
                 rows[~mask] = 0
-        return _masked(infos, mask)
+        return masked(infos, mask)
 
     def _judged(self, mask: Bools) -> Infos:
         """What a step tells of worlds `mask` besides."""
@@ -263,11 +266,11 @@ class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32
         judge, task = self._fleet.judge, self.setup.task
         terms = dict(zip(task.reward, np.where(mask, judge.terms.T, 0.0), strict=True))
         ends = dict(zip(task.ends, judge.ends.T & mask, strict=True))
-        named = {"reward_terms": _masked(terms, mask), "ends": _masked(ends, mask)}
-        return _masked(named, mask)
+        named = {"reward_terms": masked(terms, mask), "ends": masked(ends, mask)}
+        return masked(named, mask)
 
 
-def _masked(infos: Infos, mask: Bools) -> Infos:
+def masked(infos: Infos, mask: Bools) -> Infos:
     """With a mask beside every entry, as Gymnasium has it: which worlds it speaks of."""
     return infos | {f"_{key}": mask.copy() for key in infos}
 

@@ -1,5 +1,6 @@
 import math
 import warnings
+from itertools import pairwise
 from typing import Any
 
 import gymnasium as gym
@@ -134,6 +135,74 @@ def test_a_builder_of_ones_own_sees_every_scan_from_the_true_start():
     assert fixed.drawn == np.random.default_rng(7).random()
 
 
+TURNING = np.array([0.6, 0.4], dtype=np.float32)
+
+
+def every_second(limit=7):
+    """An episode of which the SLAM takes in every second scan; what it was told after each step."""
+    env = wrapped(Fixed, gym.make("DoorCorridor-v0", max_episode_steps=limit), scan_every=2,
+                  score_every=0)  # fmt: skip
+    infos = [env.reset(seed=0)[1]]
+    infos += [env.step(TURNING)[4] for _ in range(limit)]
+    fixed = env.slam
+    assert isinstance(fixed, Fixed)
+    return fixed, infos
+
+
+def test_of_scans_that_are_left_out_the_slam_knows_nothing_but_of_the_last():
+    fixed, _ = every_second()
+    times = [scan.time for _, scan in fixed.updates]
+    assert times == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.7])
+
+
+def test_the_way_between_two_scans_is_all_that_the_wheels_told():
+    fixed, _ = every_second()
+    alone, moved, ways = DoorCorridorEnv(), Pose2(), [Pose2()]
+    alone.reset(seed=0)
+    for step in range(1, 8):
+        alone.step(TURNING)
+        moved = moved @ alone.motion
+        if step % 2 == 0 or step == 7:
+            ways.append(moved)
+            moved = Pose2()
+    assert [motion for motion, _ in fixed.updates] == ways
+    assert min(motion.x for motion, _ in fixed.updates[1:]) > 0.0
+    assert fixed.updates[3][0].theta > 0.01
+
+
+def test_between_two_scans_the_estimate_is_the_last_one():
+    _, infos = every_second()
+    poses = [info["slam"]["pose"].tolist() for info in infos]
+    errors = [info["slam"]["position_error"] for info in infos]
+    same = [a == b for a, b in pairwise(poses)]
+    assert same == [True, False, True, False, True, False, False]
+    assert errors[2] == errors[3]
+
+
+def test_the_estimate_is_that_of_the_last_scan_that_was_taken_in():
+    env = wrapped(Fixed, scan_every=3)
+    with pytest.raises(gym.error.ResetNeeded):
+        _ = env.estimate
+    env.reset(seed=0)
+    poses = []
+    for _ in range(4):
+        env.step(TURNING)
+        poses.append(env.estimate.pose)
+    assert poses[0] == poses[1] != poses[2] == poses[3] == env.slam.pose
+
+
+def test_a_new_episode_forgets_the_way_of_the_one_before():
+    env = wrapped(Fixed, scan_every=2)
+    env.reset(seed=0)
+    env.step(TURNING)
+    env.reset(seed=0)
+    fixed = env.slam
+    assert isinstance(fixed, Fixed)
+    env.step(TURNING)
+    assert len(fixed.updates) == 1
+    assert fixed.updates[0][0] == Pose2()
+
+
 def test_a_new_episode_has_a_new_slam():
     env = wrapped(Fixed)
     env.reset(seed=0)
@@ -194,6 +263,8 @@ def test_an_unknown_variant_is_refused_with_the_known_ones():
         ({"slam": 3}, "slam must be a builder"),
         ({"score_every": -1}, "score_every must be a whole number of at least 0"),
         ({"score_every": math.nan}, "score_every must be a whole number of at least 0"),
+        ({"scan_every": 0}, "scan_every must be a whole number of at least 1"),
+        ({"scan_every": 1.5}, "scan_every must be a whole number of at least 1"),
         ({"map_crop": 0.0}, "map_crop must be a finite number above 0"),
         ({"map_crop": -1}, "map_crop must be a finite number above 0"),
         ({"map_crop": math.inf}, "map_crop must be a finite number above 0"),

@@ -1,0 +1,1 @@
+"""Navigation on a map that a SLAM makes: costmap, plan, frontiers, doors found, steering."""

@@ -1,0 +1,138 @@
+"""Planner: the cheapest ways from the robot to all cells at once (Dijkstra 1959)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from dynslam_env.navigation.costmap import OPEN, TIGHT, Costmap
+from slam.geometry import Array, Pose2
+from slam.grid import GridSpec
+
+NOWHERE = -1
+ESCAPE = 10.0  # times what a cell costs where the robot does not fit: it leaves by the nearest way
+
+
+class Plan(NamedTuple):
+    """The cheapest ways from one cell.
+
+    cost    (rows, cols) cost to come; inf where no way leads
+    length  (rows, cols) m, of the cheapest way; inf likewise
+    parent  (rows, cols) int32, flat index of the cell before; NOWHERE at the start and at what is
+            not reached
+    """
+
+    spec: GridSpec
+    cost: Array
+    length: Array
+    parent: NDArray[np.int32]
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """(rows, cols) where a way leads."""
+        return np.isfinite(self.cost)
+
+    def path(self, cell: tuple[int, int]) -> Array:
+        """(n, 2) m, the centres of the cells from the start to `cell`; (0, 2) if no way leads."""
+        if not math.isfinite(self.cost[cell]):
+            return np.empty((0, 2))
+        way = _trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
+        return self.spec.centres(np.column_stack(np.divmod(way, self.spec.cols)))
+
+
+def plan(costmap: Costmap, pose: Pose2) -> Plan:
+    """All ways from where the robot is.
+
+    A move goes to one of eight neighbours and costs its length times the mean cost of both cells.
+    Unknown and occupied cells are never entered. Where the robot is too near to something, it may
+    pass such cells until it has left them, and does not come back to any.
+    """
+    spec = costmap.spec
+    row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
+    cost, length = np.full(spec.shape, np.inf), np.full(spec.shape, np.inf)
+    parent = np.full(spec.shape, NOWHERE, dtype=np.int32)
+    if 0 <= row < spec.rows and 0 <= col < spec.cols:
+        _dijkstra(row, col, costmap.kinds, costmap.cost, spec.resolution, cost, length, parent)
+    return Plan(spec, cost, length, parent)
+
+
+@njit(cache=True)
+def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
+    """Write cost, length and parent (rows, cols) of all cells that can be reached."""
+    rows, cols = kinds.shape
+    done = np.zeros((rows, cols), dtype=np.bool_)
+    keys, items = np.empty(1024), np.empty(1024, dtype=np.int32)
+    cost[row, col], length[row, col] = 0.0, 0.0
+    keys[0], items[0], size = 0.0, row * cols + col, 1
+    while size:
+        at = items[0]
+        size = _pop(keys, items, size)
+        r, c = at // cols, at % cols
+        if done[r, c]:
+            continue
+        done[r, c] = True
+        tight = kinds[r, c] != OPEN
+        here = price[r, c] * (ESCAPE if tight else 1.0)
+        for dr in range(-1, 2):
+            for dc in range(-1, 2):
+                i, j = r + dr, c + dc
+                if i < 0 or i >= rows or j < 0 or j >= cols or done[i, j]:
+                    continue
+                if kinds[i, j] != OPEN and not (tight and kinds[i, j] == TIGHT):
+                    continue
+                there = price[i, j] * (ESCAPE if kinds[i, j] == TIGHT else 1.0)
+                step = cell * math.sqrt(float(dr * dr + dc * dc))
+                total = cost[r, c] + step * (here + there) / 2
+                if total < cost[i, j]:
+                    cost[i, j], length[i, j] = total, length[r, c] + step
+                    parent[i, j] = at
+                    if size == len(keys):
+                        keys, items = np.append(keys, np.empty_like(keys)), np.append(items, items)
+                    size = _push(keys, items, size, total, i * cols + j)
+
+
+@njit(cache=True)
+def _push(keys, items, size, key, item):
+    """Into a binary heap, the least key first; gives its new size."""
+    k = size
+    while k > 0 and keys[(k - 1) // 2] > key:
+        keys[k], items[k] = keys[(k - 1) // 2], items[(k - 1) // 2]
+        k = (k - 1) // 2
+    keys[k], items[k] = key, item
+    return size + 1
+
+
+@njit(cache=True)
+def _pop(keys, items, size):
+    """Take the first out of the heap; gives its new size."""
+    size -= 1
+    key, item = keys[size], items[size]
+    k = 0
+    while 2 * k + 1 < size:
+        child = 2 * k + 1
+        if child + 1 < size and keys[child + 1] < keys[child]:
+            child += 1
+        if keys[child] >= key:
+            break
+        keys[k], items[k] = keys[child], items[child]
+        k = child
+    keys[k], items[k] = key, item
+    return size
+
+
+@njit(cache=True)
+def _trace(parent, cell):
+    """Flat indices of the cells from the start to `cell`."""
+    n, at = 1, cell
+    while parent[at] != NOWHERE:
+        at = parent[at]
+        n += 1
+    way, at = np.empty(n, dtype=np.int64), cell
+    for k in range(n - 1, -1, -1):
+        way[k] = at
+        at = parent[at]
+    return way

@@ -1,0 +1,67 @@
+"""Regions: connected cells of a raster, what surrounds them, and how far away they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from slam.geometry import Array
+
+Bools = NDArray[np.bool_]
+Cells = NDArray[np.int64]
+
+FOUR = np.array([(0, 1, 0), (1, 1, 1), (0, 1, 0)], dtype=np.bool_)
+EIGHT = np.ones((3, 3), dtype=np.bool_)
+
+
+def clusters(cells: Bools, fewest: int = 1) -> list[Cells]:
+    """The sets of cells that hang together, over corners too: (n, 2) rows and columns each.
+
+    cells   (rows, cols)
+    fewest  cells of a set; smaller ones are left out
+    """
+    return _parts(cells, cells, fewest)
+
+
+def loose_clusters(cells: Bools, fewest: int = 1) -> list[Cells]:
+    """The same, but gaps of up to two cells do not part them."""
+    return _parts(cells, grown(cells, EIGHT), fewest)
+
+
+def grown(cells: Bools, shape: Bools) -> Bools:
+    """(rows, cols) of them and their neighbours, FOUR or EIGHT."""
+    found: Any = ndimage.binary_dilation(cells, shape)
+    return found
+
+
+def distance_to(cells: Bools, resolution: float) -> Array:
+    """(rows, cols) m to the centre of the nearest of `cells`; inf if there is none."""
+    if not cells.any():
+        return np.full(cells.shape, np.inf)
+    found: Any = ndimage.distance_transform_edt(~cells, sampling=resolution)
+    return found
+
+
+def nearest_of(cells: Bools, resolution: float) -> tuple[Array, NDArray[np.int32]]:
+    """(rows, cols) m to the nearest of `cells`, and (2, rows, cols) its row and column; inf and
+    zeros if there is none."""
+    if not cells.any():
+        return np.full(cells.shape, np.inf), np.zeros((2, *cells.shape), dtype=np.int32)
+    found: Any = ndimage.distance_transform_edt(~cells, sampling=resolution, return_indices=True)
+    return found
+
+
+def _parts(cells: Bools, joined: Bools, fewest: int) -> list[Cells]:
+    """Those of `cells` in each set of `joined` ones."""
+    labelled: Any = ndimage.label(joined, EIGHT)
+    labels = np.where(cells, labelled[0], 0)
+    sizes = np.bincount(labels.ravel())
+    found = []
+    for label, window in enumerate(ndimage.find_objects(labels), start=1):
+        if window is not None and sizes[label] >= fewest:
+            here = np.argwhere(labels[window] == label)
+            found.append(here + [part.start for part in window])
+    return found

@@ -1,0 +1,220 @@
+"""DoorPatrol-v0: keep the map and the pose right in a place that never stays explored."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from dynslam_env.doors import Doors
+from dynslam_env.env import DoorCorridorEnv
+from dynslam_env.laser import Laser
+from dynslam_env.laws import Law
+from dynslam_env.layout import Generator
+from dynslam_env.odometry import Odometry
+from dynslam_env.patrol.beliefs import Beliefs
+from dynslam_env.patrol.doors_known import DoorsKnown
+from dynslam_env.patrol.orders import NO_TASK, Orders
+from dynslam_env.patrol.patroller import Patroller
+from dynslam_env.patrol.pay import Pay
+from dynslam_env.patrol.perception import observation_space
+from dynslam_env.people import People
+from dynslam_env.robot import Robot
+from dynslam_env.slam_wrapper import SlamWrapper
+from slam.geometry import Array
+from slam.interface import Slam
+from slam.scan import Scan
+
+Observation = dict[str, Any]
+
+
+class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
+    """A robot patrols a place whose doors open and close, with a SLAM running.
+
+    ## Description
+    Where doors move, exploration is never finished: what was seen a minute ago may be wrong now. The
+    robot is to know, all the time, where it is and what the place looks like. A SLAM
+    (`SlamWrapper`) is inside; beside its map the task keeps a dynamic map of its own in cells of
+    0.15 m (`Memory`, the same for every SLAM), which expects what changed to change again. Any world
+    will do: `gym.make("DoorPatrol-v0", world="office", max_episode_steps=1250)`.
+
+    ## Action Space
+    `Box(-1, 1, (2,), float32)`: forward velocity (1 is 0.8 m/s) and turning velocity (1 is
+    1.5 rad/s), held for 0.4 s. `DoorPatrolGoals-v0` has the same task with discrete goals instead.
+
+    ## Observation Space
+    `Dict`; all from what the robot perceives, none from the truth:
+
+    | key            | shape       | what                                                 | range   |
+    |----------------|-------------|------------------------------------------------------|---------|
+    | `map`          | (4, 40, 40) uint8 | the dynamic map around the robot, pixels of 0.25 m, ahead is up: P(occupied) now (unknown 128), share seen, age (1 - exp(-age / 20 s), 255 unknown), flips (255 is 0.2 a second) | 0 .. 255 |
+    | `scan`         | (24,) float32 | nearest echo of each sector, right to left, over the laser's range | 0 .. 1 |
+    | `velocity`     | (2,) float32 | forward and turning, over those of an action of 1   | -1 .. 1 |
+    | `deviations`   | (3,) float32 | of the SLAM's pose along, across, heading; logarithm, 1 mm (mrad) is 0, 1 m (rad) is 1 | 0 .. 1 |
+    | `correlations` | (3,) float32 | of across and along, heading and along, heading and across | -1 .. 1 |
+
+    ## Rewards
+    A weighted sum of named terms (`Pay`), each in `info["reward_terms"]`, already weighted:
+
+    | term          | weight | what                                                              | unit |
+    |---------------|--------|-------------------------------------------------------------------|------|
+    | `information` | 0.002  | by how much the scans lowered the entropy of the dynamic map; doors that are not looked at regain theirs | bit |
+    | `freshness`   | 0.01   | cells with echoes that were seen lately, exp(-age / 3 s) of each: 0.1 if it never changed, up to 1.1 if it did; times how long | cell s |
+    | `pose`        | 0.05   | by how much the SLAM's pose became surer (1/2 log2 det of the covariance, no better than 5 mm and 0.2 deg) | bit |
+    | `distance`    | -0.02  | way by the wheels                                                 | m    |
+    | `collision`   | -1.0   | share of the step in which something was touched                  |      |
+
+    ## Starting State
+    That of the world; the SLAM begins at the true start.
+
+    ## Episode End
+    Never terminated; truncated after 250 steps (100 s), the budget of time.
+
+    ## Information
+    `reward_terms`, `time` (s), and what the judge knows, who is shown the truth:
+    `door_brier` (mean squared difference between P(closed) by the dynamic map and the truth, over
+    the doors), `pose` (true), `door_angles`, `collision` (share of the step), `slam` (see
+    `SlamWrapper`).
+
+    ## Arguments
+    Those of `DoorCorridorEnv` except `task`, and:
+
+    | argument      | default    | what                                                            |
+    |---------------|------------|-----------------------------------------------------------------|
+    | `slam`        | "hmm-ml"   | the SLAM variant                                                |
+    | `pay`         | `Pay()`    | weights of the reward                                           |
+    | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | what an action of 1 stands for                        |
+    | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
+    | `scan_every`  | 2          | control steps between two scans that the SLAM takes in          |
+    | `score_every` | 0          | control steps between two scorings of the SLAM's map; 0: never  |
+
+    ## Version History
+    v0: first.
+    """  # noqa: E501
+
+    metadata = DoorCorridorEnv.metadata
+
+    def __init__(
+        self,
+        *,
+        slam: str = "hmm-ml",
+        pay: Pay | None = None,
+        speed: float = 0.8,
+        turn: float = 1.5,
+        hold: int = 4,
+        scan_every: int = 2,
+        score_every: int = 0,
+        world: str | Generator | None = None,
+        doors: str | Law | Doors = "moving",
+        robot: Robot | None = None,
+        laser: Laser | None = None,
+        odometry: Odometry | None = None,
+        people: People | None = None,
+        render_mode: str | None = None,
+    ):
+        self.orders = Orders(slam, speed, turn, hold, scan_every, pay or Pay())
+        self.place = DoorCorridorEnv(
+            world=world, doors=doors, robot=robot, laser=laser, odometry=odometry, people=people,
+            task=NO_TASK, render_mode=render_mode,
+        )  # fmt: skip
+        self.wrapped = SlamWrapper(self.place, slam, score_every=score_every, scan_every=scan_every)
+        self.render_mode = render_mode
+        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.observation_space = observation_space()
+        self._patroller: Patroller | None = None
+
+    # -- what an agent may know ----------------------------------------------------------------
+
+    @property
+    def slam(self) -> Slam:
+        """The SLAM of this episode: its `map()`, its `pose`."""
+        return self.wrapped.slam
+
+    @property
+    def covariance(self) -> Array:
+        """(3, 3) of the SLAM's pose, as it believes: x, y in m, theta in rad."""
+        return self.patroller.estimate.covariance
+
+    @property
+    def time(self) -> float:
+        """s since the episode began."""
+        return self.place.scan.time
+
+    @property
+    def scan(self) -> Scan:
+        """The last scan."""
+        return self.place.scan
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's body and what its wheels can do."""
+        return self.place.robot
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """m/s and rad/s that an action of 1 stands for."""
+        return self.orders.limits
+
+    @property
+    def period(self) -> float:
+        """s for which an action is held."""
+        return self.orders.period
+
+    @property
+    def patroller(self) -> Patroller:
+        """The dynamic map, and the SLAM's last estimate."""
+        if self._patroller is None:
+            raise gym.error.ResetNeeded("there is no patrol before reset()")
+        return self._patroller
+
+    def beliefs(self) -> Beliefs:
+        """The dynamic map as it stands now."""
+        return self.patroller.memory.beliefs(self.time)
+
+    # -- gymnasium -----------------------------------------------------------------------------
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin a new episode; the same seed, the same episode. `options` as of the world."""
+        super().reset(seed=seed)
+        _, info = self.wrapped.reset(seed=seed, options=options)
+        self._patroller = Patroller(self.wrapped.estimate, self.place.scan)
+        self._doors = DoorsKnown(self.place.layout)
+        return self._observation(), self._info(info) | {"collision": 0.0}
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive as asked for `hold` control steps."""
+        patroller, orders, info = self.patroller, self.orders, {}
+        command = orders.commands(action, self.robot)
+        for k in range(1, orders.hold + 1):
+            *_, info = self.wrapped.step(command)
+            patroller.move(self.place.motion, info["collision"])
+            if k % orders.scan_every == 0:
+                patroller.look(self.wrapped.estimate, self.place.scan)
+        gains = patroller.gains(self.time)
+        terms = orders.pay.terms(gains)
+        told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
+        return self._observation(), sum(terms.values()), False, False, told
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """The world, and the SLAM's map beside it; see `DoorCorridorEnv`."""
+        return self.place.render()
+
+    def close(self) -> None:
+        """Close the window."""
+        self.wrapped.close()
+
+    def _observation(self) -> Observation:
+        place = self.place
+        return self.patroller.observation(place.scan, place.velocity, self.orders.limits)
+
+    def _info(self, info: dict[str, Any]) -> dict[str, Any]:
+        brier = self._doors.brier(self.patroller.memory, self.time, info["door_angles"])
+        known = {key: info[key] for key in ("pose", "door_angles", "time", "slam")}
+        return known | {"door_brier": brier}

@@ -1,0 +1,208 @@
+"""DoorPatrolGoals-v0: the patrol as decisions where to go, with the driving done."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from dynslam_env.navigation.blacklist import Blacklist
+from dynslam_env.navigation.pilot import REPLAN, Pilot
+from dynslam_env.navigation.survey import survey
+from dynslam_env.patrol.env import DoorPatrolEnv, Observation
+from dynslam_env.patrol.menu import FEATURES, SLOTS, Menu, Offer, menu
+from dynslam_env.patrol.perception import observation_space
+from slam.checked import positive_number
+from slam.errors import InputError
+
+
+class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
+    """A robot patrols a place whose doors open and close; the agent says where to go next.
+
+    ## Description
+    The task, the SLAM and the dynamic map of `DoorPatrol-v0`. What there is to choose from is found
+    on the SLAM's map and in the dynamic map: frontiers, where what is known ends, and doors, where
+    cells were seen to change. A path follower drives there, slows down before what the laser sees,
+    and gets itself unstuck; it is the one that the classical agents are driven by.
+
+    A decision lasts until the goal is reached, until it cannot be (no way leads there any more, or
+    the robot did not get on for 4 s), or until `patience` is over; after that the same goal may be
+    chosen again. What is left of getting unstuck comes first in the next decision. Decisions take
+    different times: this is a semi-Markov decision process (Sutton, Precup and Singh 1999), and the
+    reward is not discounted within one.
+
+    ## Action Space
+    `Discrete(9)`:
+
+    | action | goal                                                                                |
+    |--------|-------------------------------------------------------------------------------------|
+    | 0      | look around: turn by 170 degrees to the left, on the spot                           |
+    | 1 .. 4 | a frontier: stand before it and look beyond; 1 is the nearest by the way            |
+    | 5 .. 8 | a door that was found: stand where it is seen and look at it; 5 was unseen longest  |
+
+    Only what a way leads to is offered. A frontier that was reached, and anything on the way to
+    which the robot got stuck, is left out for 60 s, a door that was looked at for 8 s, and with it
+    what is nearer to it than 0.5 m. An action whose slot is empty is legal and looks around.
+
+    ## Observation Space
+    That of `DoorPatrolEnv`, and:
+
+    | key           | shape          | what                                             | range   |
+    |---------------|----------------|--------------------------------------------------|---------|
+    | `goals`       | (9, 7) float32 | a row for each action, below                     | -1 .. 1 |
+    | `action_mask` | (9,) int8      | 1 where there is something to choose             | 0, 1    |
+
+    | column | of `goals`                                                            | range   |
+    |--------|-----------------------------------------------------------------------|---------|
+    | 0      | present: 1; all of the row is 0 where the slot is empty               | 0, 1    |
+    | 1      | way to go, over 10 m                                                  | 0 .. 1  |
+    | 2, 3   | cosine, sine of the bearing of frontier or door, from the robot; 0, 0 for action 0 | -1 .. 1 |
+    | 4      | size of the frontier, log(cells) / log(200), cells of 0.1 m; doors 0  | 0 .. 1  |
+    | 5      | time since it was seen, 1 - exp(-age / 20 s); frontiers 1             | 0 .. 1  |
+    | 6      | changes seen, 1 is 0.2 a second; frontiers 0                          | 0 .. 1  |
+
+    `action_masks()` gives the mask as sb3-contrib's MaskablePPO asks for it.
+
+    ## Rewards
+    The sum of those of `DoorPatrolEnv` over the decision; `info["reward_terms"]` are summed by name.
+
+    ## Starting State
+    That of `DoorPatrolEnv`.
+
+    ## Episode End
+    Never terminated; truncated when `budget` is used up, in the midst of a decision if need be.
+
+    ## Information
+    Those of `DoorPatrolEnv` at the end of the decision, but `door_brier` and `collision` are means
+    over it, and after a step there are:
+
+    | key       | what                                                    |
+    |-----------|---------------------------------------------------------|
+    | `steps`   | steps of `DoorPatrolEnv` that the decision took         |
+    | `reached` | whether the robot stands at the goal and looks there    |
+
+    ## Arguments
+    Those of `DoorPatrolEnv`, and:
+
+    | argument   | default | what                                                               |
+    |------------|---------|--------------------------------------------------------------------|
+    | `patience` | 4.0 s   | longest decision, a multiple of the period of 0.4 s                |
+    | `budget`   | 100.0 s | time of an episode, likewise                                       |
+
+    To train on it, take the vector environments of stable-baselines3:
+
+    ```python
+    from sb3_contrib import MaskablePPO
+    from stable_baselines3.common.env_util import make_vec_env
+    import dynslam_env
+
+    envs = make_vec_env("DoorPatrolGoals-v0", 8, env_kwargs={"world": "office", "budget": 500.0})
+    MaskablePPO("MultiInputPolicy", envs).learn(100_000)
+    ```
+
+    ## Version History
+    v0: first.
+    """  # noqa: E501
+
+    metadata = DoorPatrolEnv.metadata
+
+    def __init__(self, *, patience: float = 4.0, budget: float = 100.0, **patrol: Any):
+        self.patrol = DoorPatrolEnv(**patrol)
+        self.render_mode = self.patrol.render_mode
+        self._patience = _periods("patience", patience, self.patrol.period)
+        self._budget = _periods("budget", budget, self.patrol.period)
+        self._replan = math.ceil(REPLAN / self.patrol.period)
+        self.action_space = spaces.Discrete(SLOTS)
+        self.observation_space = spaces.Dict(
+            {
+                **observation_space().spaces,
+                "goals": spaces.Box(-1.0, 1.0, (SLOTS, FEATURES), np.float32),
+                "action_mask": spaces.MultiBinary(SLOTS),
+            }
+        )
+        self._menu: Menu | None = None
+
+    @property
+    def menu(self) -> Menu:
+        """What there is to choose now."""
+        if self._menu is None:
+            raise gym.error.ResetNeeded("there is nothing to choose before reset()")
+        return self._menu
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """(9,) whether there is something to choose."""
+        return self.menu.mask
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin a new episode; the same seed, the same episode. `options` as of the world."""
+        super().reset(seed=seed)
+        observation, info = self.patrol.reset(seed=seed, options=options)
+        self._pilot, self._blacklist = Pilot(self.patrol, self.np_random), Blacklist()
+        self._steps = 0
+        return self._shown(observation), info
+
+    def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive to the goal, or until patience is over."""
+        if not self.action_space.contains(action):
+            raise InputError(f"actions are whole numbers from 0 to {SLOTS - 1}, got {action!r}")
+        chosen = self.menu.chosen(int(action))
+        self._pilot.go(chosen.goal, self.menu.survey)
+        observation, rewards, infos = {}, [], []
+        for _ in range(max(1, min(self._patience, self._budget - self._steps))):
+            observation, reward, _, _, info = self.patrol.step(self._pilot.action())
+            rewards.append(reward)
+            infos.append(info)
+            if not self._onward(chosen, len(infos)):
+                break
+        self._steps += len(infos)
+        reached = self._pilot.arrived
+        if reached:
+            self._blacklist.add(chosen.goal.target, self.patrol.time, chosen.rest)
+        told = _summed(infos) | {"reached": reached}
+        return self._shown(observation), sum(rewards), False, self._steps >= self._budget, told
+
+    def _onward(self, chosen: Offer, steps: int) -> bool:
+        """Whether there is more to drive, after so many steps of a decision."""
+        pilot = self._pilot
+        if pilot.stuck:
+            self._blacklist.add(chosen.goal.target, self.patrol.time)
+            pilot.halt()
+        elif steps % self._replan == 0:
+            pilot.replan(survey(self.patrol))
+        return pilot.recovering or (pilot.goal is not None and not pilot.arrived)
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """See `DoorPatrolEnv`."""
+        return self.patrol.render()
+
+    def close(self) -> None:
+        """Close the window."""
+        self.patrol.close()
+
+    def _shown(self, observation: Observation) -> Observation:
+        self._menu = menu(survey(self.patrol), self._blacklist)
+        mask = self._menu.mask.astype(np.int8)
+        return observation | {"goals": self._menu.shown(), "action_mask": mask}
+
+
+def _periods(name: str, seconds: float, period: float) -> int:
+    """How many periods `seconds` are; raises InputError where it is no whole number of them."""
+    positive_number(name, seconds)
+    periods = round(seconds / period)
+    if not periods or not math.isclose(periods * period, seconds):
+        raise InputError(f"{name} must be a multiple of {period:g} s, got {seconds!r}")
+    return periods
+
+
+def _summed(infos: list[dict[str, Any]]) -> dict[str, Any]:
+    """The infos of a decision's steps as one."""
+    terms = [info["reward_terms"] for info in infos]
+    means = {key: float(np.mean([i[key] for i in infos])) for key in ("door_brier", "collision")}
+    totals = {name: sum(term[name] for term in terms) for name in terms[0]}
+    return infos[-1] | means | {"reward_terms": totals, "steps": len(infos)}

@@ -1,0 +1,58 @@
+"""Patroller: one robot's SLAM and dynamic map, and what a step was worth to them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from dynslam_env.patrol.memory import Memory
+from dynslam_env.patrol.pay import Gains, pose_bits
+from dynslam_env.patrol.perception import observe
+from slam.geometry import Array, Pose2
+from slam.interface import Estimate
+from slam.scan import Scan
+
+
+class Patroller:
+    """What a patrol amounts to, of one episode. It is never shown the truth.
+
+    memory    the dynamic map
+    estimate  of the SLAM, after the last scan
+    """
+
+    def __init__(self, first: Estimate, scan: Scan):
+        """The SLAM made `first` of the first `scan`."""
+        self.memory = Memory()
+        self.memory.look(scan, first.pose)
+        self.estimate = first
+        self._sure = pose_bits(first.covariance)
+        self._time = scan.time
+        self._information, self._distance, self._touched, self._moments = 0.0, 0.0, 0, 0
+
+    def move(self, motion: Pose2, collided: bool) -> None:
+        """A control step went by."""
+        self._distance += math.hypot(motion.x, motion.y)
+        self._touched += collided
+        self._moments += 1
+
+    def look(self, estimate: Estimate, scan: Scan) -> None:
+        """The SLAM made `estimate` of a scan."""
+        self._information += self.memory.look(scan, estimate.pose)
+        self.estimate = estimate
+
+    def gains(self, time: float) -> Gains:
+        """What there was to be gained since this was last asked; it is `time` s now."""
+        freshness = self.memory.freshness(time) * (time - self._time)
+        self._time = time
+        before, self._sure = self._sure, pose_bits(self.estimate.covariance)
+        collision = self._touched / max(self._moments, 1)
+        gains = Gains(self._information, freshness, before - self._sure, self._distance, collision)
+        self._information, self._distance, self._touched, self._moments = 0.0, 0.0, 0, 0
+        return gains
+
+    def observation(
+        self, scan: Scan, velocity: Array, limits: tuple[float, float]
+    ) -> dict[str, Any]:
+        """What the agent is shown; see `DoorPatrolEnv`."""
+        estimate = self.estimate
+        return observe(self.memory, estimate.pose, estimate.covariance, scan, velocity, limits)

@@ -1,0 +1,133 @@
+"""What an agent that patrols is shown: the map around the robot, a coarse scan, how sure it is."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numba import njit
+
+from dynslam_env.patrol.memory import CELL, Memory
+from slam.geometry import Array, Pose2
+from slam.scan import Scan
+from slam.tiles import MASK, SHIFT
+
+SIDE = 40  # pixels of the map, each way
+PIXEL = 0.25  # m
+LAYERS = ("occupied", "seen", "age", "flips")
+FADES = 20.0  # s: an age that is drawn as 1 - 1 / e
+OFTEN = 0.2  # changes a second that are drawn as white
+SECTORS = 24  # of the scan
+DEVIATIONS = (1e-3, 1.0)  # m and rad, drawn as 0 and 1
+TRIANGLE = np.tril_indices(3, -1)
+
+
+def observation_space() -> spaces.Dict:
+    """See `DoorPatrolEnv`."""
+    return spaces.Dict(
+        {
+            "map": spaces.Box(0, 255, (len(LAYERS), SIDE, SIDE), np.uint8),
+            "scan": spaces.Box(0.0, 1.0, (SECTORS,), np.float32),
+            "velocity": spaces.Box(-1.0, 1.0, (2,), np.float32),
+            "deviations": spaces.Box(0.0, 1.0, (3,), np.float32),
+            "correlations": spaces.Box(-1.0, 1.0, (3,), np.float32),
+        }
+    )
+
+
+def draw_map(memory: Memory, pose: Pose2, time: float, image: np.ndarray) -> None:
+    """The layers of the map around `pose` into `image` (layers, SIDE, SIDE): ahead is up."""
+    known = memory.map
+    cells = known.cells
+    _draw(np.array(pose), cells.tiles.index, cells.tiles.origin, 1 / CELL,
+          known.since_start(time), cells.occupied.flat, cells.observed.flat, known.times.flat,
+          known.counts.flat, known.last.flat, known.prior, image)  # fmt: skip
+
+
+def sectors(scan: Scan) -> np.ndarray:
+    """(SECTORS,) the nearest echo of each of equally many beams, right to left, as a share of the
+    laser's range; 1 without an echo."""
+    return _nearest(scan.ranges, scan.min_range, scan.max_range, SECTORS)
+
+
+def certainty(pose: Pose2, covariance: Array) -> tuple[np.ndarray, np.ndarray]:
+    """How sure the pose is along the robot, across it, and of its heading: (3,) deviations on a
+    scale of logarithms from 1 mm (or mrad) to 1 m (or rad) as 0 to 1, (3,) correlations."""
+    c, s = math.cos(pose.theta), math.sin(pose.theta)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    own = turn @ covariance @ turn.T
+    deviations = np.sqrt(np.maximum(np.diag(own), 1e-12))
+    low, high = DEVIATIONS
+    shown = np.log(np.minimum(np.maximum(deviations, low), high) / low) / math.log(high / low)
+    correlations = (own / (deviations[:, None] * deviations))[TRIANGLE]
+    correlations = np.minimum(np.maximum(correlations, -1.0), 1.0)
+    return shown.astype(np.float32), correlations.astype(np.float32)
+
+
+def observe(
+    memory: Memory, pose: Pose2, covariance: Array, scan: Scan, velocity: Array,
+    limits: tuple[float, float],
+) -> dict[str, Any]:  # fmt: skip
+    """All of it; `velocity` (2,) in m/s and rad/s, of which `limits` are drawn as 1."""
+    image = np.empty((len(LAYERS), SIDE, SIDE), np.uint8)
+    draw_map(memory, pose, scan.time, image)
+    deviations, correlations = certainty(pose, covariance)
+    return {
+        "map": image,
+        "scan": sectors(scan),
+        "velocity": np.clip(velocity / limits, -1.0, 1.0).astype(np.float32),
+        "deviations": deviations,
+        "correlations": correlations,
+    }
+
+
+@njit(cache=True)
+def _nearest(ranges, shortest, longest, sectors):
+    found = np.ones(sectors, np.float32)
+    for k in range(len(ranges)):
+        if shortest <= ranges[k] < longest and ranges[k] > 0.0:
+            sector = k * sectors // len(ranges)
+            found[sector] = min(found[sector], np.float32(ranges[k] / longest))
+    return found
+
+
+@njit(cache=True)
+def _draw(
+    pose, index, origin, scale, now, occupied, observed, times, counts, last, prior, image
+):  # fmt: skip
+    """Each pixel is four samples: the most occupied, the oldest and the most restless of them, and
+    the share that was ever seen."""
+    changes, free_for, occupied_for = prior
+    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    c, s, side = np.cos(pose[2]), np.sin(pose[2]), image.shape[1]
+    for row in range(side):
+        for col in range(side):
+            most, seen, oldest, restless = 0.0, 0, 0.0, 0.0
+            for part in range(4):
+                along = ((side - 1) / 2 - row + 0.5 * (part & 1) - 0.25) * PIXEL
+                aside = ((side - 1) / 2 - col + 0.5 * (part >> 1) - 0.25) * PIXEL
+                x = (pose[0] + c * along - s * aside - origin[0]) * scale
+                y = (pose[1] + s * along + c * aside - origin[1]) * scale
+                if not (0.0 <= x < cols and 0.0 <= y < rows):
+                    continue
+                slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
+                i = np.uint64((slot << (2 * SHIFT)) + ((int(y) & MASK) << SHIFT) + (int(x) & MASK))
+                if not observed[i]:
+                    continue
+                seen += 1
+                gone, h, flips = now - last[i], occupied[i], counts[i, 0] + counts[i, 1]
+                if flips > 0:
+                    if gone > 0.0:
+                        closing = (changes + counts[i, 1]) / (free_for + times[i, 0])
+                        opening = (changes + counts[i, 0]) / (occupied_for + times[i, 1])
+                        stationary = closing / (closing + opening)
+                        h = stationary + np.exp(-(closing + opening) * gone) * (h - stationary)
+                    watched = max(times[i, 0] + times[i, 1], 10.0)
+                    restless = max(restless, flips / watched)
+                most, oldest = max(most, h), max(oldest, gone)
+            image[0, row, col] = np.uint8(255.0 * most) if seen else 128
+            image[1, row, col] = np.uint8(63.75 * seen)
+            image[2, row, col] = np.uint8(255.0 * (1.0 - np.exp(-oldest / FADES))) if seen else 255
+            image[3, row, col] = np.uint8(255.0 * min(restless / OFTEN, 1.0))

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from dynslam_env.navigation.frontiers import frontier_cells, frontiers
+from dynslam_env.navigation.planner import plan
+from slam import Pose2
+from tests.dynslam_env.navigation.drawn import drawn
+
+ROOM = """
+##########
+#........#
+#........
+#........
+#........
+#........#
+##########
+"""
+
+
+def seen(text, x=0.25, y=0.25):
+    costmap = drawn(text)
+    return costmap, plan(costmap, Pose2(x, y, 0.0))
+
+
+def test_a_gap_in_the_wall_is_the_one_frontier():
+    costmap, ways = seen(ROOM)
+    (gap,) = frontiers(costmap, ways, (0.25, 0.25), smallest=3)
+    assert gap.size == 3
+    assert gap.centroid == pytest.approx([0.85, 0.35])
+    assert gap.beyond == pytest.approx([1.85, 0.35])
+    assert gap.cell == (2, 8)
+    assert gap.length == pytest.approx(0.6)
+    assert gap.distance == pytest.approx(0.6)
+
+
+def test_a_small_one_does_not_count():
+    costmap, ways = seen(ROOM)
+    assert frontiers(costmap, ways, (0.25, 0.25), smallest=4) == []
+
+
+def test_one_behind_a_wall_has_no_cell():
+    costmap, ways = seen("....#......    ", x=0.05, y=0.05)
+    (far,) = frontiers(costmap, ways, (0.05, 0.05), smallest=1)
+    assert far.cell is None
+    assert far.length == np.inf
+
+
+def test_every_frontier_cell_is_free_and_beside_the_unknown():
+    rng = np.random.default_rng(0)
+    text = "\n".join("".join(rng.choice(list("#.. "), 30)) + "#" for _ in range(20))
+    costmap = drawn(text)
+    cells, kinds = frontier_cells(costmap), np.pad(costmap.kinds, 1, constant_values=3)
+    for row, col in np.ndindex(cells.shape):
+        r, c = row + 1, col + 1
+        beside = (kinds[r - 1, c], kinds[r + 1, c], kinds[r, c - 1], kinds[r, c + 1])
+        assert cells[row, col] == (kinds[r, c] in (1, 2) and 0 in beside)
