@@ -1,0 +1,1 @@
+"""How policies are trained, and how they go on after a break. Needs `dynslam[train]`."""

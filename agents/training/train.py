@@ -1,0 +1,145 @@
+"""train: PPO or recurrent PPO on a native vector environment, in a folder to go on in."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from sb3_contrib import RecurrentPPO
+from stable_baselines3 import PPO
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor
+
+from agents.training.legs import BEST, CHECKPOINT, PROGRESS, Legs, read_progress
+from agents.training.settings import arguments
+from agents.training.workers import Workers
+from agents.vec_env import NativeVecEnv
+from slam.checked import one_of, whole_number
+from slam.errors import InputError
+from slam.io.files import replacing
+
+KINDS: dict[str, type[OnPolicyAlgorithm]] = {"ppo": PPO, "recurrent-ppo": RecurrentPPO}
+CONFIG = "config.json"
+LEG_ROLLOUTS = 40  # after so many rollouts a checkpoint, and an evaluation
+Tell = Callable[[dict[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class Training:
+    """What is learned: the same training gives the same policy.
+
+    env         id of an environment with a native vector environment
+    parameters  of the environment, as plain data
+    algorithm   of KINDS
+    settings    hyperparameters; see `settings.read_settings`
+    seed        of all that is random
+    steps       of all worlds together, rounded up to whole rollouts
+    leg         rollouts between two checkpoints
+    """
+
+    env: str
+    algorithm: str
+    settings: dict[str, Any]
+    seed: int = 0
+    steps: int = 1_000_000
+    parameters: dict[str, Any] = field(default_factory=dict)
+    leg: int = LEG_ROLLOUTS
+
+    def __post_init__(self) -> None:
+        one_of("algo", self.algorithm, tuple(KINDS))
+        whole_number("seed", self.seed, 0)
+        whole_number("steps", self.steps, 1)
+        whole_number("leg", self.leg, 1)
+
+    @property
+    def num_envs(self) -> int:
+        """Worlds side by side."""
+        return int(self.settings.get("n_envs", 32))
+
+    @property
+    def rollout(self) -> int:
+        """Steps of one rollout, of all worlds together."""
+        return self.num_envs * int(self.settings.get("n_steps", 64))
+
+
+def train(
+    what: Training, folder: Path, *, resume: bool = False, workers: int = 1,
+    tell: Tell = lambda row: None,
+) -> OnPolicyAlgorithm:  # fmt: skip
+    """Train in `folder`, which gets `config.json`, `progress.jsonl` (a line for each evaluation),
+    `checkpoint.zip`, `best.zip` and TensorBoard's files.
+
+    resume   go on where a training of the same kind was broken off; without one there, begin
+    workers  processes that share the worlds; the policy does not depend on it
+    tell     is told each line of `progress.jsonl`
+    """
+    torch.set_num_threads(1)
+    before = random.getstate(), np.random.get_state(), torch.get_rng_state()  # noqa: NPY002
+    kind, given = KINDS[what.algorithm], arguments(what.settings)
+    env = VecMonitor(_worlds(what, workers))
+    try:
+        checkpoint = _begun(what, folder, resume)  # after all mistakes that are told
+        if checkpoint is not None:
+            model = kind.load(checkpoint, env, device="cpu")
+        else:
+            model = kind(
+                what.settings["policy"], env, seed=what.seed, device="cpu",
+                tensorboard_log=str(folder), **given,
+            )  # fmt: skip
+        left = what.steps - model.num_timesteps
+        legs = Legs(folder, what.seed, what.leg * what.rollout, asdict(what), tell)
+        if left > 0:
+            model.learn(
+                left, legs, reset_num_timesteps=checkpoint is None, tb_log_name="tensorboard"
+            )
+        return model
+    finally:
+        env.close()
+        random.setstate(before[0])
+        np.random.set_state(before[1])  # noqa: NPY002
+        torch.set_rng_state(before[2])
+
+
+def _worlds(what: Training, workers: int) -> VecEnv:
+    if workers == 1:
+        return NativeVecEnv.make(what.env, what.num_envs, **what.parameters)
+    return Workers(what.env, what.num_envs, workers, what.parameters)
+
+
+def _begun(what: Training, folder: Path, resume: bool) -> Path | None:
+    """Make the folder ready; the checkpoint to go on from, if there is one."""
+    config, checkpoint = folder / CONFIG, folder / CHECKPOINT
+    plain = json.loads(json.dumps(asdict(what)))
+    if config.exists():
+        if not resume:
+            raise InputError(f"{folder} holds a training: --resume goes on, --out takes another")
+        known = json.loads(config.read_text())
+        others = [key for key in plain if key != "steps" and known.get(key) != plain[key]]
+        if others:
+            raise InputError(
+                f"{folder} holds another training: {others[0]} is {known.get(others[0])!r} there, "
+                f"not {plain[others[0]]!r}"
+            )
+    folder.mkdir(parents=True, exist_ok=True)
+    with replacing(config) as file:
+        file.write(json.dumps(plain, indent=2).encode())
+    if checkpoint.exists():
+        _forget_later(folder)
+        return checkpoint
+    return None
+
+
+def _forget_later(folder: Path) -> None:
+    """Leave out a line of progress that was cut off when the training was broken off."""
+    rows = read_progress(folder)
+    with replacing(folder / PROGRESS) as file:
+        file.write("".join(json.dumps(row) + "\n" for row in rows).encode())
+
+
+__all__ = ["BEST", "CHECKPOINT", "CONFIG", "KINDS", "PROGRESS", "Training", "train"]

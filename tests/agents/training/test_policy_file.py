@@ -1,0 +1,159 @@
+import io
+import json
+import pickle
+import zipfile
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+import torch
+
+from agents.trained import Trained
+from agents.training.policy_file import TOLD, WEIGHTS, read_policy, save_model, slim
+from agents.training.train import KINDS
+from agents.vec_env import NativeVecEnv
+from dynslam_env import DoorCorridorEnv
+from dynslam_env.patrol.env import DoorPatrolEnv
+from slam import InputError
+
+KWARGS = {
+    "ppo": "dict(net_arch=dict(pi=[8], vf=[8]))",
+    "recurrent-ppo": "dict(net_arch=dict(pi=[8], vf=[8]), lstm_hidden_size=8)",
+}
+POLICIES = {"ppo": "MultiInputPolicy", "recurrent-ppo": "MultiInputLstmPolicy"}
+
+
+def told(algorithm):
+    settings = {"policy": POLICIES[algorithm], "policy_kwargs": KWARGS[algorithm]}
+    return {"env": "DoorPatrol-v0", "algorithm": algorithm, "settings": settings}
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def saved(request, tmp_path_factory) -> Any:
+    """A model with weights of its own, what was told, and its file."""
+    kwargs = {"net_arch": {"pi": [8], "vf": [8]}}
+    if request.param != "ppo":
+        kwargs["lstm_hidden_size"] = 8  # type: ignore[assignment]
+    env = NativeVecEnv.make("DoorPatrol-v0", 2)
+    kind: Any = KINDS[request.param]
+    model = kind(POLICIES[request.param], env, seed=5, policy_kwargs=kwargs)
+    path = tmp_path_factory.mktemp(request.param) / "best.zip"
+    save_model(model, told(request.param), path)
+    return model, told(request.param), path
+
+
+def test_what_is_written_is_read(saved):
+    model, expected, path = saved
+    found, weights = read_policy(path)
+    assert found == expected
+    for name, values in model.policy.state_dict().items():
+        assert torch.equal(weights[name], values), name
+
+
+def test_stable_baselines3_reads_it_as_well(saved):
+    model, expected, path = saved
+    again = KINDS[expected["algorithm"]].load(path, device="cpu")
+    for a, b in zip(model.policy.parameters(), again.policy.parameters(), strict=True):
+        assert torch.equal(a, b)
+
+
+def test_a_slim_one_acts_the_same_and_is_smaller(saved, tmp_path):
+    _, expected, path = saved
+    slim(path, tmp_path / "slim.zip")
+    found, weights = read_policy(tmp_path / "slim.zip")
+    assert found == expected
+    assert all(torch.equal(weights[k], v) for k, v in read_policy(path)[1].items())
+    assert (tmp_path / "slim.zip").stat().st_size < path.stat().st_size
+    slim(path, tmp_path / "again.zip")
+    assert (tmp_path / "again.zip").read_bytes() == (tmp_path / "slim.zip").read_bytes()
+
+
+def test_a_trained_agent_acts_as_the_model_does(saved):
+    model, _, path = saved
+    env = DoorPatrolEnv()
+    agent = Trained(path, env)
+    observation, _ = env.reset(seed=0)
+    mine, theirs, start = None, None, np.ones(1, dtype=bool)
+    for _ in range(8):
+        action, mine = agent.predict(observation, mine, start)
+        expected, theirs = model.predict(observation, theirs, start, deterministic=True)
+        assert action.tobytes() == expected.tobytes()
+        assert action in env.action_space
+        observation, start = env.step(action)[0], np.zeros(1, dtype=bool)
+
+
+def test_what_was_trained_on_other_observations_is_refused(saved):
+    with pytest.raises(InputError, match="learned in DoorPatrol-v0, whose observations or actions"):
+        Trained(saved[2], DoorCorridorEnv())
+
+
+class Malicious:
+    """Touches a file when it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return open, (str(self.path), "w")
+
+
+def archive(path, **members):
+    with zipfile.ZipFile(path, "w") as out:
+        for name, content in members.items():
+            out.writestr({"told": TOLD, "weights": WEIGHTS}[name], content)
+    return path
+
+
+@pytest.mark.parametrize("way", ["torch", "pickle"])
+def test_a_malicious_pickle_is_refused_and_nothing_runs(tmp_path, way):
+    touched, file = tmp_path / "touched", io.BytesIO()
+    if way == "torch":
+        torch.save({"w": Malicious(touched)}, file)
+    else:
+        file.write(pickle.dumps(Malicious(touched)))
+    path = archive(tmp_path / "bad.zip", told=json.dumps(told("ppo")), weights=file.getvalue())
+    with pytest.raises(InputError, match=r"bad.zip: not a policy that dynslam train wrote"):
+        Trained(path, DoorPatrolEnv())
+    assert not touched.exists()
+    pickle.loads(pickle.dumps(Malicious(touched)))  # it would have
+    assert touched.exists()
+
+
+def test_files_that_are_something_else_are_refused(saved, tmp_path):
+    whole = saved[2].read_bytes()
+    bad = tmp_path / "bad.zip"
+    for content in (b"", b"no zip", whole[: len(whole) // 2], whole[:-10]):
+        bad.write_bytes(content)
+        with pytest.raises(InputError, match=r"bad.zip: not a policy"):
+            read_policy(bad)
+    with pytest.raises(InputError, match="not a policy"):
+        read_policy(tmp_path / "none.zip")
+    saved[0].save(bad)  # of stable-baselines3's own making: nothing is told of it
+    with pytest.raises(InputError, match=r"bad.zip: not a policy"):
+        read_policy(bad)
+
+
+def pickled(value):
+    file = io.BytesIO()
+    torch.save(value, file)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [[], {}, told("ppo") | {"algorithm": "magic"}, told("ppo") | {"settings": {"policy": "magic"}}],
+)
+def test_files_that_tell_something_else_are_refused(tmp_path, wrong):
+    path = archive(tmp_path / "bad.zip", told=json.dumps(wrong), weights=pickled({}))
+    with pytest.raises(InputError, match=r"bad.zip"):
+        Trained(path, DoorPatrolEnv())
+
+
+@pytest.mark.parametrize("weights", [[1, 2], {"a": 3}, {}])
+def test_files_whose_weights_are_something_else_are_refused(tmp_path, weights):
+    path = archive(tmp_path / "bad.zip", told=json.dumps(told("ppo")), weights=pickled(weights))
+    with pytest.raises(InputError, match=r"bad.zip"):
+        Trained(path, DoorPatrolEnv())

@@ -1,0 +1,307 @@
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+import torch
+
+from agents.random_agent import RandomAgent
+from agents.trained import Trained
+from agents.training import legs
+from agents.training.policy_file import read_policy
+from agents.training.train import BEST, CHECKPOINT, CONFIG, PROGRESS, Training, train
+from agents.vec_env import NativeVecEnv
+from slam import InputError
+
+from . import toy
+
+TINY = {
+    "n_envs": 4, "policy": "MultiInputPolicy", "n_steps": 16, "batch_size": 32, "n_epochs": 1,
+    "learning_rate": "lin_1e-3",
+    "policy_kwargs": "dict(net_arch=dict(pi=[8], vf=[8]), "
+                     "features_extractor_kwargs=dict(cnn_output_dim=8))",
+}  # fmt: skip
+PARAMETERS = {"max_episode_steps": 8, "slam": "odometry"}
+ROLLOUT = 64
+STEPS = 5 * ROLLOUT  # two legs of two rollouts, and half of a third one
+
+
+def numpy_state() -> str:
+    return repr(np.random.get_state())  # noqa: NPY002
+
+
+def training(**changes) -> Training:
+    given = {"env": "DoorPatrol-v0", "algorithm": "ppo", "settings": TINY, "seed": 1,
+             "steps": STEPS, "parameters": PARAMETERS, "leg": 2}  # fmt: skip
+    return Training(**(given | changes))
+
+
+def weights(folder: Path, name=CHECKPOINT) -> bytes:
+    return b"".join(v.numpy().tobytes() for v in read_policy(folder / name)[1].values())
+
+
+def progress(folder: Path) -> list[dict[str, Any]]:
+    rows = [json.loads(line) for line in (folder / PROGRESS).read_text().splitlines()]
+    return [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
+
+
+def alike(one: Path, other: Path) -> None:
+    """The same was learned."""
+    assert progress(one) == progress(other)
+    assert weights(one) == weights(other)
+    assert weights(one, BEST) == weights(other, BEST)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> Path:
+    """The folder of a training that nobody interrupted."""
+    folder = tmp_path_factory.mktemp("whole")
+    train(training(), folder)
+    return folder
+
+
+def test_a_line_for_each_leg_and_the_end(whole):
+    rows = progress(whole)
+    assert [row["steps"] for row in rows] == [0, 128, 256, 320]
+    terms = {"information", "freshness", "pose", "distance", "collision"}
+    for row in rows:
+        assert set(row) == {"steps", "reward", "door_brier", *terms}
+        assert row["reward"] == pytest.approx(sum(row[term] for term in terms))
+        assert 0 < row["door_brier"] < 1
+
+
+def test_the_best_is_that_of_the_best_line(tmp_path, monkeypatch):
+    rewards, kept = iter([3.0, 7.0, 1.0, 2.0]), []
+    monkeypatch.setattr(legs, "evaluated", lambda model: {"reward": next(rewards)})
+    train(training(), tmp_path, tell=lambda row: kept.append(weights(tmp_path)))
+    assert len(set(kept)) > 2
+    assert weights(tmp_path, BEST) == kept[1]
+
+
+def test_each_leg_has_worlds_of_its_own(tmp_path, monkeypatch):
+    seeds, seed = [], NativeVecEnv.seed
+    monkeypatch.setattr(
+        NativeVecEnv, "seed", lambda self, value=None: seeds.append(value) or seed(self, value)
+    )
+    for k in (1, 2):
+        train(training(seed=k), tmp_path / str(k))
+    begun = [value for value in seeds if value not in (1, 2, legs.EVALUATED)]
+    assert len(begun) == len(set(begun)) == 2 * 3
+    assert seeds.count(legs.EVALUATED) == 2 * 4
+
+
+def test_something_was_learned_and_its_file_says_what(whole, tmp_path):
+    train(training(steps=1, settings=TINY | {"learning_rate": 0.0}), tmp_path)
+    assert weights(whole) != weights(tmp_path)
+    told = read_policy(whole / BEST)[0]
+    assert told == json.loads((whole / CONFIG).read_text())
+    assert Training(**told) == training()
+
+
+def test_the_same_seed_learns_the_same_to_the_byte(whole, tmp_path):
+    train(training(), tmp_path)
+    alike(tmp_path, whole)
+
+
+def test_another_seed_learns_something_else(whole, tmp_path):
+    train(training(seed=2), tmp_path)
+    assert weights(tmp_path) != weights(whole)
+
+
+def test_the_number_of_workers_does_not_matter(whole, tmp_path):
+    train(training(), tmp_path, workers=2)
+    alike(tmp_path, whole)
+
+
+def test_nothing_is_drawn_from_who_calls(tmp_path):
+    random.seed(3)
+    np.random.seed(3)  # noqa: NPY002
+    torch.manual_seed(3)
+    expected = random.getstate(), numpy_state(), torch.get_rng_state()
+    train(training(steps=1), tmp_path)
+    assert random.getstate() == expected[0]
+    assert numpy_state() == expected[1]
+    assert torch.equal(torch.get_rng_state(), expected[2])
+
+
+@pytest.mark.parametrize("lines", [1, 3])
+def test_broken_off_between_two_legs_it_goes_on_as_if_nothing_was(whole, tmp_path, lines):
+    def ctrl_c(row):
+        if len(progress(tmp_path)) == lines:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(training(), tmp_path, tell=ctrl_c)
+    assert len(progress(tmp_path)) == lines
+    assert (tmp_path / CHECKPOINT).exists()
+    train(training(), tmp_path, resume=True)
+    alike(tmp_path, whole)
+
+
+@pytest.mark.parametrize("moment", [1, 13, 60, 84, 100])
+def test_broken_off_anywhere_it_goes_on_from_the_last_leg(whole, tmp_path, monkeypatch, moment):
+    """Within evaluations and within legs, before the first checkpoint and after."""
+    step, left = NativeVecEnv.step_wait, moment
+
+    def broken(self):
+        nonlocal left
+        left -= 1
+        if left == 0:
+            raise KeyboardInterrupt
+        return step(self)
+
+    monkeypatch.setattr(NativeVecEnv, "step_wait", broken)
+    with pytest.raises(KeyboardInterrupt):
+        train(training(), tmp_path)
+    train(training(), tmp_path, resume=True)
+    alike(tmp_path, whole)
+
+
+@pytest.mark.parametrize("left", [20, 0])
+def test_without_its_last_line_it_goes_on(whole, tmp_path, left):
+    """The line is written after the checkpoint, and may be cut off, or missing."""
+
+    def kill(row):
+        if row["steps"] == 128:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(training(), tmp_path, tell=kill)
+    path = tmp_path / PROGRESS
+    first, last = path.read_text().splitlines(keepends=True)
+    path.write_text(first + last[:left])
+    train(training(), tmp_path, resume=True)
+    alike(tmp_path, whole)
+
+
+@pytest.mark.parametrize("name", [BEST, CHECKPOINT])
+def test_killed_while_it_saves_it_goes_on(whole, tmp_path, monkeypatch, name):
+    save = legs.save_model
+
+    def killed(model, told, path):
+        if path.name == name and model.num_timesteps == 256:
+            raise KeyboardInterrupt
+        save(model, told, path)
+
+    monkeypatch.setattr(legs, "save_model", killed)
+    with pytest.raises(KeyboardInterrupt):
+        train(training(), tmp_path)
+    monkeypatch.undo()
+    train(training(), tmp_path, resume=True)
+    alike(tmp_path, whole)
+
+
+def test_a_training_that_is_done_stays_as_it_is(whole):
+    before = progress(whole), weights(whole)
+    train(training(), whole, resume=True)
+    assert (progress(whole), weights(whole)) == before
+
+
+def test_a_folder_that_holds_a_training_is_not_written_to(whole):
+    before = weights(whole)
+    with pytest.raises(InputError, match="holds a training: --resume goes on"):
+        train(training(), whole)
+    assert weights(whole) == before
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"seed": 9}, "another training: seed is 1 there, not 9"),
+        ({"parameters": {"world": "office"}}, "parameters is .* there, not {'world': 'office'}"),
+        ({"settings": TINY | {"gamma": 0.5}}, "settings is .*'gamma': 0.5"),
+        ({"leg": 3}, "leg is 2 there, not 3"),
+    ],
+)
+def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, message):
+    before = (whole / CONFIG).read_bytes()
+    with pytest.raises(InputError, match=message):
+        train(training(**changes), whole, resume=True)
+    assert (whole / CONFIG).read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("changes", "workers", "message"),
+    [
+        ({"parameters": {"world": "moon"}}, 1, "moon"),
+        ({"parameters": {"slam": "magic"}}, 2, "unknown SLAM variant 'magic'"),
+        ({}, 3, "num_envs must be a multiple of workers"),
+        ({"settings": TINY | {"learning_rate": "fast"}}, 1, "learning_rate is a number"),
+    ],
+)
+def test_mistakes_are_told_and_can_be_put_right_in_the_same_folder(
+    tmp_path, changes, workers, message
+):
+    with pytest.raises(InputError, match=message):
+        train(training(**changes), tmp_path, workers=workers)
+    train(training(steps=1), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"algorithm": "dqn"}, "algo must be one of 'ppo', 'recurrent-ppo'"),
+        ({"seed": -1}, "seed must be a whole number"),
+        ({"steps": 0}, "steps must be a whole number of at least 1"),
+        ({"leg": 0}, "leg must be a whole number of at least 1"),
+    ],
+)
+def test_wrong_trainings_are_refused(wrong, message):
+    with pytest.raises(InputError, match=message):
+        training(**wrong)
+
+
+def test_recurrent_ppo_goes_on_as_well(tmp_path):
+    lstm = "dict(lstm_hidden_size=8, features_extractor_kwargs=dict(cnn_output_dim=8))"
+    settings = TINY | {"policy": "MultiInputLstmPolicy", "policy_kwargs": lstm}
+    what = training(algorithm="recurrent-ppo", settings=settings, steps=3 * ROLLOUT)
+    train(what, tmp_path / "whole")
+
+    def kill(row):
+        if row["steps"] == 128:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(what, tmp_path / "broken", tell=kill)
+    train(what, tmp_path / "broken", resume=True)
+    alike(tmp_path / "broken", tmp_path / "whole")
+
+
+TOY = {
+    "n_envs": 16, "policy": "MultiInputPolicy", "n_steps": 60, "batch_size": 160, "n_epochs": 6,
+    "gamma": 0.95, "gae_lambda": 0.9, "learning_rate": 1e-3,
+    "policy_kwargs": "dict(log_std_init=-0.5, net_arch=dict(pi=[32], vf=[32]), "
+                     "features_extractor_kwargs=dict(cnn_output_dim=32))",
+}  # fmt: skip
+
+
+def rewarded(agent_of, seeds=range(5000, 5006)) -> float:
+    """Mean reward of episodes that nothing was learned on."""
+    total, env = 0.0, gym.make("DoorToy-v0")
+    for seed in seeds:
+        observation, _ = env.reset(seed=seed)
+        agent = agent_of(env.unwrapped, seed)
+        for _ in range(toy.STEPS):
+            action, _ = agent.predict(observation, deterministic=True)
+            observation, reward, *_ = env.step(action)
+            total += float(reward) / len(seeds)
+    return total
+
+
+def test_ppo_finds_the_door(tmp_path):
+    """Who looks at the door and stays there knows most; the robot begins looking away."""
+    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=8640, leg=9)
+    train(what, tmp_path)
+    trained = rewarded(lambda env, seed: Trained(tmp_path / CHECKPOINT, env))
+    at_random = rewarded(lambda env, seed: RandomAgent(env.action_space, seed))
+    untrained = progress(tmp_path)[0]["reward"]
+    assert trained > 1.3 * at_random
+    assert trained > untrained + 10.0
+    assert progress(tmp_path)[-1]["reward"] > untrained + 10.0
+    assert legs.EVALUATED > 5006
