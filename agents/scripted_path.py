@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env import DoorCorridorEnv, Doors, Robot, record
+from dynslam_env.navigation.pursuit import arc_to
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 
-TURN_FIRST = math.radians(60)  # a target further aside than this is turned to on the spot
-GAIN = 1.5  # 1/s, of the turn on the spot
 LOOKAHEAD = 0.5  # m, distance of the point on the path that is steered to
 REACH = 0.1  # m, so near a waypoint counts as there
 
@@ -67,13 +66,8 @@ class ScriptedPath:
             self._next += 1
         if self.finished:
             return 0.0, 0.0
-        x, y = self._carrot(pose)
-        aside = math.atan2(y - pose.y, x - pose.x) - pose.theta
-        aside = math.remainder(aside, math.tau)
-        if abs(aside) > TURN_FIRST:
-            return 0.0, GAIN * aside
         v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._away(pose)))
-        return v, 2.0 * v * math.sin(aside) / LOOKAHEAD
+        return arc_to(pose, self._carrot(pose), v, LOOKAHEAD)
 
     def _there(self, pose: Pose2) -> bool:
         """Within REACH of the next waypoint, or just past the end of the leg that leads to it."""

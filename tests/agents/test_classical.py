@@ -1,0 +1,92 @@
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import agents
+import dynslam_env
+from dynslam_env import DoorCorridorEnv, Layout
+from slam import InputError, Pose2
+
+BOX: Any = [(0, 0, 6, 0), (6, 0, 6, 4), (6, 4, 0, 4), (0, 4, 0, 0), (3, 0, 3, 1.5), (3, 2.5, 3, 4)]
+WAY: Any = [(1.5, 2.0), (4.5, 2.0)]
+DOOR = dynslam_env.Door((3.0, 1.55), np.pi / 2, -1, 0.9, 0.04)
+BY_HAND = Layout(BOX, (DOOR,), Pose2(1.5, 2.0, 0.0), WAY)
+WORLDS = {"corridor": "corridor", "loop": "loop", "office": "office", "crowd": "crowd",
+          "by hand": BY_HAND}  # fmt: skip
+TRUTH = ("pose", "layout", "physics", "outline", "occupancy", "bound")
+SHOWN = {"oracle": {"layout", "physics"}, "scripted-path": {"layout"}}
+
+
+def patrol(world="corridor", seed=0):
+    """An episode that has begun, and what is observed."""
+    env = gym.make("DoorPatrol-v0", world=WORLDS[world], max_episode_steps=10_000)
+    observation, _ = env.reset(seed=seed)
+    return env, observation
+
+
+def driven(name, world="corridor", steps=150, seed=0):
+    """The actions, and the true poses."""
+    env, observation = patrol(world, seed)
+    agent, actions, poses = agents.make(name, env, seed), [], []
+    for _ in range(steps):
+        action, _ = agent.predict(observation)
+        observation, _, _, _, info = env.step(action)
+        actions.append(action)
+        poses.append(info["pose"])
+    return np.array(actions), np.array(poses)
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("name", agents.names())
+def test_every_agent_drives_in_every_world(name, world):
+    actions, poses = driven(name, world)
+    assert actions.dtype == np.float32
+    assert actions.shape == (150, 2)
+    assert (np.abs(actions) <= 1.0).all()
+    moved = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
+    turned = np.abs(np.diff(np.unwrap(poses[:, 2]))).sum()
+    assert moved > 0.5 or turned > 2.0
+
+
+@pytest.mark.parametrize("name", agents.names())
+def test_the_same_seed_is_the_same_drive(name):
+    first, second = (driven(name, "crowd", 60, seed=3)[0] for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+
+
+@pytest.mark.parametrize("name", agents.names())
+def test_nobody_looks_at_the_truth(name, monkeypatch):
+    """Whatever tells it of the world is a trap while an agent thinks."""
+    (env, observation), asked = patrol(), set()
+    thinking = [True]
+    for key in TRUTH:
+        monkeypatch.setattr(DoorCorridorEnv, key, trap(key, asked, thinking))
+    agent = agents.make(name, env, 0)
+    for _ in range(40):
+        thinking[0] = True
+        action, _ = agent.predict(observation)
+        thinking[0] = False
+        observation, *_ = env.step(action)
+    assert asked == SHOWN.get(name, set())
+
+
+def trap(key, asked, thinking):
+    """The attribute as it was; who reads it while an agent thinks is taken down."""
+    true = vars(DoorCorridorEnv)[key]
+    read = true.fget if isinstance(true, property) else None
+
+    def get(self):
+        if thinking[0]:
+            asked.add(key)
+        return read(self) if read else true.__get__(self)
+
+    return property(get)
+
+
+def test_an_unknown_name_lists_those_known():
+    with pytest.raises(
+        InputError, match=r"unknown agent .nobody.; allowed .* random, scripted-path"
+    ):
+        agents.make("nobody", patrol()[0])
