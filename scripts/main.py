@@ -45,20 +45,24 @@ def status(arguments: list[str] | None = None) -> int:
 def _command(arguments: list[str] | None) -> int:
     import tyro
 
-    from . import compare, demo, endure, play, record, run, score, speed, study
+    from . import compare, curves, demo, endure, play, record, run, score, speed, study, train
     from .bench import command as bench
+    from .evaluate import command as evaluate
 
     known = (
         Annotated[bench.Bench, tyro.conf.subcommand("bench")]
         | Annotated[compare.Compare, tyro.conf.subcommand("compare")]
+        | Annotated[curves.Curves, tyro.conf.subcommand("curves")]
         | Annotated[demo.Demo, tyro.conf.subcommand("demo")]
         | Annotated[endure.Endure, tyro.conf.subcommand("endure")]
+        | Annotated[evaluate.Evaluate, tyro.conf.subcommand("evaluate")]
         | Annotated[play.Play, tyro.conf.subcommand("play")]
         | Annotated[record.Record, tyro.conf.subcommand("record")]
         | Annotated[run.Run, tyro.conf.subcommand("run")]
         | Annotated[score.Score, tyro.conf.subcommand("score")]
         | Annotated[speed.Speed, tyro.conf.subcommand("speed")]
         | Annotated[study.Study, tyro.conf.subcommand("study")]
+        | Annotated[train.Train, tyro.conf.subcommand("train")]
     )
     config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitSubcommandPrefixes)
     description = "2D laser SLAM in places that change."

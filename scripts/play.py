@@ -23,6 +23,7 @@ from .driving.cockpit import Cockpit
 if TYPE_CHECKING:
     import pygame
 
+WORLD = "dynslam_env.env:DoorCorridorEnv"
 FPS = 30  # pictures a second
 WINDOW = (1440, 640)  # pixels; less on a smaller display
 PART = 0.92  # of the display at most
@@ -67,9 +68,9 @@ class Play:
 
 
 def known_environments() -> tuple[str, ...]:
-    """Those that dynslam_env has registered."""
+    """The worlds that dynslam_env has registered; a patrol is for agents."""
     specs = gym.registry.items()
-    return tuple(name for name, spec in specs if str(spec.entry_point).startswith("dynslam_env"))
+    return tuple(name for name, spec in specs if spec.entry_point == WORLD)
 
 
 def window(title: str) -> pygame.Surface:

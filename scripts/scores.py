@@ -55,10 +55,14 @@ HEADING = Score("heading_max", "largest heading error", math.degrees(1.0), " deg
 TIME = Score("ms_per_matched_scan", "time a matched scan", 1.0, " ms", 2)
 RELATIONS = Score("translation_mean", "error of relations", 1e3, " mm")
 ALIGNED = Score("ate_aligned", "ATE, aligned", 1e3, " mm")
-MAIN = (ATE, RELATIONS, ALIGNED)
-"""What a trajectory is judged by: the first of these that the results have."""
+DOORS = Score("door_brier", "Brier of doors over time", digits=3, worst=1.0)
+F1_OVER_TIME = Score("f1_over_time", "F1 over time", digits=3, better=1, worst=0.0)
+MAIN = (DOORS, ATE, RELATIONS, ALIGNED)
+"""What runs are judged by: the first of these that the results have."""
 
 QUALITY = (
+    DOORS,
+    F1_OVER_TIME,
     ATE,
     Score("ate_online", "ATE on the way", 1e3, " mm"),
     ALIGNED,
@@ -69,8 +73,15 @@ QUALITY = (
     F1,
     Score("adnn_map_to_truth", "map to truth", 1e3, " mm"),
     BRIER,
+    Score("slam_brier", "Brier of the SLAM's doors now", digits=3),
+    Score("coverage", "coverage", 100.0, " %", 1, 1, 0.0),
+    Score("path_length", "way", 1.0, " m"),
+    Score("contact", "in contact", 1.0, " s"),
+    Score("reward", "reward", digits=1, better=1, worst=-math.inf),
 )
-COST = (TIME, Score("memory_mb", "memory", 1.0, " MB", 1))
+MEMORY = Score("memory_mb", "memory", 1.0, " MB", 1)
+THINKING = Score("ms_per_step", "thinking a step", 1.0, " ms", 2)
+COST = (THINKING, TIME, MEMORY)
 
 
 def present(scores: Sequence[Score], rows: Sequence[Result]) -> list[Score]:

@@ -26,12 +26,13 @@ from .measured import Row, T, Track
 from .progress import progress_bar
 from .speed_env import env_rows, env_table
 from .speed_memory import memory_rows, memory_table
+from .speed_patrol import patrol_rows, patrol_table
 from .speed_slam import slam_rows, slam_table
 
 SEED = 7  # of the corridor, its doors moving
 SIDE = 200.0  # m, of the building
 EACH = 3  # rounds of the environment for one of a SLAM, which takes longer and varies less
-WHAT = ["env", "slam", "memory", "building"]
+WHAT = ["env", "slam", "memory", "patrol", "building"]
 
 
 @dataclass
@@ -41,11 +42,12 @@ class Speed:
     env: ten physics steps (the floor), one environment, the vector environment, resets.
     slam: a matched scan of each variant on a drive past moving doors, and on a log.
     memory: bytes of each variant's map as time goes by in one place.
+    patrol: where the time of a step of DoorPatrol-v0 goes, and of learning (on request).
     building: bytes of each variant's map of 200 x 200 m (on request: half a minute each).
     """
 
     what: str = "env,slam,memory"
-    """What to measure: some of env, slam, memory, building, with commas between, or all."""
+    """What to measure: some of env, slam, memory, patrol, building, with commas between, or all."""
     variants: str = PLAIN
     """SLAM variants to measure, with commas between; or all; or plain: those without a slash."""
     log: Path | None = None
@@ -99,6 +101,9 @@ class Speed:
         if "memory" in asked:
             episode = record_corridor(SEED, "moving")
             parts.append(Part("memory", partial(memory_rows, variants, episode), memory_table))
+        if "patrol" in asked:
+            rounds = -(-self.rounds // EACH)
+            parts.append(Part("patrol", partial(patrol_rows, rounds), patrol_table))
         if "building" in asked:
             parts.append(Part("building", partial(building_rows, variants, SIDE), building_table))
         return parts

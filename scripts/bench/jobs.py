@@ -8,7 +8,7 @@ import traceback
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import cloudpickle
 import numpy as np
@@ -29,6 +29,23 @@ from .sources import Source, digest
 EPISODES_AT_HAND = 2
 
 
+class Job(Protocol):
+    """Something that a child process can do."""
+
+    @property
+    def limit(self) -> float:
+        """s, after which it counts as hanging."""
+        ...
+
+    def __call__(self) -> Done:
+        """Do it; an exception of what is being tried is a result."""
+        ...
+
+    def row(self) -> Result:
+        """What is known without doing it."""
+        ...
+
+
 class Done(NamedTuple):
     """What came of a job: a row of the results, and a run to be looked at."""
 
@@ -47,6 +64,10 @@ class Recording:
         """Record it, if it is not there."""
         episode_of(self.source)
         return Done({})
+
+    def row(self) -> Result:
+        """Nothing."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -127,10 +148,10 @@ class Trial:
     def name(self) -> str:
         """Of this variant on this episode under this condition, in every bench."""
         factors = digest(dict(self.condition))[:6]
-        return f"{self.source.key}-{factors}-{_file_name(self.variant)}"
+        return f"{self.source.key}-{factors}-{file_name(self.variant)}"
 
 
-def _file_name(variant: str) -> str:
+def file_name(variant: str) -> str:
     """The name of a variant as part of a file's, on any system; two variants have two names."""
     plain = re.fullmatch(r"[\w.-]{1,60}", variant, re.ASCII)
     safe = re.sub(r"[^\w.-]", "-", variant, flags=re.ASCII)[:60]

@@ -15,7 +15,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import IO
 
-from .jobs import Done, Recording, Trial, failure
+from .jobs import Done, Job, failure
 
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA", "NUMEXPR")}
 TOLD = 2000  # characters of a dead process's last words
@@ -28,7 +28,7 @@ class Keeper:
         self._child: subprocess.Popen[bytes] | None = None
         self._words: IO[bytes] = io.BytesIO()  # what it says on standard error
 
-    def do(self, job: Recording | Trial) -> Done:
+    def do(self, job: Job) -> Done:
         """Have it done; a job that ends or outlasts its process is told as failed."""
         child = self._ready()
         assert child.stdin is not None
@@ -42,8 +42,7 @@ class Keeper:
             status, took = child.wait(), time.monotonic() - begun
             self._child = None
             words = self._last_words()
-        row = job.row() if isinstance(job, Trial) else {}
-        return Done(row | failure(_death(status, took, job.limit, words)))
+        return Done(job.row() | failure(_death(status, took, job.limit, words)))
 
     def stop(self) -> None:
         """End the process, whatever it does."""
@@ -92,7 +91,7 @@ class Keepers:
         self._all: list[Keeper] = []
         self._lock = threading.Lock()
 
-    def do(self, job: Recording | Trial) -> Done:
+    def do(self, job: Job) -> Done:
         """Have it done by one that has nothing to do, or by a new one."""
         with self._lock:
             if self._idle:

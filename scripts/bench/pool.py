@@ -16,7 +16,7 @@ import dynslam_env
 import slam
 from slam.errors import InputError
 
-from .jobs import Done, Recording, Trial, failure
+from .jobs import Done, Job, Trial, failure
 from .keeper import Keepers
 from .sources import code
 
@@ -27,7 +27,7 @@ CONNECT = 10.0  # s, to find the scheduler
 PATIENCE = 60.0  # s, for its first worker
 
 
-def here(jobs: Sequence[Trial | Recording], workers: int) -> Iterator[Done]:
+def here(jobs: Sequence[Job], workers: int) -> Iterator[Done]:
     """Done as they come, `workers` at a time (-1: one a core), each in a process of one thread."""
     with Keepers() as keepers:
         run = Parallel(n_jobs=workers, backend="threading", return_as="generator_unordered")

@@ -72,13 +72,7 @@ class Drive(Source):
     def make(self) -> Episode:
         """Record it."""
         drive = record_path(self.env, self.seed, **self.parameters)
-        if self.every == 1:
-            return drive
-        assert drive.truth is not None
-        kept = slice(None, None, self.every)
-        truth = Truth(drive.truth.poses[kept], drive.truth.walls, drive.truth.doors[kept])
-        meta = {**drive.meta, "every": self.every}
-        return Episode(drive.scans[kept], drive.odometry, truth, meta)
+        return drive if self.every == 1 else sparser(drive, self.every)
 
 
 @dataclass(frozen=True)
@@ -98,6 +92,14 @@ class LogFile(Source):
         if self.path.suffix == ".npz":
             return Episode.load(self.path)
         return read_carmen(self.path)[0]
+
+
+def sparser(drive: Episode, every: int) -> Episode:
+    """A simulated drive of which only each `every`-th scan was recorded, the first among them."""
+    assert drive.truth is not None
+    kept = slice(None, None, every)
+    truth = Truth(drive.truth.poses[kept], drive.truth.walls, drive.truth.doors[kept])
+    return Episode(drive.scans[kept], drive.odometry, truth, {**drive.meta, "every": every})
 
 
 def digest(plain: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from slam.benchmark.statistics import median
 
 from ..figures.style import FAINT, INK, MEDIUM, SMALL, blank_figure, plain_axes
-from ..scores import ATE, COST, Score, told_p
+from ..scores import ATE, MEMORY, TIME, Score, told_p
 from .summary import Condition, Group, Summary
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F4F24", "#6A3D9A",
@@ -184,8 +184,7 @@ def _calibration(summary: Summary) -> Chart | None:
 
 def _speed(summary: Summary, score: Score) -> Chart | None:
     """One point a variant and condition."""
-    time = COST[0]
-    chart = _scatter(summary, time, score)
+    chart = _scatter(summary, TIME, score)
     caption = (
         "Medians with their 95 % intervals, of the runs that have a result; lower and farther "
         "left is better. Times were taken beside other runs on the same machine."
@@ -194,7 +193,7 @@ def _speed(summary: Summary, score: Score) -> Chart | None:
 
 
 def _memory(summary: Summary) -> Chart | None:
-    chart = _scatter(summary, *COST)
+    chart = _scatter(summary, TIME, MEMORY)
     caption = (
         "How much more memory the process held at most during a run than before it, against the "
         "time of a matched scan; medians with their 95 % intervals."

@@ -23,7 +23,7 @@ from slam.benchmark.statistics import (
 )
 from slam.errors import InputError
 
-from ..scores import BRIER, F1, Score, main_score, present
+from ..scores import ATE, BRIER, F1, F1_OVER_TIME, Score, main_score, present
 
 ALWAYS = ("run", "suite", "condition", "variant", "seed", "episode", "error", "versions", "commit",
           "host")  # fmt: skip
@@ -140,7 +140,8 @@ class Summary:
     @cached_property
     def _compared(self) -> list[Comparison]:
         found: list[Comparison] = []
-        scores = present([s for s in (self.main, F1, BRIER) if s is not None], self.rows)
+        compared = dict.fromkeys((self.main, ATE, F1, F1_OVER_TIME, BRIER))
+        scores = present([score for score in compared if score is not None], self.rows)
         for condition in self.conditions:
             baseline = self.groups.get((condition, self.variants[0]))
             for group in self.of(condition):

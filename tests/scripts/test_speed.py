@@ -88,7 +88,10 @@ def test_wrong_numbers_are_refused(wrong, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--what", "env,nothing"], "unknown what 'nothing'; known: all, env, slam, memory, build"),
+        (
+            ["--what", "env,nothing"],
+            "unknown what 'nothing'; known: all, env, slam, memory, patrol",
+        ),
         (["--what", " , "], "no what named; known: all, env"),
         (["--variants", "static-ml,x,y"], "unknown variant 'x', 'y'; known: all, plain, odometry"),
         (["--what", "env", "--log", "some.log"], "a log is for --what slam, got --what env"),

@@ -1,0 +1,1 @@
+"""`dynslam evaluate`: agents on the same patrols."""

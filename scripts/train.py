@@ -1,0 +1,100 @@
+"""`dynslam train`: learn a policy for a patrol."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+
+import slam
+from slam.checked import one_of, whole_number
+from slam.errors import InputError
+
+from .exits import EXIT_INTERRUPTED
+from .output import output_directory
+from .progress import progress_bar
+
+
+@dataclass
+class Train:
+    """Train a policy by PPO; the same seed gives the same policy, interrupted or not.
+
+    Writes progress.jsonl (a line for each evaluation, on worlds that nothing is learned on),
+    best.zip, checkpoint.zip and TensorBoard's files. `dynslam evaluate DIR/best.zip` compares it.
+    """
+
+    env: str = "DoorPatrol-v0"
+    """Id of an environment with a native vector environment."""
+    world: str = "corridor"
+    """corridor, loop, office or crowd."""
+    slam: str = "hmm-ml"
+    """SLAM variant that runs inside."""
+    algo: str = "ppo"
+    """ppo or recurrent-ppo."""
+    seed: int = 0
+    """Of all that is random."""
+    steps: int | None = None
+    """Of all worlds together; if none are given, the hyperparameters' n_timesteps."""
+    hyperparameters: Path | None = None
+    """YAML as rl_zoo3 reads it; if none is given, dynslam's own of the algorithm."""
+    workers: int = 2
+    """Processes that share the worlds; the policy does not depend on it."""
+    out: Path | None = None
+    """Directory to write to; if none is given, out/train/ENV-WORLD-ALGO-SEED."""
+    resume: bool = False
+    """Go on where the training in the directory was broken off."""
+
+    def __call__(self) -> int:
+        """Train."""
+        try:
+            from agents.training.settings import ALGORITHMS, read_settings
+            from agents.training.train import Training, train
+        except ImportError as error:
+            raise InputError(f"training needs {error.name}: install dynslam[train]") from None
+        one_of("algo", self.algo, ALGORITHMS)
+        slam.make(self.slam)
+        whole_number("workers", self.workers, 1)
+        _check_env(self.env)
+        settings = read_settings(self.algo, self.env, self.hyperparameters)
+        steps = int(settings.get("n_timesteps", 1e6)) if self.steps is None else self.steps
+        parameters = {"world": self.world, "slam": self.slam}
+        what = Training(self.env, self.algo, settings, self.seed, steps, parameters)
+        name = f"{self.env}-{self.world}-{self.algo}-{self.seed}"
+        out = output_directory(self.out or Path("out") / "train" / name)
+        with progress_bar() as bar:
+            task = bar.add_task("training", total=steps)
+
+            def tell(row: dict[str, Any]) -> None:
+                bar.update(task, completed=min(row["steps"], steps))
+                bar.console.print(
+                    f"{row['steps']:>9,} steps  reward {row['reward']:.2f}  "
+                    f"Brier of doors {row['door_brier']:.3f}"
+                )
+
+            try:
+                train(what, out, resume=self.resume, workers=self.workers, tell=tell)
+            except KeyboardInterrupt:
+                print(
+                    "train: interrupted; the same command with --resume goes on from the last "
+                    "evaluation",
+                    file=sys.stderr,
+                )
+                return EXIT_INTERRUPTED
+        print(f"look at {out}; compare it: dynslam evaluate {out / 'best.zip'} nearest-frontier")
+        return 0
+
+
+def _check_env(name: str) -> None:
+    """There is such an environment, and it can be trained here."""
+    try:
+        spec = gym.spec(name)
+    except gym.error.Error as error:
+        raise InputError(str(error)) from None
+    if spec.vector_entry_point is None:
+        raise InputError(
+            f"{name} has no native vector environment: train in it with stable-baselines3's "
+            f"make_vec_env, see its docstring"
+        )
