@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dynslam_env.layout import Layout
+from dynslam_env.layout import Door, Layout
 from dynslam_env.patrol.memory import CELL, Memory
 from slam.geometry import Array
 
@@ -49,7 +49,7 @@ def brier(near: Array, openings: Array) -> Array:
     return np.mean((closed(near) - (openings < CLOSED)) ** 2, axis=-1)
 
 
-def _points(door) -> Array:
+def _points(door: Door) -> Array:
     """(ALONG, ACROSS, 2) m, along the middle of the closed leaf, and beside it."""
     along = np.array([np.cos(door.closed), np.sin(door.closed)])
     across = np.array([-along[1], along[0]])
