@@ -85,17 +85,20 @@ class GoalAgent:
 
     def _kept(self, seen: Survey) -> Goal | None:
         """The present goal, where a leaf may sweep: that is no place to think again."""
-        spec, swept = seen.costmap.spec, seen.costmap.swept
-        here = tuple(spec.cells(np.array([seen.position]))[0])
-        return self._pilot.goal_in(seen) if swept[here] else None
+        return self._pilot.goal_in(seen) if _in_the_way(seen) else None
+
+
+def _in_the_way(survey: Survey) -> bool:
+    """Whether the robot is where a leaf may sweep."""
+    here = survey.costmap.spec.cells(np.array([survey.position]))[0]
+    return bool(survey.costmap.swept[tuple(here)])
 
 
 def _leave(survey: Survey) -> Goal | None:
     """Out of where a leaf may sweep, if the robot is there: that is no place to stand still."""
-    spec, swept = survey.costmap.spec, survey.costmap.swept
-    if not swept[tuple(spec.cells(np.array([survey.position]))[0])]:
+    if not _in_the_way(survey):
         return None
-    cost = np.where(swept, math.inf, survey.plan.cost)
+    cost = np.where(survey.costmap.swept, math.inf, survey.plan.cost)
     row, col = np.unravel_index(int(np.argmin(cost)), cost.shape)
     if not math.isfinite(cost[row, col]):
         return None

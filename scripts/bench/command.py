@@ -23,7 +23,7 @@ from ..report.write import write_report
 from . import cache
 from .example import save
 from .jobs import Done, Recording, Trial
-from .pool import here, on_cluster
+from .pool import check_workers, here, on_cluster
 from .sources import Drive
 from .suites import SUITES, Suite, known_variants, logs
 from .user_suite import read_suite
@@ -68,8 +68,7 @@ class Bench:
         whole_number("seeds", seeds, 1)
         whole_number("first", self.first, 0)
         number("limit", self.limit, 1e-3)
-        if self.jobs < 1 and self.jobs != -1:
-            raise InputError(f"jobs must be at least 1, or -1 for one a core, got {self.jobs}")
+        check_workers(self.jobs)
         trials = suite.trials(chosen_ones, range(self.first, self.first + seeds), self.limit)
         out = output_directory(self.out or Path("out") / f"bench-{suite.name}")
         todo = self._missing(trials, out / "results.jsonl")

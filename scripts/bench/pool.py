@@ -27,6 +27,12 @@ CONNECT = 10.0  # s, to find the scheduler
 PATIENCE = 60.0  # s, for its first worker
 
 
+def check_workers(workers: int) -> None:
+    """Raises InputError for a number of jobs at the same time that `here` has no meaning for."""
+    if workers < 1 and workers != -1:
+        raise InputError(f"jobs must be at least 1, or -1 for one a core, got {workers}")
+
+
 def here(jobs: Sequence[Job], workers: int) -> Iterator[Done]:
     """Done as they come, `workers` at a time (-1: one a core), each in a process of one thread."""
     with Keepers() as keepers:

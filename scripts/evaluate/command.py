@@ -16,7 +16,7 @@ from slam.errors import InputError
 
 from ..bench.command import keep
 from ..bench.jobs import file_name
-from ..bench.pool import here
+from ..bench.pool import check_workers, here
 from ..chosen import chosen
 from ..exits import EXIT_INTERRUPTED
 from ..output import output_directory
@@ -91,8 +91,7 @@ class Evaluate:
         number("limit", self.limit, 1e-3)
         if self.steps is not None:
             whole_number("steps", self.steps, 1)
-        if self.jobs < 1 and self.jobs != -1:
-            raise InputError(f"jobs must be at least 1, or -1 for one a core, got {self.jobs}")
+        check_workers(self.jobs)
         return [
             Patrol(
                 world, system, name, seed, self.steps or BUDGETS[world], self.limit,
