@@ -114,6 +114,7 @@ class DoorChoice:
         self._exploring = picked is None
         if goal is not None or not looks:
             return goal or look_around(survey)
+        self._exploring = False
         return max(looks, key=lambda look: look.door.age / look.time).goal
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import gymnasium as gym
@@ -57,11 +58,16 @@ def make(name: str, env: Env, seed: int = 0) -> Driver:
 
 
 def check(name: str) -> None:
-    """Raises InputError where `make` would for want of such an agent; takes no environment."""
+    """Raises InputError where `make` would for want of such an agent, or of a policy in its file;
+    takes no environment."""
     path, _, attribute = name.rpartition(":")
+    if name in _AGENTS:
+        return
     if path.endswith(".py"):
         _from_file(Path(path), attribute)
-    elif name not in _AGENTS and not Path(name).is_file():
+    elif Path(name).is_file():
+        _training().read_policy(Path(name))
+    else:
         raise InputError(f"unknown agent {name!r}; {ALLOWED} {', '.join(names())}")
 
 
@@ -79,11 +85,15 @@ def _from_file(path: Path, attribute: str) -> Callable[[Env, int], Driver]:
 
 
 def _trained(path: Path, env: Env) -> Driver:
+    return _training().Trained(path, env)
+
+
+def _training() -> ModuleType:
     try:
-        from agents.trained import Trained
+        from agents import trained
     except ImportError as error:
         raise InputError(f"a trained agent needs {error.name}: install dynslam[train]") from None
-    return Trained(path, env)
+    return trained
 
 
 def _chooser(choice: Callable[[Site, np.random.Generator], Choice]) -> Callable[[Env, int], Driver]:

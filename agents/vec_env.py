@@ -33,6 +33,7 @@ class NativeVecEnv(VecEnv):
 
     ```python
     from stable_baselines3 import PPO
+    import dynslam_env
     from agents.vec_env import NativeVecEnv
 
     env = NativeVecEnv.make("DoorOffice-v0", 16, laser=dynslam_env.Laser(beams=91), threads=2)

@@ -134,6 +134,7 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     ```python
     import gymnasium as gym
     import dynslam_env
+
     env = gym.make("DoorCorridor-v0", doors="static", laser=dynslam_env.Laser(beams=361))
     envs = gym.make_vec("DoorOffice-v0", 64, world=dynslam_env.Office(furniture=2))
     ```
@@ -143,6 +144,9 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     and the share of time that each cell was occupied), and `bound()`, the Cramer-Rao bound of the pose:
 
     ```python
+    import matplotlib.pyplot as plt
+
+    env.reset(seed=0)
     truth = env.unwrapped.occupancy()
     plt.imshow(truth.share, origin="lower", extent=truth.spec.extent)
     ```
@@ -202,11 +206,6 @@ class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
     def pose(self) -> Pose2:
         """The true pose of the robot."""
         return Pose2.of(self._begun.drive.poses[0])
-
-    @property
-    def velocity(self) -> Array:
-        """(2,) forward in m/s, turning in rad/s, as the wheels report them."""
-        return self._begun.drive.velocities[0].copy()
 
     @property
     def motion(self) -> Pose2:

@@ -58,6 +58,21 @@ class Recorder:
         return Episode(tuple(self._scans), odometry, truth, meta)
 
 
+class Recorded(gym.Wrapper[Any, Any, Any, Any]):
+    """A world each of whose steps is taken down, for whoever drives it by several at a time."""
+
+    def __init__(self, env: DoorCorridorEnv):
+        """From where `env` is now on."""
+        super().__init__(env)
+        self.recorder = Recorder(env)
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Step, and take it down."""
+        stepped = self.env.step(action)
+        self.recorder.step()
+        return stepped
+
+
 def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> Episode:
     """Let `driver` drive one episode of `env`, to its end.
 

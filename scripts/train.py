@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+from gymnasium.envs.registration import load_env_creator
 
 import slam
-from slam.checked import one_of, whole_number
+from dynslam_env.patrol.vector import DoorPatrolVectorEnv
+from slam.checked import number, one_of, whole_number
 from slam.errors import InputError
 
 from .exits import EXIT_INTERRUPTED
@@ -27,7 +30,7 @@ class Train:
     """
 
     env: str = "DoorPatrol-v0"
-    """Id of an environment with a native vector environment."""
+    """Id of a patrol with a native vector environment: DoorPatrol-v0, or one of your own."""
     world: str = "corridor"
     """corridor, loop, office or crowd."""
     slam: str = "hmm-ml"
@@ -59,7 +62,7 @@ class Train:
         whole_number("workers", self.workers, 1)
         _check_env(self.env)
         settings = read_settings(self.algo, self.env, self.hyperparameters)
-        steps = int(settings.get("n_timesteps", 1e6)) if self.steps is None else self.steps
+        steps = _timesteps(settings) if self.steps is None else self.steps
         parameters = {"world": self.world, "slam": self.slam}
         what = Training(self.env, self.algo, settings, self.seed, steps, parameters)
         name = f"{self.env}-{self.world}-{self.algo}-{self.seed}"
@@ -93,8 +96,24 @@ def _check_env(name: str) -> None:
         spec = gym.spec(name)
     except gym.error.Error as error:
         raise InputError(str(error)) from None
-    if spec.vector_entry_point is None:
+    made = spec.vector_entry_point
+    if made is None:
         raise InputError(
             f"{name} has no native vector environment: train in it with stable-baselines3's "
             f"make_vec_env, see its docstring"
         )
+    if not _is_patrol(load_env_creator(made) if isinstance(made, str) else made):
+        raise InputError(
+            f"{name} is no patrol, and has no SLAM to be trained with: train in it with "
+            f"stable-baselines3 and agents.vec_env.NativeVecEnv"
+        )
+
+
+def _is_patrol(made: Any) -> bool:
+    return isinstance(made, type) and issubclass(made, DoorPatrolVectorEnv)
+
+
+def _timesteps(settings: Mapping[str, Any]) -> int:
+    steps = settings.get("n_timesteps", 1_000_000)
+    number("n_timesteps", steps, 1)
+    return int(steps)

@@ -44,7 +44,8 @@ class Legs(BaseCallback):
         super().__init__()
         self._folder, self._seed, self._steps = folder, seed, steps
         self._told, self._tell = told, tell
-        self._began = time.perf_counter()
+        before = read_progress(folder)
+        self._began = time.perf_counter() - (before[-1]["seconds"] if before else 0.0)
 
     @property
     def algorithm(self) -> OnPolicyAlgorithm:

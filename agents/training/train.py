@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -16,16 +17,16 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
-from agents.training.legs import BEST, CHECKPOINT, PROGRESS, Legs, read_progress
+from agents.training.cores import lay_out, use_cores
+from agents.training.folder import CONFIG, checkpoint_of, make_ready
+from agents.training.legs import BEST, CHECKPOINT, PROGRESS, Legs
 from agents.training.settings import arguments
 from agents.training.workers import Workers
 from agents.vec_env import NativeVecEnv
 from slam.checked import one_of, whole_number
 from slam.errors import InputError
-from slam.io.files import replacing
 
 KINDS: dict[str, type[OnPolicyAlgorithm]] = {"ppo": PPO, "recurrent-ppo": RecurrentPPO}
-CONFIG = "config.json"
 LEG_ROLLOUTS = 40  # after so many rollouts a checkpoint, and an evaluation
 Tell = Callable[[dict[str, Any]], None]
 
@@ -56,16 +57,23 @@ class Training:
         whole_number("seed", self.seed, 0)
         whole_number("steps", self.steps, 1)
         whole_number("leg", self.leg, 1)
+        whole_number("n_envs", self.num_envs, 1)
+        whole_number("n_steps", self.num_steps, 1)
 
     @property
     def num_envs(self) -> int:
         """Worlds side by side."""
-        return int(self.settings.get("n_envs", 32))
+        return self.settings.get("n_envs", 32)
+
+    @property
+    def num_steps(self) -> int:
+        """Steps of one rollout, of each world."""
+        return self.settings.get("n_steps", 64)
 
     @property
     def rollout(self) -> int:
         """Steps of one rollout, of all worlds together."""
-        return self.num_envs * int(self.settings.get("n_steps", 64))
+        return self.num_envs * self.num_steps
 
 
 def train(
@@ -79,19 +87,18 @@ def train(
     workers  processes that share the worlds; the policy does not depend on it
     tell     is told each line of `progress.jsonl`
     """
-    torch.set_num_threads(1)
+    use_cores()
     before = random.getstate(), np.random.get_state(), torch.get_rng_state()  # noqa: NPY002
-    kind, given = KINDS[what.algorithm], arguments(what.settings)
+    kind, plain = KINDS[what.algorithm], json.loads(json.dumps(asdict(what)))
     env = VecMonitor(_worlds(what, workers))
     try:
-        checkpoint = _begun(what, folder, resume)  # after all mistakes that are told
+        checkpoint = checkpoint_of(plain, folder, resume)
         if checkpoint is not None:
-            model = kind.load(checkpoint, env, device="cpu")
+            model = _loaded(kind, checkpoint, env)
         else:
-            model = kind(
-                what.settings["policy"], env, seed=what.seed, device="cpu",
-                tensorboard_log=str(folder), **given,
-            )  # fmt: skip
+            model = _made(kind, what, env, folder)
+        lay_out(model)
+        make_ready(plain, folder)  # after all mistakes that are told
         left = what.steps - model.num_timesteps
         legs = Legs(folder, what.seed, what.leg * what.rollout, asdict(what), tell)
         if left > 0:
@@ -112,34 +119,26 @@ def _worlds(what: Training, workers: int) -> VecEnv:
     return Workers(what.env, what.num_envs, workers, what.parameters)
 
 
-def _begun(what: Training, folder: Path, resume: bool) -> Path | None:
-    """Make the folder ready; the checkpoint to go on from, if there is one."""
-    config, checkpoint = folder / CONFIG, folder / CHECKPOINT
-    plain = json.loads(json.dumps(asdict(what)))
-    if config.exists():
-        if not resume:
-            raise InputError(f"{folder} holds a training: --resume goes on, --out takes another")
-        known = json.loads(config.read_text())
-        others = [key for key in plain if key != "steps" and known.get(key) != plain[key]]
-        if others:
-            raise InputError(
-                f"{folder} holds another training: {others[0]} is {known.get(others[0])!r} there, "
-                f"not {plain[others[0]]!r}"
-            )
-    folder.mkdir(parents=True, exist_ok=True)
-    with replacing(config) as file:
-        file.write(json.dumps(plain, indent=2).encode())
-    if checkpoint.exists():
-        _forget_later(folder)
-        return checkpoint
-    return None
+def _made(
+    kind: type[OnPolicyAlgorithm], what: Training, env: VecEnv, folder: Path
+) -> OnPolicyAlgorithm:
+    """A new one; libraries complain of settings in many ways."""
+    given: dict[str, Any] = {**arguments(what.settings), "n_steps": what.num_steps}
+    try:
+        return kind(
+            what.settings["policy"], env, seed=what.seed, device="cpu",
+            tensorboard_log=str(folder), **given,
+        )  # fmt: skip
+    except (AssertionError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"no {what.algorithm} can be made of its settings ({error!r})") from None
 
 
-def _forget_later(folder: Path) -> None:
-    """Leave out a line of progress that was cut off when the training was broken off."""
-    rows = read_progress(folder)
-    with replacing(folder / PROGRESS) as file:
-        file.write("".join(json.dumps(row) + "\n" for row in rows).encode())
+def _loaded(kind: type[OnPolicyAlgorithm], path: Path, env: VecEnv) -> OnPolicyAlgorithm:
+    """The one in a checkpoint."""
+    try:
+        return kind.load(path, env, device="cpu")
+    except (EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: no checkpoint to go on from ({error})") from None
 
 
 __all__ = ["BEST", "CHECKPOINT", "CONFIG", "KINDS", "PROGRESS", "Training", "train"]

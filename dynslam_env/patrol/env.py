@@ -24,6 +24,7 @@ from dynslam_env.patrol.perception import observation_space
 from dynslam_env.people import People
 from dynslam_env.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
+from slam.errors import InputError
 from slam.geometry import Array
 from slam.interface import Slam
 from slam.scan import Scan
@@ -46,13 +47,13 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     1.5 rad/s), held for 0.4 s. `DoorPatrolGoals-v0` has the same task with discrete goals instead.
 
     ## Observation Space
-    `Dict`; all from what the robot perceives, none from the truth:
+    `Dict`; all from what the robot perceives, none from the truth.
 
     | key            | shape       | what                                                 | range   |
     |----------------|-------------|------------------------------------------------------|---------|
     | `map`          | (4, 40, 40) uint8 | the dynamic map around the robot, pixels of 0.25 m, ahead is up: P(occupied) now (unknown 128), share seen, age (1 - exp(-age / 20 s), 255 unknown), flips (255 is 0.2 a second) | 0 .. 255 |
     | `scan`         | (24,) float32 | nearest echo of each sector, right to left, over the laser's range | 0 .. 1 |
-    | `velocity`     | (2,) float32 | forward and turning, over those of an action of 1   | -1 .. 1 |
+    | `velocity`     | (2,) float32 | forward and turning between the SLAM's last two poses, over those of an action of 1 | -1 .. 1 |
     | `deviations`   | (3,) float32 | of the SLAM's pose along, across, heading; logarithm, 1 mm (mrad) is 0, 1 m (rad) is 1 | 0 .. 1 |
     | `correlations` | (3,) float32 | of across and along, heading and along, heading and across | -1 .. 1 |
 
@@ -89,7 +90,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | what an action of 1 stands for                        |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
     | `scan_every`  | 2          | control steps between two scans that the SLAM takes in          |
-    | `score_every` | 0          | control steps between two scorings of the SLAM's map; 0: never  |
+    | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never |
 
     ## Version History
     v0: first.
@@ -121,6 +122,11 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             task=NO_TASK, render_mode=render_mode,
         )  # fmt: skip
         self.wrapped = SlamWrapper(self.place, slam, score_every=score_every, scan_every=scan_every)
+        if score_every % hold:
+            raise InputError(
+                f"infos are of the end of a step: score_every must be a multiple of hold, "
+                f"got {score_every} and {hold}"
+            )
         self.render_mode = render_mode
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.observation_space = observation_space()
@@ -211,8 +217,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.wrapped.close()
 
     def _observation(self) -> Observation:
-        place = self.place
-        return self.patroller.observation(place.scan, place.velocity, self.orders.limits)
+        return self.patroller.observation(self.place.scan, self.orders.limits)
 
     def _info(self, info: dict[str, Any]) -> dict[str, Any]:
         brier = self._doors.brier(self.patroller.memory, self.time, info["door_angles"])

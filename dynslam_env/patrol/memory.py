@@ -10,7 +10,7 @@ from slam.geometry import Array, Pose2
 from slam.maps.centroids import UNIT
 from slam.maps.hmm import HMM, UNDECIDED
 from slam.maps.log_odds import Evidence
-from slam.maps.rays import Seen
+from slam.maps.rays import WORD, Seen
 from slam.scan import Scan
 from slam.tiles import MASK, SHIFT
 
@@ -162,13 +162,14 @@ def _entropy(cells, now, occupied, times, counts, last, prior):
 
 @njit(cache=True)
 def _freshness(now, echoed, times, counts, last):
-    total = 0.0
-    for i in range(len(echoed)):
-        if echoed[i]:
-            weight = STANDS
-            if counts[i, 0] or counts[i, 1]:
-                weight += min(times[i, 0], times[i, 1], BOTH) / BOTH
-            total += weight * np.exp((last[i] - now) / FADES)
+    total, words = 0.0, echoed.view(np.uint64)
+    for word in range(len(words)):
+        for i in range(WORD * word, WORD * (word + 1) if words[word] else 0):
+            if echoed[i]:
+                weight = STANDS
+                if counts[i, 0] or counts[i, 1]:
+                    weight += min(times[i, 0], times[i, 1], BOTH) / BOTH
+                total += weight * np.exp((last[i] - now) / FADES)
     return total
 
 

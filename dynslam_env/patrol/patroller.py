@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from dynslam_env.patrol.memory import Memory
 from dynslam_env.patrol.pay import Gains, pose_bits
 from dynslam_env.patrol.perception import observe
-from slam.geometry import Array, Pose2
+from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.scan import Scan
 
@@ -26,7 +28,8 @@ class Patroller:
         self.memory.look(scan, first.pose)
         self.estimate = first
         self._sure = pose_bits(first.covariance)
-        self._time = scan.time
+        self._time = self._looked = scan.time
+        self._velocity = np.zeros(2)
         self._information, self._distance, self._touched, self._moments = 0.0, 0.0, 0, 0
 
     def move(self, motion: Pose2, collided: bool) -> None:
@@ -38,7 +41,9 @@ class Patroller:
     def look(self, estimate: Estimate, scan: Scan) -> None:
         """The SLAM made `estimate` of a scan."""
         self._information += self.memory.look(scan, estimate.pose)
-        self.estimate = estimate
+        moved = self.estimate.pose.between(estimate.pose)
+        self._velocity = np.array([moved.x, moved.theta]) / (scan.time - self._looked)
+        self.estimate, self._looked = estimate, scan.time
 
     def gains(self, time: float) -> Gains:
         """What there was to be gained since this was last asked; it is `time` s now."""
@@ -50,9 +55,7 @@ class Patroller:
         self._information, self._distance, self._touched, self._moments = 0.0, 0.0, 0, 0
         return gains
 
-    def observation(
-        self, scan: Scan, velocity: Array, limits: tuple[float, float]
-    ) -> dict[str, Any]:
+    def observation(self, scan: Scan, limits: tuple[float, float]) -> dict[str, Any]:
         """What the agent is shown; see `DoorPatrolEnv`."""
-        estimate = self.estimate
-        return observe(self.memory, estimate.pose, estimate.covariance, scan, velocity, limits)
+        pose, covariance = self.estimate.pose, self.estimate.covariance
+        return observe(self.memory, pose, covariance, scan, self._velocity, limits)

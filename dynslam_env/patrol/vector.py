@@ -119,8 +119,8 @@ class DoorPatrolVectorEnv(DoorCorridorVectorEnv):
 
     def _show(self, i: int) -> None:
         """What world `i` is observed to be."""
-        patrol, velocity = self._patrols[i], self._fleet.drive.velocities[i]
-        view = patrol.robot.observation(patrol.scan, velocity, self.orders.limits)
+        patrol = self._patrols[i]
+        view = patrol.robot.observation(patrol.scan, self.orders.limits)
         for key, rows in self._views.items():
             rows[i] = view[key]
 

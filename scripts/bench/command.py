@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -104,7 +104,8 @@ class Bench:
                 f"choose another directory by --out"
             )
         rows = read_rows(path)
-        _check_episodes(rows, trials, path)
+        wanted = {(Condition.named(t.condition), t.source.seed): t.source.key for t in trials}
+        check_episodes(rows, {trial.suite for trial in trials}, wanted, path)
         there = {row["run"] for row in rows}
         return [trial for trial in trials if trial.name not in there]
 
@@ -158,20 +159,28 @@ def keep(done: Done, out: Path) -> None:
     append(out / "results.jsonl", {**done.row, "finished": time.strftime("%Y-%m-%dT%H:%M:%S%z")})
 
 
-def _check_episodes(rows: Sequence[Result], trials: Sequence[Trial], path: Path) -> None:
-    """What is there is of the same episodes as what is to come: medians must not mix them."""
-    others = {str(row["suite"]) for row in rows} - {trial.suite for trial in trials}
+def check_episodes(
+    rows: Sequence[Result],
+    suites: Set[str],
+    wanted: Mapping[tuple[Condition, int], str],
+    path: Path,
+) -> None:
+    """What is there is of the same suites, and of the same episodes as what is to come: medians
+    must not mix them.
+
+    wanted  episode by condition and seed
+    """
+    others = {str(row["suite"]) for row in rows} - suites
     if others:
         raise InputError(
             f"{path} holds the suite {', '.join(sorted(others))}: choose another directory by --out"
         )
-    wanted = {(Condition.named(t.condition), t.source.seed): t.source.key for t in trials}
     for row in rows:
         condition, seed = Condition.of(row), row["seed"]
         if wanted.get((condition, seed), row["episode"]) != row["episode"]:
             raise InputError(
                 f"{path} holds runs on another episode as {condition}, seed {seed}: the suite, a "
-                f"log or the simulator was changed; choose another directory by --out"
+                f"log, the steps or the simulator were changed; choose another directory by --out"
             )
 
 

@@ -14,17 +14,17 @@ from slam.benchmark.results import Result
 from slam.checked import number, whole_number
 from slam.errors import InputError
 
-from ..bench.command import keep
+from ..bench.command import check_episodes, keep
 from ..bench.jobs import file_name
 from ..bench.pool import check_workers, here
 from ..chosen import chosen
 from ..exits import EXIT_INTERRUPTED
+from ..figures.film import suffix
 from ..output import output_directory
 from ..progress import progress_bar
-from ..report.summary import read_rows
+from ..report.summary import Condition, Wording, read_rows
 from ..report.write import write_report
-from .film import suffix
-from .patrol import BUDGETS, Patrol
+from .patrol import BUDGETS, SUITE, Patrol
 from .summary import told
 
 
@@ -71,7 +71,8 @@ class Evaluate:
         if not rows:
             return status
         with progress_bar() as bar:
-            for _ in bar.track(write_report(rows, out, names), total=None, description="report"):
+            pages = write_report(rows, out, names, Wording(SUITE, "agent"))
+            for _ in bar.track(pages, total=None, description="report"):
                 pass
         self._tell(rows, names, out)
         return status
@@ -118,7 +119,10 @@ class Evaluate:
                 f"{path} holds the results of an earlier evaluation: go on with it by --resume, or "
                 f"choose another directory by --out"
             )
-        there = {row["run"] for row in read_rows(path)}
+        rows = read_rows(path)
+        wanted = {(Condition.named(p.condition), p.seed): p.episode for p in patrols}
+        check_episodes(rows, {SUITE}, wanted, path)
+        there = {row["run"] for row in rows}
         return [patrol for patrol in patrols if patrol.name not in there]
 
     def _run(self, todo: list[Patrol], out: Path) -> int:

@@ -15,7 +15,7 @@ from slam.grid import GridSpec, OccupancyGrid
 from slam.metrics.raster import rasterise
 from slam.metrics.trajectory import FAILURE_ATE
 
-MAP_EVERY = 50  # control steps between two scorings of the SLAM's map: 5 s
+MAP_EVERY = 100  # control steps between two scorings of the SLAM's map: 10 s
 
 
 class PatrolJudge:

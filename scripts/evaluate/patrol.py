@@ -10,18 +10,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 import agents
 from dynslam_env.patrol.env import DoorPatrolEnv
-from dynslam_env.record import Recorder
+from dynslam_env.record import Recorded
 from slam.benchmark.results import Result, origin
 
 from ..bench.example import Example, example
 from ..bench.jobs import Done, failure, file_name
 from ..bench.sources import digest, sparser
-from .film import film
+from ..figures.film import write_film
 from .judge import MAP_EVERY, PatrolJudge
 
+SUITE = "evaluate"
+SPEED = 5.0  # of a film, times as fast as it was
 BUDGETS = {"corridor": 250, "loop": 500, "office": 750, "crowd": 250}
 """Steps of 0.4 s that a patrol of each world has."""
 
@@ -64,8 +67,10 @@ class Patrol:
         )  # fmt: skip
         observation, _ = env.reset(seed=self.seed)
         agent = agents.make(self.agent, env, self.seed)
-        judge, recorder = PatrolJudge(env), Recorder(env.place) if self.pictured else None
-        frames: list[np.ndarray] = []
+        judge, recorded = PatrolJudge(env), Recorded(env.place) if self.pictured else None
+        if recorded is not None:
+            env.wrapped.env = recorded  # an action is held for several steps of the world
+        frames: list[Image.Image] = []
         state, start, thinking = None, np.ones(1, dtype=bool), 0.0
         for _ in range(self.steps):
             before = time.perf_counter()
@@ -74,17 +79,16 @@ class Patrol:
             observation, reward, *_, info = env.step(action)
             start = np.zeros(1, dtype=bool)
             judge.step(reward, info)
-            if recorder is not None:
-                recorder.step()
             if self.film is not None:
-                frames.append(np.asarray(env.render()))
+                frames.append(Image.fromarray(np.asarray(env.render())))
         if self.film is not None:
-            film(frames, self.film, 1 / env.period)
+            self.film.parent.mkdir(parents=True, exist_ok=True)
+            write_film(frames, self.film, SPEED / env.period)
         row = self.row() | judge.scores() | {"ms_per_step": 1e3 * thinking / self.steps}
         row["duration"] = self.steps * env.period
         seen = None
-        if recorder is not None:
-            drive = sparser(recorder.episode({}), env.orders.scan_every)
+        if recorded is not None:
+            drive = sparser(recorded.recorder.episode({}), env.orders.scan_every)
             seen = example(self.slam, drive, 0)
         env.close()
         return row, seen
@@ -93,7 +97,7 @@ class Patrol:
         """What is known without running it."""
         return {
             "run": self.name,
-            "suite": "evaluate",
+            "suite": SUITE,
             "condition": list(self.condition),
             **self.condition,
             "variant": self.agent,

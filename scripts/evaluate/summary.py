@@ -22,10 +22,10 @@ def told(rows: Sequence[Result], order: Sequence[str]) -> None:
     summary = Summary(rows, order)
     others = [score for score in present(QUALITY, rows) if score not in SHOWN]
     for condition in summary.conditions:
-        table = Table(box=HORIZONTALS, title=str(condition))
-        table.add_column("agent")
+        table = Table(box=HORIZONTALS, title=str(condition), padding=(0, 1, 0, 0))
+        table.add_column("agent", overflow="fold")
         for score in (*SHOWN, *others):
-            table.add_column(score.heading, justify="right")
+            table.add_column(score.heading, justify="right", overflow="fold")
         for group in summary.of(condition):
             cells = [_interval(score, *group.median(score)) for score in SHOWN]
             cells += [score.told(group.median(score).value) for score in others]

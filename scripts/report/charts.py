@@ -87,8 +87,8 @@ def _ranks(summary: Summary, score: Score) -> Chart | None:
     axes.set_xlabel(f"mean rank by {score.name} (1 is best)", fontsize=MEDIUM)
     _finish(axes)
     caption = (
-        f"Mean rank over the {episodes} episodes that all variants were run on, with bootstrap "
-        f"95 % intervals; Friedman's test of no difference: {told_p(p)}."
+        f"Mean rank over the {episodes} episodes that all {summary.wording.compared}s were run on, "
+        f"with bootstrap 95 % intervals; Friedman's test of no difference: {told_p(p)}."
     )
     return Chart("ranks", "Ranks", caption, figure)
 
@@ -303,4 +303,7 @@ def _most(summary: Summary) -> str:
     """What to add where not all conditions are shown."""
     if len(summary.conditions) <= MOST_PANELS:
         return ""
-    return f" Of {len(summary.conditions)} conditions the {MOST_PANELS} where variants differ most."
+    compared = f"{summary.wording.compared}s"
+    return (
+        f" Of {len(summary.conditions)} conditions the {MOST_PANELS} where {compared} differ most."
+    )

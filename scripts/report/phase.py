@@ -64,10 +64,11 @@ def _diagram(
     axes = figure.add_subplot(rows, columns, len(summary.variants) + 1)
     _best(axes, summary, medians, places)
     _label(axes, "best median", names, levels)
+    compared, first = summary.wording.compared, summary.variants[0]
     caption = (
         f"Median {score.heading}, and below it the share of runs that were lost, where not 0 %. "
-        f"Last panel: the best variant; an asterisk where it beats {summary.variants[0]} beyond "
-        f"chance (Wilcoxon, corrected; {summary.variants[0]} itself: beats all others)."
+        f"Last panel: the best {compared}; an asterisk where it beats {first} beyond "
+        f"chance (Wilcoxon, corrected; {first} itself: beats all others)."
     )
     return Chart(f"phase-{plane}", f"Phase diagram: {plane}", caption, figure)
 

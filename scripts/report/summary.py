@@ -104,6 +104,20 @@ class Comparison(NamedTuple):
         return "better" if value > 0 else "worse"
 
 
+class Wording(NamedTuple):
+    """How a page tells what made it.
+
+    command   of `dynslam`
+    compared  what one of those is called that are compared
+    """
+
+    command: str = "bench"
+    compared: str = "variant"
+
+
+OF_A_BENCH = Wording()
+
+
 class Summary:
     """All that the tables and figures are made of.
 
@@ -111,9 +125,13 @@ class Summary:
     variants    in the order in which they were named; the first is what others are compared with
     conditions  likewise
     main        what the trajectories are judged by
+    wording     of all that is told
     """
 
-    def __init__(self, rows: Sequence[Result], order: Sequence[str] = ()):
+    def __init__(
+        self, rows: Sequence[Result], order: Sequence[str] = (), wording: Wording = OF_A_BENCH
+    ):
+        self.wording = wording
         self.variants = _ordered([row["variant"] for row in rows], order)
         found = dict.fromkeys(Condition.of(row) for row in rows)
         self.conditions = sorted(found, key=_sortable)

@@ -61,7 +61,7 @@ def tables(summary: Summary) -> list[Table]:
 
 def _medians(summary: Summary) -> Table:
     scores = present([*QUALITY, *COST], summary.rows)
-    headings = ["condition", "variant", "runs", "lost, %"]
+    headings = ["condition", summary.wording.compared, "runs", "lost, %"]
     for score in scores:
         headings.append(score.heading)
         if score == summary.main:
@@ -86,7 +86,8 @@ def _medians(summary: Summary) -> Table:
 
 
 def _paired(summary: Summary) -> Table:
-    headings = ["condition", "variant", "score", "difference", "p", "q", "pairs", "verdict"]
+    compared = summary.wording.compared
+    headings = ["condition", compared, "score", "difference", "p", "q", "pairs", "verdict"]
     rows = []
     for one in summary.comparisons():
         difference = one.score.told
@@ -107,10 +108,10 @@ def _paired(summary: Summary) -> Table:
         )
     baseline = summary.variants[0] if summary.variants else ""
     caption = (
-        f"Each variant minus {baseline}, episode by episode: median difference with its bootstrap "
-        f"95 % interval, p of Wilcoxon's signed rank test, and q, that p corrected for all "
-        f"{len(rows)} comparisons of this table (Benjamini and Hochberg). A verdict needs q below "
-        f"0.05 and six pairs."
+        f"Each {compared} minus {baseline}, episode by episode: median difference "
+        f"with its bootstrap 95 % interval, p of Wilcoxon's signed rank test, and q, that p "
+        f"corrected for all {len(rows)} comparisons of this table (Benjamini and Hochberg). A "
+        f"verdict needs q below 0.05 and six pairs."
     )
     return Table("paired", f"Against {baseline}, paired", caption, headings, rows)
 
@@ -122,7 +123,7 @@ def _errors(summary: Summary) -> Table:
         for row in summary.rows
         if row.get("error") is not None
     ]  # fmt: skip
-    headings = ["variant", "condition", "seed", "what happened"]
+    headings = [summary.wording.compared, "condition", "seed", "what happened"]
     return Table("errors", "Runs without a result", "", headings, rows)
 
 

@@ -23,7 +23,7 @@ from .charts import Chart, charts, shown
 from .maps import maps
 from .phase import phase_diagrams
 from .replay import replay
-from .summary import Condition, Summary
+from .summary import OF_A_BENCH, Condition, Summary, Wording
 from .tables import Table, latex, markdown, tables
 
 HERE = Path(__file__).parent
@@ -31,17 +31,19 @@ PLAIN: dict[Any, Any] = {"text.parse_math": False}  # a name may hold dollars
 SAME_BYTES: dict[Any, Any] = {"svg.hashsalt": "dynslam", "svg.fonttype": "path"}
 
 
-def write_report(rows: Sequence[Result], out: Path, order: Sequence[str] = ()) -> Iterator[Path]:
+def write_report(
+    rows: Sequence[Result], out: Path, order: Sequence[str] = (), wording: Wording = OF_A_BENCH
+) -> Iterator[Path]:
     """Write everything that the results allow into `out`; gives each path when it is written.
 
-    order  of the variants; the first is what the others are compared with
+    order    of the variants; the first is what the others are compared with
+    wording  of the page
     """
     with mpl.rc_context(PLAIN):
-        yield from _write(rows, out, order)
+        yield from _write(Summary(rows, order, wording), out)
 
 
-def _write(rows: Sequence[Result], out: Path, order: Sequence[str]) -> Iterator[Path]:
-    summary = Summary(rows, order)
+def _write(summary: Summary, out: Path) -> Iterator[Path]:
     yield _written(out / "results.csv", _csv(summary.rows))
     made = tables(summary)
     for table in made:
@@ -75,7 +77,7 @@ def page(
     )  # fmt: skip
     return environment.get_template("page.html").render(
         summary=summary,
-        suite=", ".join(dict.fromkeys(row["suite"] for row in summary.rows)),
+        title=_title(summary),
         failed=sum(row.get("error") is not None for row in summary.rows),
         episodes=len({row["episode"] for row in summary.rows}),
         origins=_origins(summary.rows),
@@ -85,6 +87,12 @@ def page(
         css=(HERE / "page.css").read_text(encoding="utf-8"),
         js=(HERE / "page.js").read_text(encoding="utf-8"),
     )
+
+
+def _title(summary: Summary) -> str:
+    command = summary.wording.command
+    suites = dict.fromkeys(row["suite"] for row in summary.rows if row["suite"] != command)
+    return f"dynslam {command}: {', '.join(suites)}" if suites else f"dynslam {command}"
 
 
 def _origins(rows: Sequence[Result]) -> list[str]:

@@ -126,7 +126,7 @@ class HMM:
         return closing, opening
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _observe(
     cells, hit, now, times, counts, state, last, occupied, hit_ratio, free_ratio, changes,
     free_for, occupied_for,

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from agents.door_choice import LongestUnseen, Look, RoundRobin
+from agents.door_choice import DoorChoice, LongestUnseen, Look, RoundRobin
 from agents.frontier_choice import ExploreLite, FrontierChoice, nearest
 from agents.oracle import believed_closed
 from agents.path_patrol import PathPatrol
@@ -106,6 +106,18 @@ def test_longest_unseen_weighs_the_age_with_the_way():
     assert look is not None
     assert look.goal.target == (0.0, 0.0)
     assert LongestUnseen().pick(looks(((0.0, 0.0), 1.0, 5.0)), 0.0) is None
+
+
+def test_a_door_that_is_taken_for_want_of_a_frontier_counts_as_looked_at(monkeypatch):
+    order = RoundRobin()
+    choice, seen = DoorChoice(order), surveyed("..\n..", 0.05, 0.05)
+    (only,) = looks(((3.0, 0.0), 9, 5))
+    monkeypatch.setattr(choice, "_looks", lambda survey: [only])
+    monkeypatch.setattr(choice._explore, "goal", lambda survey: None)
+    assert choice.goal(seen) == only.goal
+    choice.ended(only.goal, True, 5.0)
+    assert choice._blacklist.holds(only.goal.target, 5.1)
+    assert order._visited == [only.goal.target]
 
 
 def test_a_revisit_makes_the_pose_surer_and_a_new_place_does_not():

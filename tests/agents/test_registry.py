@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import agents
+from agents import registry
 from slam import InputError
 
 PAGE = Path(__file__).parents[2] / "docs" / "agents.md"
@@ -52,6 +53,16 @@ def test_who_is_not_there_is_told(name, env):
 def test_a_file_without_it_is_told(spinner, env):
     with pytest.raises(InputError, match="'Nothing' cannot be had"):
         agents.make(f"{spinner}:Nothing", env)
+
+
+def test_a_file_without_a_policy_is_told(tmp_path, env):
+    pytest.importorskip("stable_baselines3")
+    path = tmp_path / "bad.zip"
+    path.write_bytes(b"no policy")
+    for ask in (agents.check, lambda name: agents.make(name, env)):
+        with pytest.raises(InputError, match="not a policy that dynslam train wrote"):
+            ask(str(path))
+    agents.check(str(registry.POLICIES / "ppo.zip"))
 
 
 def test_a_file_that_breaks_is_told(tmp_path):

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 from dynslam_cli import main
-from dynslam_cli.evaluate import film as films
 from dynslam_cli.evaluate.judge import PatrolJudge, coverage
 from dynslam_cli.evaluate.patrol import BUDGETS, Patrol
+from dynslam_cli.evaluate.summary import told
 from PIL import Image
 
 import agents
@@ -58,6 +58,9 @@ def test_agents_are_judged_on_the_same_episodes(done):
 def test_a_page_is_written_and_no_film_that_nobody_asked_for(done):
     page = (done / "report.html").read_text()
     assert "scripted-path" in page
+    assert "<h1>dynslam evaluate</h1>" in page
+    assert "4 runs of 2 agents on 2 episodes" in page
+    assert "variant" not in page.partition("<body>")[2].partition("<script")[0]
     assert not (done / "films").exists()
 
 
@@ -69,12 +72,44 @@ def test_what_is_there_is_not_run_again(done, monkeypatch, capsys):
     assert (done / "results.jsonl").read_bytes() == before
 
 
+def test_what_is_there_is_not_mixed_with_other_patrols(done, tmp_path, capsys):
+    before = (done / "results.jsonl").read_bytes()
+    longer = ("random", "--steps", "30", "--first", "7001", "--episodes", "1", "--resume")
+    assert evaluate(done, *longer) == 2
+    assert "another episode as world corridor, slam hmm-ml, seed 7001" in capsys.readouterr().err
+    assert (done / "results.jsonl").read_bytes() == before
+    rows = [json.dumps({**row, "suite": "paper"}) + "\n" for row in rows_of(done)]
+    (tmp_path / "results.jsonl").write_text("".join(rows))
+    assert evaluate(tmp_path, "random", "--resume") == 2
+    assert "holds the suite paper" in capsys.readouterr().err
+
+
+def test_the_table_tells_whole_names(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    names = [f"out/train/DoorPatrol-v0-corridor-ppo-{k}/best.zip" for k in (1, 2)]
+    rows = [Patrol("corridor", "hmm-ml", name, 7000, 20).row() for name in names]
+    scores = ("door_brier", "f1_over_time", "ate", "slam_brier", "coverage", "path_length",
+              "contact", "reward")  # fmt: skip
+    told([row | dict.fromkeys(scores, 0.1) for row in rows], names)
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    first = "".join(words[0] for words in lines if words)
+    assert all(name in first for name in names)
+
+
 def test_a_row_is_what_the_job_gives_in_this_process(done):
     patrol = Patrol("corridor", "hmm-ml", "random", 7001, 20)
     row = next(row for row in rows_of(done) if row["run"] == patrol.name)
     mine = patrol().row
     for name in ("reward", "door_brier", "ate", "coverage", "path_length", "contact"):
         assert mine[name] == row[name], name
+
+
+def test_the_run_that_is_pictured_is_the_one_that_was_judged():
+    done = Patrol("corridor", "hmm-ml", "lookout", 7000, 20, pictured=True)()
+    assert done.example is not None
+    away = np.hypot(*(done.example.online - done.example.truth)[:, :2].T)
+    assert len(away) == 1 + 2 * 20  # a scan each 0.2 s, of which every other ends a step
+    assert np.sqrt(np.mean(away[2::2] ** 2)) == pytest.approx(done.row["ate"], abs=1e-9)
 
 
 def test_an_unknown_agent_is_told_with_the_known_ones(tmp_path, capsys):
@@ -123,13 +158,13 @@ def test_an_agent_that_fails_is_a_row(monkeypatch, agent, told):
 
 
 def test_an_agent_that_fails_stops_nothing(tmp_path, capsys):
-    bad = tmp_path / "bad.zip"
-    bad.write_bytes(b"no policy")
-    out = tmp_path / "out"
-    arguments = (str(bad), "random", "--steps", "5", "--episodes", "1", "--no-films", "--jobs", "1")
+    path = tmp_path / "bad.py"
+    path.write_text("def build(env, seed):\n    raise OSError('no such robot')\n")
+    bad, out = f"{path}:build", tmp_path / "out"
+    arguments = (bad, "random", "--steps", "5", "--episodes", "1", "--no-films", "--jobs", "1")
     assert evaluate(out, *arguments) == 0
     errors = {row["variant"]: row["error"] for row in rows_of(out)}
-    assert "not a policy that dynslam train wrote" in errors[str(bad)]
+    assert "no such robot" in errors[bad]
     assert errors["random"] is None
     assert "failed: " in capsys.readouterr().err
     assert (out / "report.html").exists()
@@ -146,11 +181,6 @@ def test_a_film_of_a_patrol(tmp_path, suffix):
     if suffix == ".gif":
         with Image.open(path) as image:
             assert getattr(image, "n_frames", 1) == 4
-
-
-def test_without_what_writes_mp4_films_are_gifs(monkeypatch):
-    monkeypatch.setattr(films, "find_spec", lambda name: None)
-    assert films.suffix() == ".gif"
 
 
 def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):

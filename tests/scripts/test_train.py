@@ -61,7 +61,8 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
     [
         (("--algo", "dqn"), "algo must be one of 'ppo', 'recurrent-ppo', got 'dqn'"),
         (("--env", "DoorPatrols-v0"), "DoorPatrols"),
-        (("--env", "DoorCorridor-v0"), "nothing for 'DoorCorridor-v0'; there is DoorPatrol-v0"),
+        (("--env", "DoorCorridor-v0"), "DoorCorridor-v0 is no patrol"),
+        (("--env", "DoorPatrolGoals-v0"), "DoorPatrolGoals-v0 has no native vector environment"),
         (("--world", "moon"), "moon"),
         (("--slam", "magic"), "unknown SLAM variant 'magic'"),
         (("--workers", "0"), "workers must be a whole number of at least 1"),
@@ -79,6 +80,26 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(
     assert told in error
     assert len(error.strip().splitlines()) == 1
     assert not (tmp_path / "out" / "config.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("normalize: true", "no ppo can be made of its settings"),
+        ("policy_kwargs: dict(many=1)", "no ppo can be made of its settings"),
+        ("n_steps: 1.5", "n_steps must be a whole number"),
+        ("n_timesteps: many", "n_timesteps must be a finite number of at least 1"),
+    ],
+)
+def test_hyperparameters_that_are_none_can_be_put_right_in_the_same_folder(
+    tiny, tmp_path, capsys, line, told
+):
+    path = tmp_path / "tiny.yml"
+    path.write_text(TINY + f"  {line}\n")
+    assert tiny() == 2
+    assert told in capsys.readouterr().err
+    path.write_text(TINY)
+    assert tiny("--steps", "1") == 0
 
 
 def test_ctrl_c_is_told_and_keeps_what_is_there(tiny, tmp_path, monkeypatch, capsys):

@@ -1,5 +1,6 @@
 import json
 import random
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -180,6 +181,16 @@ def test_without_its_last_line_it_goes_on(whole, tmp_path, left):
     alike(tmp_path, whole)
 
 
+def test_the_time_of_a_training_that_goes_on_is_that_of_all_its_parts(tmp_path):
+    train(training(steps=1), tmp_path)
+    path = tmp_path / PROGRESS
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    path.write_text("".join(json.dumps({**row, "seconds": 1e6}) + "\n" for row in rows))
+    train(training(steps=STEPS), tmp_path, resume=True)
+    last = json.loads(path.read_text().splitlines()[-1])
+    assert 1e6 < last["seconds"] < 1e6 + 600
+
+
 @pytest.mark.parametrize("name", [BEST, CHECKPOINT])
 def test_killed_while_it_saves_it_goes_on(whole, tmp_path, monkeypatch, name):
     save = legs.save_model
@@ -224,6 +235,28 @@ def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, mess
     with pytest.raises(InputError, match=message):
         train(training(**changes), whole, resume=True)
     assert (whole / CONFIG).read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        (CONFIG, "{", "not what a training writes"),
+        (CONFIG, "3", "not what a training writes"),
+        (CHECKPOINT, "PK", "no checkpoint to go on from"),
+    ],
+)
+def test_a_broken_folder_is_told(whole, tmp_path, name, text, message):
+    folder = tmp_path / "copy"
+    shutil.copytree(whole, folder)
+    (folder / name).write_text(text)
+    with pytest.raises(InputError, match=message):
+        train(training(steps=2 * STEPS), folder, resume=True)
+
+
+def test_a_rollout_takes_what_is_said_where_the_settings_do_not(tmp_path):
+    what = training(settings={k: v for k, v in TINY.items() if k != "n_steps"}, leg=1, steps=300)
+    train(what, tmp_path)
+    assert [row["steps"] for row in progress(tmp_path)] == [0, what.rollout, 2 * what.rollout]
 
 
 @pytest.mark.parametrize(

@@ -139,8 +139,9 @@ def test_no_truth_is_in_observation_or_reward(monkeypatch):
     step = SlamWrapper.step
 
     def poisoned(self, action):
-        *others, info = step(self, action)
-        return *others, info | {"pose": Poison(), "door_angles": Poison(), "slam": Poison()}
+        _, *others, info = step(self, action)
+        true = {"pose": Poison(), "door_angles": Poison(), "slam": Poison()}
+        return Poison(), *others, info | true
 
     monkeypatch.setattr(SlamWrapper, "step", poisoned)
     monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})
@@ -200,6 +201,7 @@ def test_there_is_no_patrol_before_a_reset():
         ({"slam": "magic"}, "unknown SLAM variant 'magic'; known"),
         ({"world": "moon"}, "moon"),
         ({"score_every": -1}, "score_every must be a whole number"),
+        ({"score_every": 50}, "score_every must be a multiple of hold, got 50 and 4"),
         ({"hold": 3}, "hold must be a multiple of scan_every"),
     ],
 )
