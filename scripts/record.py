@@ -34,9 +34,9 @@ def _carmen(episode: Episode, path: Path) -> None:
 
 
 def _mcap(episode: Episode, path: Path) -> None:
-    from slam.io.rosbag_writer import write_rosbag
+    from slam.io.bags.write import write_bag
 
-    write_rosbag(episode, path)
+    write_bag(episode, path)
 
 
 def _tum(episode: Episode, path: Path) -> None:

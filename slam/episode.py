@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,13 +12,15 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, between
+from slam.io.arrays import UNREADABLE, floats, read_arrays
 from slam.io.files import replacing
+from slam.io.told import told
+from slam.packing import packed_scans, unpacked_scans
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
 FORMAT = "dynslam-episode-1"
-UNREADABLE = (OSError, EOFError, ValueError, KeyError, TypeError, RuntimeError, zlib.error,
-              zipfile.BadZipFile)  # fmt: skip
+WHAT = "an episode saved by dynslam"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,8 @@ class Episode:
     """One drive: scans in the order of time, and the odometry beside them.
 
     odometry  at least one pose a scan; a log may hold more. Its frame is the odometry's own.
-    meta      what made it: configuration, seed, source; any JSON
+    meta      what made it: configuration, seed, source; any JSON. `odometry` in it says where the
+              odometry is from; empty: nowhere, and it stands still
     """
 
     scans: tuple[Scan, ...]
@@ -64,6 +65,11 @@ class Episode:
         """(n,) s, the scans' stamps."""
         return np.array([scan.time for scan in self.scans])
 
+    @property
+    def has_odometry(self) -> bool:
+        """Whether anything told how the robot moved."""
+        return self.meta.get("odometry") != ""
+
     def motions(self) -> list[Pose2]:
         """What the odometry says the robot moved before each scan, in its frame; first: zero."""
         poses = self.odometry.at(self.times)
@@ -78,11 +84,7 @@ class Episode:
         arrays: dict[str, Any] = {
             "format": FORMAT,
             "meta": json.dumps(dict(self.meta)),
-            "beams": np.array([len(scan.ranges) for scan in self.scans]),
-            "ranges": np.concatenate([scan.ranges for scan in self.scans]),
-            "angles": np.concatenate([scan.angles for scan in self.scans]),
-            "limits": np.array([(s.max_range, s.min_range, s.time) for s in self.scans]),
-            "mounts": np.array([scan.mount for scan in self.scans]),
+            **packed_scans(self.scans),
             "odometry_times": self.odometry.times,
             "odometry_poses": self.odometry.poses,
         }
@@ -98,35 +100,24 @@ class Episode:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Episode:
         """Read what `save` wrote. Raises InputError for anything else; never runs a pickle."""
+        data = read_arrays(path, WHAT)
         try:
-            with np.load(path, allow_pickle=False) as stored:
-                data = {name: stored[name] for name in stored.files}
             if str(data["format"]) != FORMAT:
-                raise InputError(f"{path}: format {data['format']}, expected {FORMAT}")
+                raise InputError(f"format {told(data['format'], 60)}, expected {FORMAT}")
             return _episode(data)
-        except InputError:
-            raise
-        except FileNotFoundError:
-            raise InputError(f"{path}: no such file") from None
         except UNREADABLE as error:
-            raise InputError(f"{path}: not an episode saved by dynslam ({error})") from error
+            raise InputError(f"{path}: not {WHAT} ({told(error)})") from error
 
 
 def _episode(data: dict[str, Any]) -> Episode:
-    ends = np.cumsum(data["beams"])[:-1]
-    rows = zip(
-        np.split(data["ranges"], ends),
-        np.split(data["angles"], ends),
-        data["limits"].tolist(),
-        data["mounts"].tolist(),
-        strict=True,
-    )
-    scans = tuple(
-        Scan(ranges, angles, max_range, min_range, time, Pose2(*mount))
-        for ranges, angles, (max_range, min_range, time), mount in rows
-    )
     truth = None
     if "truth_poses" in data:
-        truth = Truth(data["truth_poses"], data["truth_walls"], data["truth_doors"])
-    odometry = Trajectory(data["odometry_times"], data["odometry_poses"])
-    return Episode(scans, odometry, truth, json.loads(str(data["meta"])))
+        poses, walls = floats(data["truth_poses"], 2), floats(data["truth_walls"], 2)
+        truth = Truth(poses, walls, floats(data["truth_doors"], 3))
+        if (poses.shape[1], walls.shape[1]) != (3, 4) or truth.doors.shape[::2] != (len(poses), 4):
+            raise InputError("the truth has poses (n, 3), walls (w, 4) and doors (n, d, 4)")
+    odometry = Trajectory(floats(data["odometry_times"], 1), floats(data["odometry_poses"], 2))
+    meta = json.loads(str(data["meta"]))
+    if not isinstance(meta, dict):
+        raise InputError("meta must be an object of JSON")
+    return Episode(unpacked_scans(data), odometry, truth, meta)

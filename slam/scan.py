@@ -24,6 +24,7 @@ class Scan:
     min_range  m, below it a reading is not to be trusted
     time       s
     mount      the sensor on the robot (robot_from_sensor)
+    beam_time  s from a beam to the next; `time` is the first one's (see `slam.sweeping`)
     """
 
     ranges: Array
@@ -32,6 +33,7 @@ class Scan:
     min_range: float = 0.0
     time: float = 0.0
     mount: Pose2 = field(default=Pose2())
+    beam_time: float = 0.0
 
     def __post_init__(self) -> None:
         if self.ranges.ndim != 1 or self.ranges.shape != self.angles.shape:
@@ -41,9 +43,11 @@ class Scan:
             )
         if not (np.isfinite(self.angles).all() and math.isfinite(self.time)):
             raise InputError("a scan has finite angles and a finite time")
-        if not 0.0 <= self.min_range < self.max_range:
+        if not all(map(math.isfinite, (*self.mount, self.beam_time))):
+            raise InputError(f"a scan has a finite mount and beam_time, got {self.mount}")
+        if not 0.0 <= self.min_range < self.max_range < math.inf:
             raise InputError(
-                f"a scan needs 0 <= min_range < max_range, "
+                f"a scan needs 0 <= min_range < max_range < inf, "
                 f"got min_range={self.min_range}, max_range={self.max_range}"
             )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +24,8 @@ class Trajectory:
                 f"a trajectory has times (n,) and poses (n, 3), "
                 f"got {self.times.shape} and {self.poses.shape}"
             )
+        if not len(self.times):
+            raise InputError("a trajectory has one pose at least, got none")
         if not (np.isfinite(self.times).all() and np.isfinite(self.poses).all()):
             raise InputError("a trajectory has finite times and poses, got NaN or infinity")
         if (np.diff(self.times) <= 0).any():
@@ -37,7 +40,11 @@ class Trajectory:
 
     def at(self, times: Array) -> Array:
         """Poses (m, 3) at `times`, interpolated (the heading the short way); held at the ends."""
-        heading = np.unwrap(self.poses[:, 2])
-        columns = (self.poses[:, 0], self.poses[:, 1], heading)
-        x, y, theta = (np.interp(times, self.times, column) for column in columns)
+        x, y, theta = (np.interp(times, self.times, column) for column in self._columns)
         return np.column_stack([x, y, wrap_angle(theta)])
+
+    @cached_property
+    def _columns(self) -> tuple[Array, Array, Array]:
+        """x, y and the heading without leaps; made once, for `at` is asked for every scan."""
+        x, y, theta = np.ascontiguousarray(self.poses.T)
+        return x, y, np.unwrap(theta)

@@ -6,7 +6,6 @@ A log is used as far as it goes: what cannot be used is left out, counted, and t
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,19 +16,15 @@ from slam.io.carmen_messages import Laser, Odom, flaser_angles
 from slam.io.carmen_parser import CarmenParser
 from slam.io.clock import steady
 from slam.io.files import AnyPath, CutShortError, lines
+from slam.io.log import Log
 from slam.io.saturation import guessed_max_range
-from slam.io.warned import Warned
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
-EXPECTED = "a CARMEN log with FLASER or ROBOTLASER1 lines was expected"
-
-
-class Log(NamedTuple):
-    """A log that was read, and what was wrong with it."""
-
-    episode: Episode
-    warnings: tuple[Warned, ...]
+EXPECTED = (
+    "of a file that is no bag, .npz or table, a CARMEN log with FLASER or ROBOTLASER1 lines "
+    "was expected"
+)
 
 
 def read_carmen(path: AnyPath) -> Log:

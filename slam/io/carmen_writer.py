@@ -52,7 +52,7 @@ def _fits_flaser(scan: Scan, max_range: float) -> bool:
 def _lines(episode: Episode, plain: bool) -> Iterator[str]:
     yield "# CARMEN log written by dynslam"
     if plain:
-        yield f"PARAM robot_front_laser_max {episode.scans[0].max_range!r}"
+        yield f"PARAM robot_front_laser_max {float(episode.scans[0].max_range)!r}"
     odometry = episode.odometry
     start = float(odometry.times[0])
     # Both by the same interpolation: at the same moment they are written alike, and so read as one.
@@ -75,7 +75,7 @@ def _flaser(scan: Scan, pose: Array) -> str:
 
 def _robotlaser(scan: Scan, pose: Array) -> str:
     beams = len(scan.ranges)
-    step = (scan.angles[-1] - scan.angles[0]) / max(beams - 1, 1)
+    step = (scan.angles[-1] - scan.angles[0]) / (beams - 1) if beams > 1 else 0.0
     if beams < 2 or not np.allclose(np.diff(scan.angles), step, rtol=0, atol=EVEN):
         raise InputError(
             f"a CARMEN log needs two or more evenly spaced beams, "
@@ -83,7 +83,8 @@ def _robotlaser(scan: Scan, pose: Array) -> str:
         )
     laser = Pose2.of(pose) @ scan.mount
     sensor = (
-        f"0 {scan.angles[0]:.9f} {abs(step) * (beams - 1):.9f} {step:.12f} {scan.max_range!r} 0 0"
+        f"0 {scan.angles[0]:.9f} {abs(step) * (beams - 1):.9f} {step:.12f} "
+        f"{float(scan.max_range)!r} 0 0"
     )
     return (
         f"ROBOTLASER1 {sensor} {beams} {_ranges(scan)} 0 "

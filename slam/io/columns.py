@@ -9,6 +9,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, text_lines
+from slam.io.told import told
 
 
 def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
@@ -26,12 +27,8 @@ def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
             row = []
         if len(row) != width or not all(map(math.isfinite, row)):
             raise InputError(
-                f"{path}:{number}: expected {width} numbers `{columns}`, got {_cut(text)}"
+                f"{path}:{number}: expected {width} numbers `{columns}`, got {told(text, 60)!r}"
             )
         rows.append(row)
         numbers.append(number)
     return np.array(rows, dtype=np.float64).reshape(-1, width), numbers
-
-
-def _cut(text: str) -> str:
-    return repr(text if len(text) <= 60 else text[:57] + "...")

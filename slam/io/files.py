@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import os
 import secrets
+import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,9 @@ from slam.errors import InputError
 
 AnyPath = str | os.PathLike[str]
 LONGEST_LINE = 1 << 20  # bytes; the rest of a longer line is passed over
+LONGEST_PASSED = 1 << 26  # bytes; a file with a longer line is no text
+LARGEST = 1 << 27  # bytes of a text unpacked, if it is more than
+TIMES = 100  # times as large as packed: logs are 3 to 15 times as large
 GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -30,13 +34,20 @@ def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
     with reading(path) as raw:
         packed = raw.peek(2)[:2] == GZIP_MAGIC  # pyright: ignore[reportAttributeAccessIssue]
         file = gzip.GzipFile(fileobj=raw) if packed else raw
-        number = 0
+        number, whole, length = 0, True, 0
         try:
             while line := file.readline(LONGEST_LINE):
-                number += 1
-                yield number, line
-                while len(line) == LONGEST_LINE and not line.endswith(b"\n"):
-                    line = file.readline(LONGEST_LINE)
+                if packed and file.tell() > max(LARGEST, TIMES * raw.tell()):
+                    raise InputError(f"{path}: unpacks to over {LARGEST >> 20} MB, as no log does")
+                if whole:
+                    number, length = number + 1, 0
+                    yield number, line
+                length += len(line)
+                if length > LONGEST_PASSED:
+                    raise InputError(
+                        f"{path}:{number}: a line of over {LONGEST_PASSED >> 20} MB, as no log has"
+                    )
+                whole = len(line) < LONGEST_LINE or line.endswith(b"\n")
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
             raise CutShortError(
                 f"{path}:{number + 1}: a complete gzip file was expected, this one is "
@@ -54,8 +65,13 @@ def text_lines(path: AnyPath) -> Iterator[tuple[int, str]]:
 
 @contextmanager
 def reading(path: AnyPath) -> Iterator[IO[bytes]]:
-    """A file open for reading; what the system refuses becomes an InputError."""
+    """A file open for reading; what the system refuses becomes an InputError.
+
+    So does what is no file: a pipe would keep us waiting, a device never end.
+    """
     try:
+        if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+            raise InputError(f"{path}: a file was expected, this is a device or a pipe")
         with _opened(Path(path), "rb") as file:
             yield file
     except FileNotFoundError:
@@ -80,6 +96,20 @@ def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
         except BaseException:
             temporary.unlink(missing_ok=True)
             raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+@contextmanager
+def placing(path: AnyPath) -> Iterator[Path]:
+    """The same for who opens files by name: what is written under the path that this gives, which
+    ends as `path` does, takes its place."""
+    path = Path(path)
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
+            made = Path(folder) / path.name
+            yield made
+            made.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 

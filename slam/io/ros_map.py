@@ -7,6 +7,7 @@ Black (0) is occupied, 254 free, 205 unknown; the first row of the picture is th
 from __future__ import annotations
 
 import math
+import os
 import re
 from pathlib import Path
 
@@ -16,8 +17,11 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, reading, replacing, text_lines
+from slam.io.told import told
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
+LONGEST_HEADER = 1 << 16  # bytes, comments and all
+LARGEST = 1 << 28  # pixels
 HEADER = re.compile(
     rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
 )
@@ -63,7 +67,7 @@ def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
     if mode != "trinary":
-        raise InputError(f"{path}: mode {mode!r} is not read, expected trinary")
+        raise InputError(f"{path}: mode {told(mode, 60)!r} is not read, expected trinary")
     resolution = _number(path, fields, "resolution")
     if not 1e-6 < resolution < 1e6:
         raise InputError(f"{path}: expected a positive `resolution` in m, got {resolution}")
@@ -125,13 +129,14 @@ def _origin(path: Path, fields: dict[str, str]) -> tuple[float, float]:
 
 def _read_pgm(path: Path) -> np.ndarray:
     with reading(path) as file:
-        data = file.read()
-    header = HEADER.match(data)
-    if not header or header[3] != b"255":
-        raise InputError(f"{path}: expected a binary PGM (P5) with 8 bits a pixel")
-    cols, rows = int(header[1]), int(header[2])
-    if not rows * cols or len(data) - header.end() != rows * cols:
-        raise InputError(
-            f"{path}: expected {cols} x {rows} pixels, got {len(data) - header.end()} bytes of them"
-        )
-    return np.frombuffer(data, dtype=np.uint8, offset=header.end()).reshape(rows, cols)
+        header = HEADER.match(file.read(LONGEST_HEADER))
+        if not header or header[3] != b"255":
+            raise InputError(f"{path}: expected a binary PGM (P5) with 8 bits a pixel")
+        cols, rows = int(header[1]), int(header[2])
+        held = file.seek(0, os.SEEK_END) - header.end()
+        if not rows * cols or held != rows * cols:
+            raise InputError(f"{path}: expected {cols} x {rows} pixels, got {held} bytes of them")
+        if held > LARGEST:
+            raise InputError(f"{path}: {cols} x {rows} pixels are more than any map has")
+        file.seek(header.end())
+        return np.frombuffer(file.read(), dtype=np.uint8).reshape(rows, cols)

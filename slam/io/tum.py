@@ -34,7 +34,8 @@ def read_tum(path: AnyPath) -> Trajectory:
         raise InputError(
             f"{path}:{numbers[late[0] + 1]}: expected a later timestamp than before it"
         )
-    norm = np.sqrt((rows[:, 4:] ** 2).sum(axis=1))
+    with np.errstate(over="ignore"):
+        norm = np.sqrt((rows[:, 4:] ** 2).sum(axis=1))
     wrong = np.flatnonzero(np.abs(norm - 1) > 0.01)
     if len(wrong):
         raise InputError(f"{path}:{numbers[wrong[0]]}: expected a unit quaternion qx qy qz qw")

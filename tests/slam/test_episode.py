@@ -108,7 +108,7 @@ def test_another_format_is_named_beside_the_one_expected(tmp_path: Path) -> None
 def test_a_missing_file_and_a_directory_are_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         Episode.load(tmp_path / "none.npz")
-    with pytest.raises(InputError, match="not an episode"):
+    with pytest.raises(InputError, match="this is a directory"):
         Episode.load(tmp_path)
 
 

@@ -1,4 +1,5 @@
 import math
+import time
 
 import numpy as np
 import pytest
@@ -19,6 +20,14 @@ def test_headings_turn_the_short_way() -> None:
     path = Trajectory(np.arange(3.0), np.column_stack([np.zeros((3, 2)), headings]))
     found = np.degrees(path.at(np.array([0.25, 0.75, 1.5]))[:, 2])
     np.testing.assert_allclose(found, [175, -175, 175], atol=1e-9)
+
+
+def test_a_moment_of_a_long_trajectory_takes_no_time() -> None:
+    path = Trajectory(np.arange(500_000.0), np.zeros((500_000, 3)))
+    begun = time.process_time()
+    for moment in range(500):
+        path.at(np.array([moment + 0.5]))
+    assert time.process_time() - begun < 1.0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,152 @@
+"""ROS recordings become Episodes: a laser's scans, the odometry beside them, the laser's mounting.
+
+What is there once is found by itself; where there are several, the error lists them. A recording is
+used as far as it goes: what cannot be used is left out, counted, and told in `warnings`.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.io.bags.file import Bag, opened
+from slam.io.bags.laser_scan import LASER, MULTI_ECHO, Sweep, readings
+from slam.io.bags.poses import ODOMETRY, Poses, is_truth
+from slam.io.bags.recorded import on_one_clock, take, tree_of
+from slam.io.bags.robot import mounts_of, odometry_of
+from slam.io.files import AnyPath
+from slam.io.log import Choice, Log
+from slam.io.saturation import guessed_max_range
+from slam.io.told import listed
+from slam.io.told import told as shown
+from slam.io.warned import Warnings
+from slam.scan import Scan
+from slam.trajectory import Trajectory
+
+BEYOND = 0.3  # s: so long may a scan come before the first or after the last odometry
+
+
+def read_bag(path: AnyPath, choice: Choice = Choice()) -> Log:
+    """Read a ROS 1 bag, or a ROS 2 bag (a folder, .mcap or .db3).
+
+    Scans are sensor_msgs/LaserScan. The odometry is that of nav_msgs/Odometry (/odom, or the only
+    such topic) or else the frame of /tf above the robot whose name has "odom" in it. Where the
+    laser stands on the robot is told by /tf_static or /tf, or by `choice`; a laser mounted upside
+    down is read so. Times are the messages' stamps; where those are of different clocks, or run
+    backwards, the times at which the messages were recorded. Raises InputError.
+    """
+    warnings = Warnings("message")
+    with opened(path, warnings) as bag:
+        laser = _laser(bag, choice.laser)
+        topic = _odometry_topic(bag, choice.odometry)
+        recorded = take(bag, laser, topic, warnings)
+    if not recorded.sweeps:
+        raise InputError(f"{path}: no usable scan on {shown(laser)}")
+    recorded = on_one_clock(recorded, warnings)
+    tree = tree_of(recorded, warnings)
+    try:
+        trajectory, base, source = odometry_of(recorded, tree, topic, choice.odometry, warnings)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    sweeps = _in_order(recorded.sweeps, trajectory, warnings)
+    if not sweeps:
+        raise InputError(f"{path}: no scan of {shown(laser)} lies within the time of the odometry")
+    times = np.array([one.time for one in sweeps])
+    mounts, flipped = mounts_of(tree, base, sweeps[0].frame, times, choice.mount, warnings)
+    scans = _scans(sweeps, mounts, flipped, warnings)
+    if trajectory is None:
+        trajectory = Trajectory(times, np.zeros((len(times), 3)))
+    meta = {"source": Path(path).name, "laser": laser, "odometry": source}
+    return Log(Episode(scans, trajectory, meta=meta), warnings.counted())
+
+
+def read_reference(path: AnyPath, topic: str) -> Trajectory:
+    """Poses of a topic of any kind that tells poses, such as a reference system's."""
+    warnings = Warnings("message")
+    poses = Poses()
+    with opened(path, warnings) as bag:
+        if topic not in bag.topics:
+            raise InputError(f"{path}: no topic {topic!r}; there are {listed(list(bag.topics))}")
+        for _, received, message in bag.messages([topic]):
+            if not hasattr(message, "pose"):
+                raise InputError(f"{path}: {topic} is a {bag.topics[topic].kind} and tells no pose")
+            poses.add(received, message)
+    told = poses.collected()
+    if not len(told.times):
+        raise InputError(f"{path}: no usable pose on {topic}")
+    times, first = np.unique(told.times, return_index=True)
+    return Trajectory(times, told.poses[first])
+
+
+def _laser(bag: Bag, wanted: str | None) -> str:
+    lasers = bag.named(LASER)
+    if wanted is not None:
+        if wanted in lasers:
+            return wanted
+        raise InputError(f"{bag.path}: no scans on {wanted!r}; lasers: {listed(lasers)}")
+    if len(lasers) == 1:
+        return lasers[0]
+    if lasers:
+        raise InputError(f"{bag.path}: several lasers, choose one (--laser): {listed(lasers)}")
+    many = bag.named(MULTI_ECHO)
+    if many:
+        raise InputError(
+            f"{bag.path}: {listed(many)} is a MultiEchoLaserScan, several ranges a beam, which is "
+            f"not read; laser_proc makes LaserScans of it"
+        )
+    raise InputError(f"{bag.path}: no {LASER} in it; topics: {listed(list(bag.topics))}")
+
+
+def _odometry_topic(bag: Bag, wanted: str | None) -> str | None:
+    """The topic of nav_msgs/Odometry; None where /tf is to be asked, or nobody."""
+    topics = bag.named(ODOMETRY)
+    if wanted is not None:
+        return wanted if wanted in topics else None
+    topics = [name for name in topics if not is_truth(name)]
+    if "/odom" in topics:
+        return "/odom"
+    if len(topics) > 1:
+        several = f"several odometries, choose one (--odometry): {listed(topics)}"
+        raise InputError(f"{bag.path}: {several}")
+    return topics[0] if topics else None
+
+
+def _in_order(sweeps: list[Sweep], odometry: Trajectory | None, warnings: Warnings) -> list[Sweep]:
+    """By time, each time once, as far as the odometry reaches."""
+    kept: list[Sweep] = []
+    for number, one in enumerate(sorted(sweeps, key=lambda one: one.time), 1):
+        if kept and one.time <= kept[-1].time:
+            warnings.add("two scans of the same time, the second left out", number)
+        elif odometry is not None and not (
+            odometry.times[0] - BEYOND <= one.time <= odometry.times[-1] + BEYOND
+        ):
+            warnings.add("scan before or after all odometry, left out", number)
+        else:
+            kept.append(one)
+    return kept
+
+
+def _scans(
+    sweeps: list[Sweep], mounts: list[Pose2], flipped: np.ndarray, warnings: Warnings
+) -> tuple[Scan, ...]:
+    guessed = 0.0
+    mirrored: dict[int, Array] = {}
+    scans = []
+    for number, (one, mount) in enumerate(zip(sweeps, mounts, strict=True)):
+        low, high = one.reach
+        low = low if 0 <= low < math.inf else 0.0
+        if not low < high < math.inf:
+            guessed = guessed or guessed_max_range([one.ranges for one in sweeps])
+            warnings.add(f"range_max {high:g} is no reach, {guessed:g} m assumed", number + 1)
+            low, high = min(low, 0.5 * guessed), guessed
+        angles = one.angles
+        if flipped[number]:
+            angles = mirrored.setdefault(id(angles), -angles)
+        ranges = readings(one.ranges, low, high)
+        scans.append(Scan(ranges, angles, high, low, one.time, mount, one.step))
+    return tuple(scans)

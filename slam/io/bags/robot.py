@@ -1,0 +1,107 @@
+"""The robot of a ROS recording: how its odometry says that it moved, where its laser stands."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.io.bags.poses import ODOMETRY
+from slam.io.bags.recorded import Recorded
+from slam.io.bags.transforms import Transforms, plain, seen_from_above
+from slam.io.told import told as shown
+from slam.io.warned import Warnings
+from slam.trajectory import Trajectory
+
+BASES = ("base_link", "base_footprint")  # REP 105
+NONE = "none"
+LEVEL = math.cos(math.radians(10.0))  # a laser that is tilted by more sees no floor plan
+
+
+class Odometry(NamedTuple):
+    """How the robot says that it moved.
+
+    trajectory  None where nobody says it
+    base        the frame that it is the motion of: the robot's
+    source      where it comes from, in words; empty where nobody says it
+    """
+
+    trajectory: Trajectory | None
+    base: str
+    source: str
+
+
+def odometry_of(
+    recorded: Recorded, tree: Transforms, topic: str | None, wanted: str | None, warnings: Warnings
+) -> Odometry:
+    """That of the topic, or of /tf: of the wanted frame, or one above the laser whose name has
+    "odom" in it. Raises InputError where what is wanted is not there."""
+    laser = recorded.sweeps[0].frame
+    if wanted == NONE:
+        return Odometry(None, _base(tree, laser, ""), "")
+    if topic is not None:
+        told = recorded.odometry
+        if len(told.times):
+            times, first = np.unique(told.times, return_index=True)
+            base = _base(tree, laser, told.frame)
+            return Odometry(Trajectory(times, told.poses[first]), base, topic)
+        warnings.add(f"{topic}: no usable odometry", 1)
+    chain = tree.ancestors(laser)
+    if wanted is not None and wanted != topic and plain(wanted) not in chain[1:]:
+        raise InputError(
+            f"no odometry {wanted!r}: neither a topic of {ODOMETRY} nor a frame above the laser's "
+            f"({shown(' < '.join(chain))})"
+        )
+    found = [
+        name
+        for name in chain[1:]
+        if name == plain(wanted or "") or (not wanted and "odom" in name.lower())
+    ]
+    for frame in found:
+        base = chain[chain.index(frame) - 1]
+        times = tree.times(frame, base)
+        if len(times):
+            poses = seen_from_above(*tree.at(frame, base, times))
+            return Odometry(Trajectory(times, poses), base, f"/tf: {base} in {frame}")
+    if wanted is not None:
+        raise InputError(f"no odometry {wanted!r}: nothing moves in that frame")
+    warnings.add("no odometry in it: the laser alone tells how the robot moved", 1)
+    return Odometry(None, _base(tree, laser, ""), "")
+
+
+def _base(tree: Transforms, laser: str, told: str) -> str:
+    """The robot's frame: as told, or by its usual name, or the laser's own."""
+    chain = tree.ancestors(laser)
+    if told and tree.connected(told, laser):
+        return told
+    return next((name for name in chain if name in BASES), told or laser)
+
+
+def mounts_of(
+    tree: Transforms, base: str, laser: str, times: Array, told: Pose2 | None, warnings: Warnings
+) -> tuple[list[Pose2], np.ndarray]:
+    """Where the laser stands on the robot at each scan, and whether it hangs upside down."""
+    upright = np.zeros(len(times), dtype=np.bool_)
+    if told is not None:
+        return [told] * len(times), upright
+    if not tree.connected(base, laser) or laser == base:
+        if laser != base:
+            warnings.add(
+                f"nothing says where the laser ({laser or 'without a frame'}) stands on the robot "
+                f"({base or 'without a frame'}): taken to be at its centre",
+                1,
+            )
+        return [Pose2()] * len(times), upright
+    at = times if len(tree.times(base, laser)) else times[:1]
+    shift, turn = tree.at(base, laser, at)
+    up = turn.apply([0.0, 0.0, 1.0])[:, 2]
+    if np.abs(up).min() < LEVEL:
+        angle = math.degrees(math.acos(np.abs(up).min()))
+        warnings.add(f"the laser is tilted by {angle:.0f} degrees: walls will be misjudged", 1)
+    mounts = [Pose2(*row) for row in seen_from_above(shift, turn).tolist()]
+    if len(at) == 1:
+        return mounts * len(times), np.repeat(up < 0, len(times))
+    return mounts, up < 0

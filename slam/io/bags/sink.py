@@ -1,0 +1,108 @@
+"""Where messages are written to: a ROS 1 bag, or a ROS 2 bag as a folder, .mcap or .db3."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rosbags import rosbag1, rosbag2
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.io.bags.file import ROS1, ROS2
+from slam.io.bags.messages import Messages
+from slam.io.files import AnyPath
+
+FOREVER = QosTime(9_223_372_036, 854_775_807)
+LATCHED = Qos(
+    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, FOREVER,
+    FOREVER, QosLiveliness.AUTOMATIC, FOREVER, avoid_ros_namespace_conventions=False,
+)  # fmt: skip
+"""As tf2 asks of /tf_static, and rviz of a map: who comes later gets it too."""
+KEPT = ("/tf_static", "/map")
+LATEST = 2.0**31 - 1  # s: ROS 2 counts to there, ROS 1 twice as far
+
+
+class Sink:
+    """An open recording.
+
+    make  makes messages of the types that it takes
+    """
+
+    def __init__(self, writer: rosbag1.Writer | rosbag2.Writer):
+        self._writer = writer
+        self._store = ROS1 if isinstance(writer, rosbag1.Writer) else ROS2
+        self._connections: dict[str, Connection] = {}
+        self.make = Messages(self._store)
+
+    def put(self, topic: str, time: float, message: Any) -> None:
+        """Write a message as recorded at `time`, s."""
+        kind = message.__msgtype__
+        writer, store = self._writer, self._store
+        nanoseconds = round(time * 1e9)
+        if isinstance(writer, rosbag1.Writer):
+            if topic not in self._connections:
+                latching = 1 if topic in KEPT else None
+                self._connections[topic] = writer.add_connection(
+                    topic, kind, typestore=store, latching=latching
+                )
+            data = bytes(store.serialize_ros1(message, kind))
+            writer.write(self._connections[topic], nanoseconds, data)
+        else:
+            if topic not in self._connections:
+                profiles = [LATCHED] if topic in KEPT else []
+                self._connections[topic] = writer.add_connection(
+                    topic, kind, typestore=store, offered_qos_profiles=profiles
+                )
+            data = store.serialize_cdr(message, kind)
+            writer.write(self._connections[topic], nanoseconds, data)
+
+
+def check_times(episode: Episode) -> None:
+    """Raises InputError for stamps that a ROS message cannot hold."""
+    for times in (episode.times, episode.odometry.times):
+        if not 0 <= times.min() <= times.max() < LATEST:
+            raise InputError("a bag needs times from 0 to 2**31 s")
+
+
+@contextmanager
+def sink(path: AnyPath) -> Iterator[Sink]:
+    """A new recording at `path`, in place when all is written: .bag is ROS 1, .mcap and .db3 are
+    one file of ROS 2, no ending is a folder of it. Raises InputError where it cannot be written; a
+    folder that is there already is left alone."""
+    path = Path(path)
+    if path.is_dir() or (path.exists() and not path.suffix):
+        raise InputError(f"{path}: is there already; a bag is written into a new folder")
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as temporary:
+            made = Path(temporary) / path.name  # the file in a folder is named after it
+            if path.suffix == ".bag":
+                with rosbag1.Writer(made) as writer:
+                    yield Sink(writer)
+                made.replace(path)
+            else:
+                plugin = StoragePlugin.SQLITE3 if path.suffix == ".db3" else StoragePlugin.MCAP
+                writer = rosbag2.Writer(made, version=8, storage_plugin=plugin)
+                if plugin == StoragePlugin.MCAP:  # its chunks, as ROS itself does
+                    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+                with writer:
+                    yield Sink(writer)
+                files = [one for one in made.iterdir() if one.suffix == path.suffix]
+                (files[0] if path.suffix else made).replace(path)
+    except (OSError, rosbag1.WriterError, rosbag2.WriterError) as error:
+        raise InputError(
+            f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})"
+        ) from None

@@ -1,0 +1,144 @@
+"""The frames of a ROS recording: a tree of transforms, some of them moving, asked for seen from
+above."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from slam.errors import InputError
+from slam.geometry import Array
+from slam.io.told import told as shown
+
+FARTHEST = 1e8  # m: what is farther away than that is no place
+DEEPEST = 100  # frames from the root; a robot has five to twenty
+STILL = 1e-6  # m and rad: an edge that moves less than this stands
+
+
+class Edge(NamedTuple):
+    """Where a frame lies in its parent, at times.
+
+    times         (n,) s, increasing
+    translations  (n, 3) m
+    rotations     n of them
+    """
+
+    times: Array
+    translations: Array
+    rotations: Rotation
+
+    @property
+    def still(self) -> bool:
+        """Whether it is the same all the time."""
+        turned = (self.rotations[0].inv() * self.rotations).magnitude()
+        shifted = np.abs(self.translations - self.translations[0])
+        return bool(turned.max() < STILL and shifted.max() < STILL)
+
+    def at(self, times: Array) -> tuple[Array, Rotation]:
+        """Translations (m, 3) and m rotations at times (m,), interpolated, held at the ends."""
+        if len(self.times) == 1:
+            quaternion = np.repeat(self.rotations.as_quat(), len(times), axis=0)
+            shift = np.repeat(self.translations, len(times), axis=0)
+            return shift, Rotation.from_quat(quaternion)
+        times = np.clip(times, self.times[0], self.times[-1])
+        shifts = [np.interp(times, self.times, column) for column in self.translations.T]
+        return np.column_stack(shifts), Slerp(self.times, self.rotations)(times)
+
+
+class Transforms:
+    """Frames by name, each in its parent, as /tf and /tf_static tell them bit by bit."""
+
+    def __init__(self) -> None:
+        self._told: dict[str, array[float]] = {}
+        self._edges: dict[str, Edge] = {}
+        self.parents: dict[str, str] = {}
+
+    def add(self, parent: str, child: str, row: tuple[float, ...]) -> bool:
+        """Take notice of time (s), translation (x, y, z) and quaternion (x, y, z, w).
+
+        False where it cannot be one: numbers that are not finite, no rotation, a frame that would
+        become its own ancestor, or hang deeper than any.
+        """
+        parent, child = plain(parent), plain(child)
+        if not (math.isfinite(row[0]) and may_be(row[1:4], row[4:])):
+            return False
+        above = self.ancestors(parent)
+        if child in above or len(above) > DEEPEST:
+            return False
+        if self.parents.get(child, parent) != parent:
+            self._told[child] = array("d")  # the frame was hung up elsewhere: its last place counts
+        self.parents[child] = parent
+        self._told.setdefault(child, array("d")).extend(row)
+        self._edges.pop(child, None)
+        return True
+
+    def ancestors(self, frame: str) -> list[str]:
+        """The frame itself, its parent, and so on up to the root."""
+        chain = [plain(frame)]
+        while chain[-1] in self.parents:
+            chain.append(self.parents[chain[-1]])
+        return chain
+
+    def edge(self, child: str) -> Edge:
+        """Where `child` lies in its parent."""
+        if child not in self._edges:
+            rows = np.array(self._told[child]).reshape(-1, 8)
+            times, first = np.unique(rows[:, 0], return_index=True)
+            self._edges[child] = Edge(times, rows[first, 1:4], Rotation.from_quat(rows[first, 4:]))
+        return self._edges[child]
+
+    def connected(self, a: str, b: str) -> bool:
+        """Whether both frames hang on the same tree."""
+        return self.ancestors(a)[-1] == self.ancestors(b)[-1]
+
+    def path(self, parent: str, child: str) -> tuple[list[str], list[str]]:
+        """The frames whose edges lead from their last common ancestor down to `parent`, and to
+        `child`. Raises InputError where they are not connected."""
+        up, down = self.ancestors(parent), self.ancestors(child)
+        if up[-1] != down[-1]:
+            raise InputError(f"no transform leads from frame {parent!r} to {child!r}")
+        while up and down and up[-1] == down[-1]:
+            up.pop()
+            down.pop()
+        return up, down
+
+    def times(self, parent: str, child: str) -> Array:
+        """All times at which something moved between two frames; empty where nothing does."""
+        edges = [self.edge(name) for part in self.path(parent, child) for name in part]
+        moving = [edge.times for edge in edges if not edge.still]
+        return np.unique(np.concatenate(moving)) if moving else np.empty(0)
+
+    def at(self, parent: str, child: str, times: Array) -> tuple[Array, Rotation]:
+        """Where `child` lies in `parent` at times (n,): translations (n, 3), n rotations."""
+        up, down = self.path(parent, child)
+        shift, turn = self._down(down, times)
+        other_shift, other_turn = self._down(up, times)
+        back = other_turn.inv()
+        return back.apply(shift - other_shift), back * turn
+
+    def _down(self, names: list[str], times: Array) -> tuple[Array, Rotation]:
+        shift, turn = np.zeros((len(times), 3)), Rotation.identity(len(times))
+        for name in reversed(names):
+            step, rotation = self.edge(name).at(times)
+            shift, turn = shift + turn.apply(step), turn * rotation
+        return shift, turn
+
+
+def may_be(place: tuple[float, ...], turn: tuple[float, ...]) -> bool:
+    """Whether m and a quaternion are somewhere; an unset quaternion is all zeros."""
+    return all(abs(value) < FARTHEST for value in place) and 0.5 < math.hypot(*turn) < 2.0
+
+
+def plain(frame: str) -> str:
+    """A frame's name without the slash that old recordings put before it."""
+    return shown(frame.lstrip("/"), 100) if frame else ""
+
+
+def seen_from_above(shift: Array, turn: Rotation) -> Array:
+    """(n, 3) x, y in m and heading in rad of the x axis, in the plane."""
+    ahead = turn.apply([1.0, 0.0, 0.0])
+    return np.column_stack([shift[:, :2], np.arctan2(ahead[:, 1], ahead[:, 0])])

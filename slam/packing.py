@@ -1,0 +1,48 @@
+"""Scans as a few long arrays, for files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.io.arrays import floats
+from slam.scan import Scan
+
+
+def packed_scans(scans: Sequence[Scan]) -> dict[str, np.ndarray]:
+    """Scans as arrays by name: every number is kept as it is."""
+    return {
+        "beams": np.array([len(scan.ranges) for scan in scans]),
+        "ranges": np.concatenate([scan.ranges for scan in scans]),
+        "angles": np.concatenate([scan.angles for scan in scans]),
+        "limits": np.array([(scan.max_range, scan.min_range, scan.time) for scan in scans]),
+        "mounts": np.array([scan.mount for scan in scans]),
+        "beam_times": np.array([scan.beam_time for scan in scans]),
+    }
+
+
+def unpacked_scans(data: dict[str, Any]) -> tuple[Scan, ...]:
+    """The scans of such arrays. Raises InputError, KeyError, ValueError or TypeError for
+    others."""
+    beams, mounts = data["beams"], floats(data["mounts"], 2)
+    if not (beams > 0).all():
+        raise InputError("a scan has one beam at least")
+    if beams.sum() != len(data["ranges"]):
+        raise InputError(f"{beams.sum()} beams are announced, there are {len(data['ranges'])}")
+    ends = np.cumsum(beams)[:-1]
+    rows = zip(
+        np.split(floats(data["ranges"], 1), ends),
+        np.split(floats(data["angles"], 1), ends),
+        floats(data["limits"], 2).tolist(),
+        mounts.tolist(),
+        floats(data.get("beam_times", np.zeros(len(mounts))), 1).tolist(),  # new in them
+        strict=True,
+    )
+    return tuple(
+        Scan(ranges, angles, max_range, min_range, time, Pose2(*mount), beam_time)
+        for ranges, angles, (max_range, min_range, time), mount, beam_time in rows
+    )

@@ -1,0 +1,67 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from slam.errors import InputError
+from slam.io.layers import FRAME, read_layers, write_doors, write_layers, write_picture
+from tests.slam.layers.test_layers import doors
+
+MADE = doors(30, 60, 2)
+
+
+def test_layers_come_back(tmp_path: Path) -> None:
+    write_layers(MADE, tmp_path / "layers.npz")
+    back = read_layers(tmp_path / "layers.npz")
+    assert back.spec == MADE.spec
+    for name in ("kind", "occupied", "rate", "watched"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(MADE, name))
+    assert len(back.doors) == len(MADE.doors) == 1
+    np.testing.assert_array_equal(back.doors[0].ends, MADE.doors[0].ends)
+    assert back.doors[0][1:] == MADE.doors[0][1:]
+
+
+def test_doors_are_closed_rings_in_metres(tmp_path: Path) -> None:
+    write_doors(MADE, tmp_path / "doors.geojson")
+    stored = json.loads((tmp_path / "doors.geojson").read_text())
+    assert stored["type"] == "FeatureCollection"
+    assert stored["frame"] == FRAME
+    (feature,) = stored["features"]
+    (ring,) = feature["geometry"]["coordinates"]
+    assert ring[0] == ring[-1]
+    x, y = np.array(ring).T
+    area = 0.5 * (x[:-1] * y[1:] - x[1:] * y[:-1]).sum()
+    assert area == pytest.approx(MADE.doors[0].width * 0.1, rel=0.05)  # counter-clockwise
+    assert feature["properties"]["open_share"] == pytest.approx(MADE.doors[0].open_share, abs=1e-3)
+
+
+def test_the_picture_shows_the_layers(tmp_path: Path) -> None:
+    write_picture(MADE, tmp_path / "layers.png")
+    pixels = np.array(Image.open(tmp_path / "layers.png"))[::-1]
+    assert (pixels[MADE.static] == 0).all()
+    assert (pixels[MADE.free] == 255).all()
+    assert (pixels[MADE.unknown] == 205).all()
+    assert (pixels[MADE.changing][:, 0] > pixels[MADE.changing][:, 2]).all()
+
+
+@pytest.mark.parametrize("content", [b"", b"no layers", b"PK\x03\x04 cut short"])
+def test_other_files_are_told(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "layers.npz"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="layers"):
+        read_layers(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_layers(tmp_path / "absent.npz")
+
+
+def test_another_format_and_wrong_shapes_are_told(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", format="something else")
+    with pytest.raises(InputError, match="expected dynslam-layers-1"):
+        read_layers(tmp_path / "a.npz")
+    write_layers(MADE, tmp_path / "b.npz")
+    stored = dict(np.load(tmp_path / "b.npz"))
+    np.savez(tmp_path / "b.npz", **{**stored, "kind": stored["kind"][1:]})
+    with pytest.raises(InputError, match="not layers"):
+        read_layers(tmp_path / "b.npz")
