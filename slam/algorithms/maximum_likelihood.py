@@ -21,6 +21,8 @@ from slam.search.laplace import laplace
 from slam.spacing import KEYFRAMES, Spacing
 
 MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
+LONG_AGO = -1e12  # s: before all scans
+NOTHING = np.empty(0, dtype=np.int64)  # ids of cells
 EXACT = np.zeros((3, 3))  # the covariance of what is given
 
 
@@ -58,6 +60,7 @@ class MaximumLikelihood:
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._keyframe_at = self._matched_at = -math.inf
         self._since_keyframe = self._since_match = Pose2()
+        self._frozen = False
         self._last_match: tuple[Prediction, Array] | None = None  # what went into the last match
 
     def update(self, motion: Pose2, scan: Scan) -> Estimate:
@@ -84,6 +87,18 @@ class MaximumLikelihood:
         if changed:
             self.perception.refresh(self.grid, np.concatenate(changed))
             self.pose = self.keyframe.pose
+
+    def place(self, pose: Pose2) -> None:
+        """The robot stands at `pose` now, wherever it was: the next scan is matched from there."""
+        estimate = Estimate(pose, EXACT, self.keyframe.score, False)
+        self.keyframe = self._matched = estimate
+        self._since_keyframe = self._since_match = Pose2()
+        self._keyframe_at = self._matched_at = min(self._keyframe_at, LONG_AGO)
+        self.pose = pose
+
+    def freeze(self) -> None:
+        """Nothing enters the map any more: from now on the robot only finds its way in it."""
+        self._frozen = True
 
     def _match(self, scan: Scan) -> Estimate:
         """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
@@ -116,7 +131,7 @@ class MaximumLikelihood:
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Put the keyframe into the map; the ids of the cells that may have changed."""
-        changed = self.grid.integrate(scan, estimate.pose)
+        changed = NOTHING if self._frozen else self.grid.integrate(scan, estimate.pose)
         self._ground.settle(estimate.pose, estimate.covariance)
         self.keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
         return changed
