@@ -1,0 +1,101 @@
+"""Ghosts: what a map shows where nothing always stands; and how much of the walls it still has.
+
+A ghost is an occupied cell farther than 15 cm from every wall. That is three cells of 5 cm: what a
+cell's half diagonal (3.5 cm), a good run's error (5 cm) and a wall's smear of a cell can explain is
+no ghost, and of a leaf of 0.9 m between its jambs two thirds still count. One count alone rewards
+the empty map, so the share of the walls that are kept stands beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Array, Pose2, transform_points, wrap_angle
+from slam.grid import OccupancyGrid
+from slam.metrics.flat import Number, flat
+from slam.metrics.mapping import OCCUPIED, distances
+from slam.metrics.surface import SeenSurface
+
+FAR = 0.15  # m from every wall: a ghost
+THROUGH, ON = 0.05, 0.1  # m: a beam passed a point so closely, and went on for so far
+NEAR = 0.10  # m: a piece of wall so near an occupied cell is in the map
+
+
+class GhostScores(NamedTuple):
+    """Of one map.
+
+    ghosts_per_m  ghost cells for every metre of wall that was seen
+    ghost_cells   how many
+    wall_recall   share of the seen wall within 10 cm of an occupied cell; NaN where none was seen
+    """
+
+    ghosts_per_m: float
+    ghost_cells: int
+    wall_recall: float
+
+    def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
+        """Flat, for JSON; NaN is None."""
+        return flat(self._asdict(), suffix)
+
+
+class Ghosts:
+    """Finds the ghosts in any number of maps of one episode.
+
+    Walls are what never moves, furniture included; seen is what an echo came from or from one cell
+    beside, at the true poses. Raises InputError where the episode does not hold the truth.
+    """
+
+    def __init__(self, episode: Episode, resolution: float = 0.05) -> None:
+        if episode.truth is None:
+            raise InputError("ghosts are told by the truth, and this episode does not hold it")
+        self._walls = episode.truth.walls
+        seen = SeenSurface(self._walls, resolution)
+        for scan, pose in zip(episode.scans, episode.truth.poses.tolist(), strict=True):
+            seen.see(scan, Pose2(*pose))
+        self.points: Array = seen.now(np.empty((0, 4))).points
+        spacing = resolution / 2  # of the points, at most
+        self.metres = len(self.points) * spacing
+
+    def centres(self, grid: OccupancyGrid, world_from_map: Pose2 = Pose2()) -> Array:
+        """(n, 2) m, world: the ghosts' centres."""
+        moved = _occupied(grid, world_from_map)
+        return moved[distances(moved, self._walls) > FAR]
+
+    def score(self, grid: OccupancyGrid, world_from_map: Pose2 = Pose2()) -> GhostScores:
+        """Of a map moved by `world_from_map`, for instance `trajectory.alignment`."""
+        ghosts = len(self.centres(grid, world_from_map))
+        if not len(self.points):
+            return GhostScores(math.inf if ghosts else 0.0, ghosts, math.nan)
+        moved, recall = _occupied(grid, world_from_map), 0.0
+        if len(moved):
+            recall = float((KDTree(moved).query(self.points)[0] <= NEAR).mean())
+        return GhostScores(ghosts / self.metres, ghosts, recall)
+
+
+def _occupied(grid: OccupancyGrid, world_from_map: Pose2) -> Array:
+    cells = np.argwhere((grid.occupied > OCCUPIED) & grid.observed)
+    return transform_points(world_from_map, grid.spec.centres(cells))
+
+
+def seen_through(episode: Episode, points: Array) -> np.ndarray:
+    """(n,) int: how many scans have a beam that went through points (n, 2), m, world, at the true
+    poses, and on for 10 cm. What no beam went through, no evidence of a cell alone can clear."""
+    if episode.truth is None:
+        raise InputError("what was seen through needs the true poses, and they are not known")
+    counts = np.zeros(len(points), np.int64)
+    for scan, pose in zip(episode.scans, episode.truth.poses.tolist(), strict=True):
+        x, y, theta = Pose2(*pose) @ scan.mount
+        away = np.hypot(points[:, 0] - x, points[:, 1] - y)
+        bearing = wrap_angle(np.arctan2(points[:, 1] - y, points[:, 0] - x) - theta)
+        beam = np.abs(wrap_angle(bearing[:, None] - scan.angles)).argmin(axis=1)
+        aside = away * np.abs(wrap_angle(bearing - scan.angles[beam]))
+        reached = np.where(scan.no_echo[beam], scan.max_range, scan.ranges[beam])
+        with np.errstate(invalid="ignore"):  # no reading reaches nowhere
+            counts += (aside < THROUGH) & (reached > away + ON)
+    return counts

@@ -1,0 +1,179 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.layers import Layers, layers
+from tests.slam.layers.rooms import AJAR, CLOSED, HOUSE, box, scan, watch
+
+ROOM = box(-3.02, -1.02, 3.02, 1.02)
+MIDDLE = np.array([(0.0, 0.0)])
+
+
+def at(made: Layers, x: float, y: float) -> int:
+    ((row, col),) = made.spec.cells(np.array([(x, y)]))
+    return int(made.kind[row, col])
+
+
+def share_static(made: Layers, y: float, left: float, right: float) -> float:
+    """Of a wall along x: the share of its cells, or one beside, that always stand."""
+    points = np.stack([np.arange(left, right, 0.05), np.full(len(np.arange(left, right, 0.05)), y)])
+    rows, cols = made.spec.cells(points.T).T
+    near = made.static[rows] | made.static[rows - 1] | made.static[rows + 1]
+    return float(near[np.arange(len(rows)), cols].mean())
+
+
+def drive(n: int, y: float = 0.0) -> list[Pose2]:
+    return [Pose2(x, y, 0.0) for x in np.linspace(-1.2, 1.2, n)]
+
+
+def test_a_wall_that_is_grazed_stands() -> None:
+    """The beams run along the wall at 10 cm: they cross its cells again and again."""
+    scans, poses = watch([ROOM] * 40, drive(40, 0.92))
+    made = layers(scans, poses)
+    assert share_static(made, 1.02, -2.8, 2.8) > 0.95
+    assert not made.changing.any()
+
+
+def test_a_grazed_wall_stands_though_poses_err() -> None:
+    rng = np.random.default_rng(3)
+    scans, poses = watch([ROOM] * 60, drive(60, 0.5))
+    made = layers(scans, poses + rng.normal(0.0, (0.02, 0.02, 0.005), poses.shape))
+    assert share_static(made, 1.02, -2.5, 2.5) > 0.95
+    assert made.changing.sum() <= 0.02 * made.static.sum()
+
+
+def test_a_wall_that_was_seen_for_two_seconds_is_a_wall() -> None:
+    scans, poses = watch([ROOM] * 20, [Pose2()] * 20)
+    made = layers(scans, poses)
+    assert share_static(made, 1.02, -1.0, 1.0) > 0.6  # one echo each 2 cm and more
+    assert at(made, 0.0, 0.5) == 1
+
+
+def test_what_nobody_saw_is_unknown() -> None:
+    scans, poses = watch([HOUSE] * 30, drive(30))
+    made = layers(scans, poses)
+    closed = np.concatenate([HOUSE, CLOSED])
+    behind = layers(*watch([closed] * 30, drive(30)))
+    assert made.free[tuple(made.spec.cells(np.array([(0.0, 2.0)])).T)].all()
+    assert behind.unknown[tuple(behind.spec.cells(np.array([(0.0, 2.0)])).T)].all()
+    assert not (made.static & made.free).any()
+
+
+def doors(closed: int, opened: int, rounds: int) -> Layers:
+    shut, ajar = np.concatenate([HOUSE, CLOSED]), np.concatenate([HOUSE, AJAR])
+    moments = ([shut] * closed + [ajar] * opened) * rounds
+    return layers(*watch(moments, drive(len(moments))))
+
+
+def test_a_door_that_closes_and_opens_changes_and_is_found() -> None:
+    made = doors(30, 60, 3)
+    assert at(made, 0.0, 1.06) == 3
+    assert len(made.doors) == 1
+    door = made.doors[0]
+    assert door.ends.mean(axis=0) == pytest.approx((0.0, 1.06), abs=0.06)
+    assert door.width == pytest.approx(0.9, abs=0.15)
+    assert door.open_share == pytest.approx(2 / 3, abs=0.12)
+    assert door.flips == pytest.approx(5, abs=1)
+    assert door.per_hour == pytest.approx(3600 * 5 / 27, rel=0.3)
+    assert 0.0 <= door.first < door.last <= 27.0
+    assert 0.5 < door.confidence < 1.0
+
+
+def test_the_leaf_at_rest_is_no_wall() -> None:
+    """Nobody ever sees through it, but beside a door nothing can stand there."""
+    made = doors(30, 60, 2)
+    grid = made.static_map()
+    cells = made.spec.cells(np.array([(-0.45, y) for y in np.arange(1.35, 1.95, 0.05)]))
+    assert not made.static[tuple(cells.T)].any()
+    assert (grid.occupied[tuple(cells.T)] <= 0.5).all()
+
+
+def test_the_wall_behind_an_open_door_stands() -> None:
+    made = doors(40, 40, 2)
+    assert share_static(made, 3.03, -0.4, 0.4) > 0.8
+
+
+def test_a_door_that_stays_closed_is_a_wall() -> None:
+    """By no evidence of this drive is it anything else."""
+    shut = np.concatenate([HOUSE, CLOSED])
+    made = layers(*watch([shut] * 60, drive(60)))
+    assert not made.doors
+    assert share_static(made, 1.06, -0.3, 0.3) > 0.9
+
+
+@pytest.mark.parametrize("later", [-50.0, 40_000_000.0])
+def test_another_day_with_another_clock_goes_on(later: float) -> None:
+    """As sessions are put one after the other; the second day's clock begins anew, or a year on."""
+    shut, ajar = np.concatenate([HOUSE, CLOSED]), np.concatenate([HOUSE, AJAR])
+    moments = ([shut] * 30 + [ajar] * 60) * 3
+    scans, poses = watch(moments, drive(len(moments)))
+    again, _ = watch(moments, drive(len(moments)), later)
+    made = layers([*scans, *again], np.vstack([poses, poses]))
+    assert len(made.doors) == 1
+    assert made.doors[0].flips == pytest.approx(11, abs=2)
+    assert made.doors[0].open_share == pytest.approx(2 / 3, abs=0.12)
+    assert made.doors[0].watched == pytest.approx(54, abs=8)
+
+
+def test_a_person_who_crosses_is_neither_wall_nor_door() -> None:
+    moments = []
+    for x in np.linspace(-2.5, 2.5, 50):
+        moments.append(np.concatenate([ROOM, box(x - 0.2, 0.4, x + 0.2, 0.7)]))
+    moments = [ROOM] * 20 + moments + [ROOM] * 20
+    made = layers(*watch(moments, [Pose2(0.0, -0.5, 0.0)] * len(moments)))
+    rows, cols = np.nonzero(made.static)
+    y = made.spec.centres(np.stack([rows, cols], axis=1))[:, 1]
+    assert not ((y > -0.7) & (y < 0.8) & (np.abs(made.spec.centres(
+        np.stack([rows, cols], axis=1))[:, 0]) < 2.5)).any()  # fmt: skip
+    assert not made.doors
+
+
+def test_the_static_map_agrees_with_the_layers() -> None:
+    made = doors(30, 60, 2)
+    grid = made.static_map()
+    assert ((grid.occupied > 0.5) == made.static).all()
+    assert (grid.observed == ~made.unknown).all()
+    assert (made.static.astype(int) + made.changing + made.free + made.unknown == 1).all()
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    start=st.floats(-1e6, 1e6),
+    x=st.floats(-50.0, 50.0).map(lambda v: round(v / 0.05) * 0.05),
+)
+def test_neither_the_clock_nor_the_frame_matters(start: float, x: float) -> None:
+    scans, poses = watch([ROOM] * 10, drive(10, 0.01))
+    moved, there = watch([ROOM] * 10, drive(10, 0.01), start)
+    one, other = layers(scans, poses), layers(moved, there + (x, 0.0, 0.0))
+    assert one.static.sum() == pytest.approx(other.static.sum(), rel=0.05)
+    assert one.changing.sum() == other.changing.sum()
+
+
+def test_no_echo_at_all_is_free_space() -> None:
+    empty = np.empty((0, 4))
+    made = layers(*watch([empty] * 3, [Pose2()] * 3))
+    assert made.free.any()
+    assert not made.static.any()
+    assert not made.doors
+
+
+@pytest.mark.parametrize(
+    ("poses", "resolution", "told"),
+    [
+        (np.zeros((2, 3)), 0.05, "one pose a scan"),
+        (np.zeros((1, 2)), 0.05, "shape"),
+        (np.full((1, 3), np.nan), 0.05, "finite"),
+        (np.zeros((1, 3)), 0.0, "resolution"),
+    ],
+)
+def test_what_cannot_be_used_is_told(poses: np.ndarray, resolution: float, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        layers([scan(ROOM, Pose2(), 0.0)], poses, resolution)
+
+
+def test_no_scans_are_told() -> None:
+    with pytest.raises(InputError, match="one pose a scan"):
+        layers([], np.empty((0, 3)))
