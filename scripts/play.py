@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +13,10 @@ import slam
 from dynslam_env import Layout, SlamWrapper
 from dynslam_env.drawing.colours import SOLID
 from slam.checked import one_of, whole_number
-from slam.errors import InputError
 
 from .driving import overlay
 from .driving.cockpit import Cockpit
+from .window import open_window
 
 if TYPE_CHECKING:
     import pygame
@@ -26,8 +24,6 @@ if TYPE_CHECKING:
 WORLD = "dynslam_env.env:DoorCorridorEnv"
 FPS = 30  # pictures a second
 WINDOW = (1440, 640)  # pixels; less on a smaller display
-PART = 0.92  # of the display at most
-SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")  # what Linux tells of a display
 
 
 @dataclass
@@ -75,28 +71,8 @@ def known_environments() -> tuple[str, ...]:
 
 def window(title: str) -> pygame.Surface:
     """An open window. Raises InputError where there is no display."""
-    import pygame
-
-    if sys.platform == "linux" and not any(os.environ.get(name) for name in SCREENS):
-        raise _no_display(f"none of {', '.join(SCREENS)} is set")
-    try:
-        pygame.display.init()
-        width, height = (int(PART * side) for side in pygame.display.get_desktop_sizes()[0])
-        size = min(WINDOW[0], width), min(WINDOW[1], height)
-        screen = pygame.display.set_mode(size, pygame.RESIZABLE)
-        if pygame.display.get_driver() == "offscreen":
-            raise _no_display("the one that is named does not answer")
-    except pygame.error as error:
-        raise _no_display(str(error)) from None
-    pygame.display.set_caption(f"dynslam play: {title}")
-    return screen
-
-
-def _no_display(why: str) -> InputError:
-    return InputError(
-        f"play needs a display to open its window on, and found none ({why}); without one, "
-        f'use render_mode="rgb_array" and gymnasium\'s RecordVideo'
-    )
+    instead = 'use render_mode="rgb_array" and gymnasium\'s RecordVideo'
+    return open_window(f"dynslam play: {title}", WINDOW, "play", instead)
 
 
 def frames(

@@ -9,19 +9,22 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageColor, ImageDraw, ImageFont
 from scipy import ndimage
 
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 
-from .map_panel import Box, shades
+from .coarser import coarser
+from .map_panel import Box
 from .style import INK, PAPER, UNKNOWN
 
 FINE = 2  # drawn this much larger than shown, and smoothed down
 TITLE = 26  # pixels, strip above
 ROBOT_RADIUS = 0.22  # m, Pioneer 3-DX
+SMALLEST = 4.0  # pixels, radius of a robot in a large building
 GREYS = np.round(np.linspace(0, 255, 8)).astype(int)  # of a map: fewer make a smaller file
+PALETTE = [*np.repeat(GREYS, 3).tolist(), *ImageColor.getrgb(UNKNOWN)]
 
 
 class Canvas:
@@ -74,9 +77,10 @@ class Canvas:
 
     def robot(self, pose: Pose2, colour: str) -> None:
         """A disc, with a line from its centre to its front."""
-        front = pose @ Pose2(ROBOT_RADIUS, 0.0, 0.0)
+        radius = max(ROBOT_RADIUS, SMALLEST * FINE / self._scale)
+        front = pose @ Pose2(radius, 0.0, 0.0)
         centre, tip = self.pixels(np.array([pose[:2], front[:2]]))
-        self._disc(centre[0], centre[1], ROBOT_RADIUS * self._scale, colour)
+        self._disc(centre[0], centre[1], radius * self._scale, colour)
         self._draw.line([centre, tip], fill=PAPER, width=2 * FINE)
 
     def ring(self, pose: Pose2, colour: str) -> None:
@@ -90,11 +94,13 @@ class Canvas:
         left, _, _, top = grid.spec.extent
         x0, y0 = self.pixels(np.array([(left, top)]))[0]
         size = self.image.width, self.image.height - TITLE * FINE
+        grid = coarser(grid, 1 / self._scale)
         step = 1 / (self._scale * grid.spec.resolution)  # cells a pixel
         inverse = (step, 0.0, -x0 * step, 0.0, step, (TITLE * FINE - y0) * step)
-        cells = Image.fromarray(_few_shades(shades(grid))[::-1])
-        area = cells.transform(size, Image.Transform.AFFINE, inverse, fillcolor=UNKNOWN)
-        self.image.paste(area, (0, TITLE * FINE))
+        cells = Image.fromarray(few_shades(grid)[::-1])
+        cells.putpalette(PALETTE)
+        area = cells.transform(size, Image.Transform.AFFINE, inverse, fillcolor=len(GREYS))
+        self.image.paste(area.convert("RGB"), (0, TITLE * FINE))
 
     def shade_behind(self, walls: Array, inside: Pose2, colour: str) -> None:
         """Fill all that is not reached from `inside` without crossing a wall."""
@@ -132,11 +138,12 @@ def fan(pose: Pose2, ranges: Array, angles: Array) -> Array:
     return np.vstack([pose[:2], directions * ranges[:, None] + pose[:2]])
 
 
-def _few_shades(image: np.ndarray) -> np.ndarray:
-    """An image with its greys, not its colours, rounded to `GREYS`."""
-    nearest = np.abs(np.arange(256)[:, None] - GREYS).argmin(axis=1)
-    grey = image[:, :, :1] == image[:, :, 2:]
-    return np.where(grey, GREYS[nearest].astype(np.uint8)[image], image)
+def few_shades(grid: OccupancyGrid) -> np.ndarray:
+    """(rows, cols) uint8 which colour of PALETTE a cell has: its last where nothing was seen."""
+    nearest = np.abs(np.arange(256)[:, None] - GREYS).argmin(axis=1).astype(np.uint8)
+    shade = nearest[np.round(255 * (1.0 - np.clip(grid.occupied, 0.0, 1.0))).astype(np.uint8)]
+    shade[~grid.observed] = len(GREYS)
+    return shade
 
 
 def _length(text: str) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageColor
@@ -12,10 +11,10 @@ from PIL import Image, ImageColor
 from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.io.files import replacing
 from slam.metrics.trajectory import ate
 
 from .canvas import GREYS, Canvas, fan
+from .film import Colours, write_film
 from .known_poses import known
 from .map_panel import Box
 from .snapshots import Snapshot
@@ -26,7 +25,6 @@ BORDER = 0.3  # m outside the walls
 FLAT = 0.6  # height / width below which panels are stacked
 GAP = 4  # pixels between panels
 BLENDS = 48  # colours in the palette beside our own
-NEAR = 8  # levels: Pillow confuses colours no farther apart
 HOLD = 2.5  # s that the last frame stays
 BEAMS, SOLID = "#DDEFFA", "#E4E6EA"
 EXACT = (PAPER, INK, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, SOLID)
@@ -49,20 +47,7 @@ def write_replay(
     truth = known(episode)
     scans = _common_scans(runs)
     frames = [_frame(panels, width) for panels in _panels(episode, truth, runs, scans, width)]
-    palette = _palette(frames)
-    indexed = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    durations = [round(1000 / fps)] * len(frames)
-    durations[-1] += round(1000 * HOLD)
-    with replacing(Path(path)) as file:
-        indexed[0].save(
-            file,
-            format="GIF",
-            save_all=True,
-            append_images=indexed[1:],
-            duration=durations,
-            loop=0,
-            optimize=False,  # it would look for a palette of its own for each frame
-        )
+    write_film(frames, path, fps, HOLD, Colours(_exact_colours(), BLENDS))
 
 
 def _common_scans(runs: Mapping[str, Sequence[Snapshot]]) -> list[int]:
@@ -142,24 +127,10 @@ def _frame(panels: Sequence[Image.Image], width: int) -> Image.Image:
     return frame
 
 
-def _palette(frames: Sequence[Image.Image]) -> Image.Image:
-    """Our own colours to the letter, and the blends of the first, the middle and the last frame."""
-    chosen = [frames[0], frames[len(frames) // 2], frames[-1]]
-    sheet = Image.new("RGB", (frames[0].width, frames[0].height * len(chosen)))
-    for number, frame in enumerate(chosen):
-        sheet.paste(frame, (0, number * frame.height))
-    found = sheet.quantize(BLENDS, method=Image.Quantize.MEDIANCUT).getpalette() or []
-    blends = np.array(found[: 3 * BLENDS]).reshape(-1, 3)
-    exact = np.vstack([np.repeat(GREYS[:, None], 3, axis=1), _exact_colours()])
-    apart = np.abs(blends[:, None] - exact).max(axis=2).min(axis=1) > NEAR
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(np.concatenate([exact, blends[apart]]).ravel().tolist())
-    return palette
-
-
 def _exact_colours() -> np.ndarray:
-    """(n, 3) our colours, and those of lines half over a map."""
+    """(n, 3) the greys of maps, our colours, and those of lines half over a map."""
     own = np.array([ImageColor.getrgb(colour) for colour in EXACT])
     lines = np.array([ImageColor.getrgb(colour) for colour in (TRUTH, ESTIMATE, WALLS, DOORS)])
     below = np.array([ImageColor.getrgb(colour) for colour in (PAPER, "#000000", UNKNOWN)])
-    return np.vstack([own, ((lines[:, None] + below) // 2).reshape(-1, 3)])
+    greys = np.repeat(GREYS[:, None], 3, axis=1)
+    return np.vstack([greys, own, ((lines[:, None] + below) // 2).reshape(-1, 3)])

@@ -70,6 +70,11 @@ class Playback:
             self._matched += bool(estimate.matched)  # of numpy, it would make the sum so
             yield estimate
 
+    @property
+    def done(self) -> int:
+        """Scans that were taken in so far."""
+        return len(self._poses)
+
     def result(self) -> Run:
         """The run so far."""
         online = np.array(self._poses).reshape(-1, 3)

@@ -1,0 +1,124 @@
+"""Films: an animated GIF, or with `dynslam[video]` an MP4."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from PIL import Image
+
+from slam.errors import InputError
+from slam.io.files import AnyPath, placing, replacing
+
+MOST = 256  # colours in a GIF
+NEAR = 8  # levels: Pillow confuses colours no farther apart
+QUALITY = 7.0  # of imageio's 10: thin lines and small letters stay sharp
+
+
+class Colours(NamedTuple):
+    """What the palette of a GIF is made of: the fewer, the smaller the file.
+
+    exact   (n, 3) 0 to 255, kept to the letter
+    blends  how many more are found in the first, the middle and the last frame
+    """
+
+    exact: np.ndarray = np.zeros((0, 3), int)
+    blends: int = MOST
+
+
+ANY = Colours()
+
+
+def suffix() -> str:
+    """Of the films that can be written here: .mp4 where its encoder is installed, else .gif."""
+    return ".mp4" if find_spec("imageio") and find_spec("imageio_ffmpeg") else ".gif"
+
+
+def write_film(
+    frames: Sequence[Image.Image],
+    path: AnyPath,
+    fps: float,
+    hold: float = 0.0,
+    colours: Colours = ANY,
+) -> None:
+    """Write frames of one size as `path` (.gif or .mp4); the same frames, the same bytes of a GIF.
+
+    frames   asked for one by one, a few of them twice: they may be drawn only then
+    fps      frames a second
+    hold     s that the last one stays longer
+    colours  of a GIF
+
+    Raises InputError for another ending, for .mp4 without its encoder, and where `path` cannot be
+    written.
+    """
+    path = Path(path)
+    if path.suffix == ".gif":
+        _write_gif(frames, path, fps, hold, colours)
+    elif path.suffix == ".mp4":
+        _write_mp4(frames, path, fps, hold)
+    else:
+        raise InputError(f"{path}: a film's name must end in .gif or .mp4")
+
+
+def _write_gif(
+    frames: Sequence[Image.Image], path: Path, fps: float, hold: float, colours: Colours
+) -> None:
+    palette = _palette(frames, colours)
+    indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    durations = [round(1000 / fps)] * len(frames)
+    durations[-1] += round(1000 * hold)
+    with replacing(path) as file:
+        next(indexed).save(
+            file,
+            format="GIF",
+            save_all=True,
+            append_images=indexed,
+            duration=durations,
+            loop=0,
+            optimize=False,  # it would look for a palette of its own for each frame
+        )
+
+
+def _palette(frames: Sequence[Image.Image], colours: Colours) -> Image.Image:
+    """The exact colours, and the blends."""
+    chosen = [frames[0], frames[len(frames) // 2], frames[-1]]
+    sheet = Image.new("RGB", (chosen[0].width, chosen[0].height * len(chosen)))
+    for number, frame in enumerate(chosen):
+        sheet.paste(frame, (0, number * frame.height))
+    found = sheet.quantize(colours.blends, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    blends = np.array(found[: 3 * colours.blends]).reshape(-1, 3)
+    if len(colours.exact):
+        apart = np.abs(blends[:, None] - colours.exact).max(axis=2).min(axis=1) > NEAR
+        blends = np.concatenate([colours.exact, blends[apart]])[:MOST]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(blends.ravel().tolist())
+    return palette
+
+
+def _write_mp4(frames: Sequence[Image.Image], path: Path, fps: float, hold: float) -> None:
+    if suffix() != ".mp4":
+        raise InputError(f"{path}: an MP4 needs an encoder: pip install 'dynslam[video]'")
+    import imageio.v2 as imageio
+
+    with (
+        placing(path) as made,
+        imageio.get_writer(
+            made, fps=fps, quality=QUALITY, macro_block_size=1, ffmpeg_log_level="error"
+        ) as writer,
+    ):
+        for frame in _held(frames, round(hold * fps)):
+            writer.append_data(_even(frame))  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _held(frames: Sequence[Image.Image], longer: int) -> Iterator[Image.Image]:
+    yield from frames
+    if longer:
+        yield from [frames[-1]] * longer
+
+
+def _even(frame: Image.Image) -> np.ndarray:
+    """(rows, cols, 3), both even, as the encoder wants them."""
+    return np.asarray(frame)[: frame.height // 2 * 2, : frame.width // 2 * 2]
