@@ -45,17 +45,37 @@ def status(arguments: list[str] | None = None) -> int:
 def _command(arguments: list[str] | None) -> int:
     import tyro
 
-    from . import compare, curves, demo, endure, play, record, run, score, speed, study, train
+    from . import (
+        compare,
+        convert,
+        curves,
+        demo,
+        endure,
+        ghosts,
+        info,
+        map_recording,
+        play,
+        record,
+        run,
+        score,
+        speed,
+        study,
+        train,
+    )
     from .bench import command as bench
     from .evaluate import command as evaluate
 
     known = (
         Annotated[bench.Bench, tyro.conf.subcommand("bench")]
         | Annotated[compare.Compare, tyro.conf.subcommand("compare")]
+        | Annotated[convert.Convert, tyro.conf.subcommand("convert")]
         | Annotated[curves.Curves, tyro.conf.subcommand("curves")]
         | Annotated[demo.Demo, tyro.conf.subcommand("demo")]
         | Annotated[endure.Endure, tyro.conf.subcommand("endure")]
         | Annotated[evaluate.Evaluate, tyro.conf.subcommand("evaluate")]
+        | Annotated[ghosts.GhostsStudy, tyro.conf.subcommand("ghosts")]
+        | Annotated[info.Info, tyro.conf.subcommand("info")]
+        | Annotated[map_recording.Map, tyro.conf.subcommand("map")]
         | Annotated[play.Play, tyro.conf.subcommand("play")]
         | Annotated[record.Record, tyro.conf.subcommand("record")]
         | Annotated[run.Run, tyro.conf.subcommand("run")]

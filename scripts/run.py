@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tyro
 
 import slam
 from slam.benchmark.configuration import configuration
@@ -19,7 +18,6 @@ from slam.benchmark.run import Playback, warm_up
 from slam.benchmark.run import Run as SlamRun
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.io.carmen import read_carmen
 from slam.io.relations import read_relations
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
@@ -32,18 +30,18 @@ from .figures.map_figure import map_figure
 from .output import output_directory, write_json, write_png
 from .process_memory import peak_mb
 from .progress import progress_bar
+from .recording import Recording, prepared, stem
 
 
-@dataclass
-class Run:
-    """Map a CARMEN log: writes trajectory.tum, map.pgm + map.yaml, map.png, cost.png, metrics.json.
+@dataclass(kw_only=True)
+class Run(Recording):
+    """Run a SLAM variant on a recording and measure it: writes trajectory.tum, map.pgm + map.yaml,
+    map.png, cost.png, metrics.json. (`dynslam map` is for the map itself.)
 
     A particle filter or a graph, which revises the past, also writes trajectory-online.tum: the
     poses as believed on the way.
     """
 
-    log: tyro.conf.Positional[Path]
-    """CARMEN log, plain or .gz, with ODOM and FLASER or ROBOTLASER1 lines."""
     slam: str = "dynamic-ml"
     """SLAM variant, such as odometry, static-ml, dynamic-ml; an unknown name lists them all."""
     relations: Path | None = None
@@ -59,12 +57,11 @@ class Run:
         """Read, run, write, print."""
         robot = slam.make(self.slam, seed=self.seed)  # a mistake here is told before all work
         relations = read_relations(self.relations) if self.relations else None
-        episode, warnings = read_carmen(self.log)
+        episode, warnings = self.told()
         if relations is not None and not within(episode.odometry, relations.first).any():
-            raise InputError(f"{self.relations}: its stamps all lie outside those of {self.log}")
+            raise InputError(f"{self.relations}: its stamps all lie outside those of {self.file}")
         out = output_directory(self.out or self._default_out())
-        for warning in warnings:
-            print(f"{self.log}: warning: {warning}", file=sys.stderr)
+        episode = prepared(episode)
         run, status = self._run(robot, episode)
         if not len(run.poses):
             return status
@@ -87,16 +84,15 @@ class Run:
         write_tum(done, out / "trajectory.tum")
         write_ros_map(run.grid, out / "map.yaml")
         write_json(metrics, out / "metrics.json")
-        figure = map_figure(run.grid, run.poses, title=f"{self.log.name}, {self.slam}")
+        figure = map_figure(run.grid, run.poses, title=f"{self.file.name}, {self.slam}")
         write_png(figure, out / "map.png")
-        cost = cost_figure(run.poses, run.spent, title=f"{self.log.name}, {self.slam}")
+        cost = cost_figure(run.poses, run.spent, title=f"{self.file.name}, {self.slam}")
         write_png(cost, out / "cost.png")
         self._tell(metrics, out)
         return status
 
     def _default_out(self) -> Path:
-        log = self.log.name.removesuffix(".gz").removesuffix(".log").lstrip(".")
-        return Path("out") / f"{log}-{self.slam.replace('/', '-')}"
+        return Path("out") / f"{stem(self.file)}-{self.slam.replace('/', '-')}"
 
     def _run(self, robot: slam.Slam, episode: Episode) -> tuple[SlamRun, int]:
         """The run and the exit status: Ctrl-C and a scan that no map can hold end it early.
@@ -111,16 +107,16 @@ class Run:
                 for _ in progress.track(playback, len(episode.scans), description=self.slam):
                     pass
         except KeyboardInterrupt:
-            print(f"{self.log}: interrupted, writing what is done", file=sys.stderr)
+            print(f"{self.file}: interrupted, writing what is done", file=sys.stderr)
             return playback.result(), EXIT_INTERRUPTED
         except InputError as error:
-            print(f"{self.log}: {error}; writing what is done before it", file=sys.stderr)
+            print(f"{self.file}: {error}; writing what is done before it", file=sys.stderr)
             return playback.result(), EXIT_MISTAKE
         return playback.result(), 0
 
     def _metrics(self, run: SlamRun) -> dict[str, Any]:
         return {
-            "log": self.log.name,
+            "log": self.file.name,
             "slam": self.slam,
             "seed": self.seed,
             "scans": len(run.poses),
@@ -140,7 +136,7 @@ class Run:
         if metrics.get("left_out"):
             print(
                 f"{self.relations}: warning: {metrics['left_out']} relations left out, their "
-                f"stamps lie outside what was mapped of {self.log}",
+                f"stamps lie outside what was mapped of {self.file}",
                 file=sys.stderr,
             )
         if metrics.get("relations"):

@@ -18,7 +18,8 @@ from slam.benchmark.results import versions
 from slam.checked import whole_number
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.io.carmen import read_carmen
+from slam.io.formats import read_log
+from slam.sweeping import standing
 
 from .building import building_rows, building_table
 from .chosen import PLAIN, chosen, chosen_variants
@@ -112,10 +113,10 @@ class Speed:
         """The drive in the corridor, and the log."""
         yield "corridor", record_corridor(SEED, "moving")
         if self.log:
-            log = read_carmen(self.log)
+            log = read_log(self.log)
             for warning in log.warnings:
                 print(f"{self.log}: warning: {warning}", file=sys.stderr)
-            yield self.log.name, log.episode
+            yield self.log.name, standing(log.episode)
 
 
 class Part(NamedTuple):

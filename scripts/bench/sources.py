@@ -19,7 +19,8 @@ import dynslam_env
 from agents import record_path
 from dynslam_env.setup import Setup
 from slam.episode import Episode, Truth
-from slam.io.carmen import read_carmen
+from slam.io.formats import read_log
+from slam.sweeping import standing
 
 SIMULATORS = ("numpy", "pymunk", "numba", "gymnasium")
 
@@ -77,7 +78,7 @@ class Drive(Source):
 
 @dataclass(frozen=True)
 class LogFile(Source):
-    """A recorded log: a CARMEN file, or an episode that was saved as .npz."""
+    """A recorded log, of any format that `read_log` knows."""
 
     path: Path
     seed: int = 0
@@ -89,9 +90,7 @@ class LogFile(Source):
 
     def make(self) -> Episode:
         """Read it."""
-        if self.path.suffix == ".npz":
-            return Episode.load(self.path)
-        return read_carmen(self.path)[0]
+        return standing(read_log(self.path).episode)
 
 
 def sparser(drive: Episode, every: int) -> Episode:
