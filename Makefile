@@ -1,10 +1,11 @@
 # make demo: set up and run the paper's experiment.  make test: set up and run every check.
+# make docs: set up and build the documentation into out/site.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test format clean
+.PHONY: demo test docs format clean
 
 demo: $(VENV)/core.stamp
 	$(BIN)/dynslam demo
@@ -15,6 +16,11 @@ test: $(VENV)/all.stamp
 	$(BIN)/lint-imports
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/pytest --numprocesses logical
+
+docs: $(VENV)/all.stamp
+	$(BIN)/python -m docs.making.cards
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	@echo "out/site/index.html (to search it: $(BIN)/python -m http.server -d out/site)"
 
 format: $(VENV)/all.stamp
 	$(BIN)/ruff format .

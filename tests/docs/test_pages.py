@@ -1,0 +1,130 @@
+"""What README and documentation show is what runs; what they link to is there."""
+
+# pyright: reportMissingImports=false
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import pytest
+import tyro
+from dynslam_cli import main
+
+import slam
+from slam import registry
+from tests.docs.pages import DOCS, PAGES, ROOT, arguments, blocks, commands, lines, name
+
+matplotlib.use("Agg")
+WITH_PYTHON = [page for page in PAGES if any(b.language == "python" for b in blocks(page))]
+RUN_IN_FULL = [DOCS / "tutorial.md"]  # the others' commands take minutes: they are parsed only
+CARDS = ["env.py", "goals.py"]  # their docstrings are docs/environments.md
+DOCSTRINGS = [
+    path
+    for folder in ("slam", "dynslam_env", "agents")
+    for path in sorted((ROOT / folder).rglob("*.py"))
+    if "```python" in path.read_text(encoding="utf-8") and path.name not in CARDS
+]
+PLACEHOLDERS = ("NAME", "a,b")
+SAID = {"docs/benchmark.md": "8 runs, 0 without a result"}
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch) -> Path:
+    """An empty folder to run in, a registry of its own, and no training that takes minutes."""
+    from sb3_contrib import MaskablePPO
+    from stable_baselines3 import PPO
+
+    for algorithm in (PPO, MaskablePPO):
+        monkeypatch.setattr(algorithm, "learn", lambda self, total_timesteps: self)
+    monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def status(words: list[str]) -> int | str | None:
+    """How `dynslam WORDS` leaves; the parser itself leaves for help and for a mistake."""
+    try:
+        return main.status(words)
+    except SystemExit as left:
+        return left.code
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON + DOCSTRINGS, ids=name)
+def test_the_code_runs(page: Path, elsewhere, capsys):
+    """A page's blocks one after the other, as somebody would who types them in."""
+    namespace: dict[str, Any] = {}
+    for block in blocks(page):
+        if block.language == "python":
+            exec(compile(block.text, name(page), "exec"), namespace)
+            printed = capsys.readouterr().out
+            assert bool(printed.strip()) == ("print(" in block.text or name(page) in SAID)
+            assert SAID.get(name(page), "") in printed
+        elif page in RUN_IN_FULL:
+            for line in lines(block):
+                assert main.status(arguments(line.removeprefix("dynslam "))) == 0, line
+                capsys.readouterr()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_the_commands_are_understood(page: Path, monkeypatch, capsys):
+    """By the parser itself, so that an option that was renamed is noticed. Nothing is run."""
+    parse = tyro.cli
+
+    def parsed_only(*given: Any, **options: Any) -> Any:
+        parse(*given, **options)
+        return lambda: 0
+
+    monkeypatch.setattr(tyro, "cli", parsed_only)
+    for command in commands(page):
+        words = arguments(command)
+        bare = len(words) == 1  # the command's name, in running text
+        for option, value in pairwise(words):
+            if option in ("--slam", "--variants") and value not in PLACEHOLDERS:
+                assert set(value.split(",")) <= set(slam.variants()), command
+        left = status([*words, "--help"] if bare else words)
+        assert left == 0, f"{command}\n{capsys.readouterr().err}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_what_make_and_pip_are_asked_for_is_there(page: Path):
+    told = [line for block in blocks(page) for line in lines(block)]
+    makefile = (ROOT / "Makefile").read_text()
+    project = (ROOT / "pyproject.toml").read_text()
+    for line in told:
+        for target in re.findall(r"^make (\w+)$", line):
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), line
+        for extras in re.findall(r"\.\[([\w,]+)\]", line):
+            for extra in extras.split(","):
+                assert re.search(rf"^{extra} = \[", project, re.MULTILINE), line
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_suites_are_suites(page: Path, tmp_path):
+    from dynslam_cli.bench.user_suite import read_suite
+
+    for block in blocks(page):
+        if block.language == "toml" and "[[case]]" in block.text:
+            (tmp_path / "suite.toml").write_text(block.text)
+            assert len(read_suite(tmp_path / "suite.toml").cases) >= 2
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_each_link_leads_somewhere(page: Path):
+    """To a file, so that a page reads in a checkout too; the site's builder checks anchors."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+        assert (page.parent / target).exists(), target
+
+
+def test_the_checks_see_something():
+    assert len(WITH_PYTHON) >= 6
+    assert DOCSTRINGS
+    assert sum(len(commands(page)) for page in PAGES) > 40
+    assert arguments("train [--algo ppo|recurrent-ppo] [--seed S]") == [
+        "train", "--algo", "ppo", "--seed", "1",
+    ]  # fmt: skip
+
+
+def test_the_readme_stays_short():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) < 150
