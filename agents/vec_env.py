@@ -58,8 +58,15 @@ class NativeVecEnv(VecEnv):
 
     @staticmethod
     def make(id: str, num_envs: int, **parameters: Any) -> NativeVecEnv:
-        """`num_envs` environments named `id`, with the parameters of the environment."""
-        return NativeVecEnv(gym.make_vec(id, num_envs, autoreset_mode="SameStep", **parameters))
+        """`num_envs` environments named `id`, with the parameters of the environment.
+
+        Where there is no native vector environment, they are stepped one after the other.
+        """
+        if gym.spec(id).vector_entry_point is not None:
+            parameters["autoreset_mode"] = "SameStep"
+            return NativeVecEnv(gym.make_vec(id, num_envs, **parameters))
+        mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        return NativeVecEnv(gym.make_vec(id, num_envs, "sync", vector_kwargs=mode, **parameters))
 
     def reset(self) -> VecEnvObs:
         """Begin new episodes; with the seeds that `seed()` set, if it did."""

@@ -64,13 +64,14 @@ for _name, (_limit, _keywords) in WORLDS.items():
         kwargs=_keywords,
     )
 
+PATROLS = ("DoorPatrol-v0", "DoorPatrolGoals-v0")
+"""The names of the tasks for agents."""
+
 gymnasium.register(
-    id="DoorPatrol-v0",
+    id=PATROLS[0],
     entry_point="dynslam_env.patrol.env:DoorPatrolEnv",
     vector_entry_point="dynslam_env.patrol.vector:DoorPatrolVectorEnv",
     max_episode_steps=250,
 )
 
-gymnasium.register(
-    id="DoorPatrolGoals-v0", entry_point="dynslam_env.patrol.goals:DoorPatrolGoalsEnv"
-)
+gymnasium.register(id=PATROLS[1], entry_point="dynslam_env.patrol.goals:DoorPatrolGoalsEnv")

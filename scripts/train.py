@@ -12,6 +12,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import load_env_creator
 
 import slam
+from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
 from slam.checked import number, one_of, whole_number
 from slam.errors import InputError
@@ -30,7 +31,7 @@ class Train:
     """
 
     env: str = "DoorPatrol-v0"
-    """Id of a patrol with a native vector environment: DoorPatrol-v0, or one of your own."""
+    """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own."""
     world: str = "corridor"
     """corridor, loop, office or crowd."""
     slam: str = "hmm-ml"
@@ -86,7 +87,9 @@ class Train:
                     file=sys.stderr,
                 )
                 return EXIT_INTERRUPTED
-        print(f"look at {out}; compare it: dynslam evaluate {out / 'best.zip'} nearest-frontier")
+        print(f"look at {out}")
+        if self.env == "DoorPatrol-v0":
+            print(f"compare it: dynslam evaluate {out / 'best.zip'} nearest-frontier")
         return 0
 
 
@@ -96,12 +99,7 @@ def _check_env(name: str) -> None:
         spec = gym.spec(name)
     except gym.error.Error as error:
         raise InputError(str(error)) from None
-    made = spec.vector_entry_point
-    if made is None:
-        raise InputError(
-            f"{name} has no native vector environment: train in it with stable-baselines3's "
-            f"make_vec_env, see its docstring"
-        )
+    made = spec.vector_entry_point or spec.entry_point
     if not _is_patrol(load_env_creator(made) if isinstance(made, str) else made):
         raise InputError(
             f"{name} is no patrol, and has no SLAM to be trained with: train in it with "
@@ -110,7 +108,7 @@ def _check_env(name: str) -> None:
 
 
 def _is_patrol(made: Any) -> bool:
-    return isinstance(made, type) and issubclass(made, DoorPatrolVectorEnv)
+    return isinstance(made, type) and issubclass(made, (DoorPatrolVectorEnv, DoorPatrolGoalsEnv))
 
 
 def _timesteps(settings: Mapping[str, Any]) -> int:

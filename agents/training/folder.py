@@ -47,6 +47,6 @@ def make_ready(plain: Mapping[str, Any], folder: Path) -> None:
 
 def _read(config: Path) -> dict[str, Any]:
     try:
-        return dict(json.loads(config.read_text()))
+        return dict(json.loads(config.read_text(encoding="utf-8")))
     except (TypeError, ValueError) as error:
         raise InputError(f"{config}: not what a training writes ({error})") from None

@@ -90,7 +90,7 @@ class Legs(BaseCallback):
         if line["reward"] > best:
             save_model(model, self._told, self._folder / BEST)
         save_model(model, self._told, self._folder / CHECKPOINT)
-        with (self._folder / PROGRESS).open("a") as file:
+        with (self._folder / PROGRESS).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         self._tell(line)
 
@@ -98,7 +98,7 @@ class Legs(BaseCallback):
 def read_progress(folder: Path) -> list[dict[str, Any]]:
     """The lines of evaluation so far; one that was cut off is left out."""
     path, rows = folder / PROGRESS, []
-    for line in path.read_text().splitlines() if path.exists() else []:
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
         try:
             rows.append(json.loads(line))
         except json.JSONDecodeError:
@@ -114,14 +114,15 @@ def evaluated(model: OnPolicyAlgorithm) -> dict[str, float]:
     env.seed(EVALUATED)
     observation, state, start = env.reset(), None, np.ones(env.num_envs, dtype=bool)
     sums: dict[str, float] = {}
-    briers, moments = 0.0, 0
-    while True:
+    running = np.ones(env.num_envs, dtype=bool)
+    briers, moments = np.zeros(env.num_envs), np.zeros(env.num_envs)
+    while running.any():
         actions, state = model.predict(observation, state, start, deterministic=True)  # type: ignore[arg-type]
         observation, rewards, start, infos = env.step(actions)
-        moments += 1
-        for info, reward in zip(infos, rewards.tolist(), strict=True):
-            for name, term in {"reward": reward, **info["reward_terms"]}.items():
+        for k in np.flatnonzero(running).tolist():
+            for name, term in {"reward": float(rewards[k]), **infos[k]["reward_terms"]}.items():
                 sums[name] = sums.get(name, 0.0) + term / env.num_envs
-            briers += info["door_brier"] / env.num_envs
-        if start.any():  # all end at once: their budget of time is the same
-            return {**sums, "door_brier": briers / moments}
+            briers[k] += infos[k]["door_brier"]
+        moments += running
+        running &= ~start
+    return {**sums, "door_brier": float((briers / moments).mean())}

@@ -19,9 +19,11 @@ LINEAR = "lin_"  # before a number that falls to 0 by the end
 def read_settings(algorithm: str, env: str, path: Path | None = None) -> dict[str, Any]:
     """The hyperparameters of `env` in `path`, or in dynslam's own file of the algorithm."""
     if path is None:
-        text = files("agents.training").joinpath(f"hyperparameters/{algorithm}.yml").read_text()
+        text = (
+            files("agents.training").joinpath(f"hyperparameters/{algorithm}.yml").read_text("utf-8")
+        )
     else:
-        text = path.read_text()
+        text = path.read_text("utf-8")
     where = path or f"the hyperparameters of {algorithm}"
     try:
         known = yaml.safe_load(text)

@@ -62,7 +62,6 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
         (("--algo", "dqn"), "algo must be one of 'ppo', 'recurrent-ppo', got 'dqn'"),
         (("--env", "DoorPatrols-v0"), "DoorPatrols"),
         (("--env", "DoorCorridor-v0"), "DoorCorridor-v0 is no patrol"),
-        (("--env", "DoorPatrolGoals-v0"), "DoorPatrolGoals-v0 has no native vector environment"),
         (("--world", "moon"), "moon"),
         (("--slam", "magic"), "unknown SLAM variant 'magic'"),
         (("--workers", "0"), "workers must be a whole number of at least 1"),

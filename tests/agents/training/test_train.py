@@ -77,6 +77,16 @@ def test_a_line_for_each_leg_and_the_end(whole):
         assert 0 < row["door_brier"] < 1
 
 
+def test_who_chooses_goals_is_trained_too_whatever_the_workers(tmp_path):
+    """Its decisions take various times, so its worlds do not end together."""
+    parameters = {"slam": "odometry", "budget": 12.0}
+    what = training(env="DoorPatrolGoals-v0", parameters=parameters, steps=ROLLOUT, leg=1)
+    for workers in (1, 2):
+        train(what, tmp_path / str(workers), workers=workers)
+    alike(tmp_path / "1", tmp_path / "2")
+    assert all(0 < row["door_brier"] < 1 for row in progress(tmp_path / "1"))
+
+
 def test_the_best_is_that_of_the_best_line(tmp_path, monkeypatch):
     rewards, kept = iter([3.0, 7.0, 1.0, 2.0]), []
     monkeypatch.setattr(legs, "evaluated", lambda model: {"reward": next(rewards)})
