@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 import math
 import sys
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import slam
-from slam.benchmark.run import warm_up
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -25,7 +23,7 @@ from .chosen import chosen
 from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from .mapping import STAGES, Mapping, Window
 from .output import output_directory
-from .recording import Recording, prepared, stem
+from .recording import Recording, compile_first, prepared, stem
 from .reference import reference
 from .takeaway import LEFT_OUT, Takeaway
 
@@ -72,8 +70,7 @@ class Map(Recording):
         out = self._out()
         episode = prepared(log.episode)
         robot, start = self._robot(variant, session, episode)
-        with suppress(InputError):  # the run itself comes to it, and keeps what was before
-            warm_up(variant, episode)
+        compile_first(variant, episode)
         stages = 1 if set(skip) == set(LEFT_OUT) else STAGES  # nobody looks at more
         mapping = Mapping(robot, episode, variant, window, stages)
         status = self._run(mapping)
@@ -121,6 +118,8 @@ class Map(Recording):
         else:
             print("looking for where it begins in the map ...", file=sys.stderr)
             start = relocated(session, episode)
+            x, y, degrees = start.x, start.y, math.degrees(start.theta)
+            print(f"found: x {x:.2f} m, y {y:.2f} m, {degrees:.1f} degrees", file=sys.stderr)
         make = localiser if self.localise else continued
         return make(session, variant, start, self.seed), start
 
@@ -147,7 +146,7 @@ class Map(Recording):
             "scans": len(run.poses),
             "matched": run.matched,
             "seconds": run.seconds,
-            "odometry": mapping.episode.meta.get("odometry", ""),
+            "odometry": mapping.episode.meta.get("odometry", "in it"),
             "start": list(start),
             "interrupted": status != 0,
         }

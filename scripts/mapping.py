@@ -11,6 +11,7 @@ from slam.interface import Estimate, Slam
 from slam.scan import Scan
 from slam.stage import Stage
 
+from .patience import patience
 from .progress import progress_bar
 
 STAGES = 150
@@ -52,13 +53,14 @@ class Mapping:
     def run(self) -> None:
         """All scans; whatever ends it early leaves what was done."""
         scans = self.episode.scans
-        with progress_bar() as progress:
+        with progress_bar() as progress, patience() as between_steps:
             steps = progress.track(self._playback, len(scans), description=self.name)
             for k, estimate in enumerate(steps, 1):
                 self.estimates.append(estimate)
                 self._growth.after(k - 1)
                 if self._window is not None:
                     self._window.show(k, len(scans), estimate, scans[k - 1], self.slam)
+                between_steps()
 
     @property
     def result(self) -> Run:

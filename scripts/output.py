@@ -21,7 +21,8 @@ def output_directory(path: Path) -> Path:
         with tempfile.TemporaryFile(dir=path):
             return path
     except OSError as error:
-        reason = error.strerror or str(error)
+        taken = path.exists() and not path.is_dir()
+        reason = "it is a file" if taken else error.strerror or str(error)
         raise InputError(
             f"{path}: a directory that can be written was expected ({reason})"
         ) from None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import tyro
 
+from slam.benchmark.run import warm_up
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -72,3 +74,11 @@ def _by_laser(episode: Episode) -> Episode:
             )
         )
     return with_odometry(episode, poses)
+
+
+def compile_first(variant: str, episode: Episode) -> None:
+    """Compile what a variant needs, which takes half a minute the first time, and says so."""
+    with progress_bar() as progress:
+        progress.add_task("compiling, the first time only", total=None)
+        with suppress(InputError):  # the run itself comes to it, and keeps what was before
+            warm_up(variant, episode)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 import slam
 from slam.benchmark.configuration import configuration
 from slam.benchmark.results import versions
-from slam.benchmark.run import Playback, warm_up
+from slam.benchmark.run import Playback
 from slam.benchmark.run import Run as SlamRun
 from slam.episode import Episode
 from slam.errors import InputError
@@ -28,9 +27,10 @@ from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from .figures.cost_figure import cost_figure
 from .figures.map_figure import map_figure
 from .output import output_directory, write_json, write_png
+from .patience import patience
 from .process_memory import peak_mb
 from .progress import progress_bar
-from .recording import Recording, prepared, stem
+from .recording import Recording, compile_first, prepared, stem
 
 
 @dataclass(kw_only=True)
@@ -101,11 +101,10 @@ class Run(Recording):
         """
         playback = Playback(robot, episode)
         try:
-            with suppress(InputError):  # the run itself comes to it, and keeps what was before
-                warm_up(self.slam, episode)
-            with progress_bar() as progress:
+            compile_first(self.slam, episode)
+            with progress_bar() as progress, patience() as between_steps:
                 for _ in progress.track(playback, len(episode.scans), description=self.slam):
-                    pass
+                    between_steps()
         except KeyboardInterrupt:
             print(f"{self.file}: interrupted, writing what is done", file=sys.stderr)
             return playback.result(), EXIT_INTERRUPTED

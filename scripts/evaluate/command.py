@@ -18,7 +18,7 @@ from ..bench.command import check_episodes, keep
 from ..bench.jobs import file_name
 from ..bench.pool import check_workers, here
 from ..chosen import chosen
-from ..exits import EXIT_INTERRUPTED
+from ..exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..figures.film import suffix
 from ..output import output_directory
 from ..progress import progress_bar
@@ -75,7 +75,8 @@ class Evaluate:
             for _ in bar.track(pages, total=None, description="report"):
                 pass
         self._tell(rows, names, out)
-        return status
+        nothing = all(row["error"] is not None for row in rows)
+        return EXIT_MISTAKE if nothing and not status else status
 
     def _names(self) -> list[str]:
         """The agents, each once; what is not there is told now."""

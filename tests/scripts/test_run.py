@@ -78,7 +78,7 @@ def test_ctrl_c_before_the_first_scan_leaves_an_earlier_result_alone(
 
     assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 0
     before = (tmp_path / "out" / "metrics.json").read_bytes()
-    monkeypatch.setattr(run_command, "warm_up", interrupted)
+    monkeypatch.setattr(run_command, "compile_first", interrupted)
     assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 130
     assert (tmp_path / "out" / "metrics.json").read_bytes() == before
 
