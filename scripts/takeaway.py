@@ -26,7 +26,6 @@ from .mapping import Mapping
 from .output import write_json, write_png
 from .progress import progress_bar
 
-PARTS = ("session", "trajectory", "map", "layers", "picture", "mcap", "rrd", "film")
 LEFT_OUT = ("mcap", "rrd", "film")  # by choice
 
 
@@ -68,7 +67,7 @@ class Takeaway:
             "rrd": self._rrd,
             "film": self._film,
         }
-        self._parts = [part for part in PARTS if part not in skip]
+        self._parts = [part for part in self._writers if part not in skip]
         if not mapped:
             self._parts = [part for part in self._parts if part not in ("session", "layers")]
 
