@@ -14,6 +14,7 @@ import numpy as np
 
 from slam.episode import Episode
 from slam.errors import InputError
+from slam.io import magic
 from slam.io.arrays import names
 from slam.io.carmen import read_carmen
 from slam.io.carmen_writer import write_carmen
@@ -23,8 +24,6 @@ from slam.io.log import Choice, Log
 from slam.io.plain_npz import read_plain_npz
 from slam.trajectory import Trajectory
 
-BAG_MAGIC = (b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\0")
-
 
 def kind_of(path: AnyPath) -> str:
     """What a file is: bag, episode, npz, csv or carmen. Raises InputError if it cannot be read."""
@@ -33,7 +32,7 @@ def kind_of(path: AnyPath) -> str:
         return "bag"
     with reading(path) as file:
         start = file.read(16)
-    if start.startswith(BAG_MAGIC):
+    if start.startswith((magic.ROS1, magic.MCAP, magic.SQLITE)):
         return "bag"
     if start.startswith(b"PK\x03\x04"):
         return "episode" if "format" in names(path) else "npz"

@@ -16,6 +16,7 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from slam.errors import InputError
+from slam.io import magic
 from slam.io.bags.cut_off import CutBag1, CutMcap
 from slam.io.bags.guarded import Bag1, Folder, Mcap, Sqlite
 from slam.io.bags.unpacking import bounded
@@ -28,9 +29,9 @@ for _kind in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):  # ROS 1's, and tha
     ROS1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", _kind))
 Reader = Bag1 | Mcap | Sqlite | Folder
 READERS: dict[bytes, type[Bag1] | type[Mcap] | type[Sqlite]] = {
-    b"#ROSBAG V": Bag1,
-    b"\x89MCAP0\r\n": Mcap,
-    b"SQLite format 3\0": Sqlite,
+    magic.ROS1: Bag1,
+    magic.MCAP: Mcap,
+    magic.SQLITE: Sqlite,
 }
 CUT_OFF = {Bag1: CutBag1, Mcap: CutMcap}
 MENDED_BY = {Bag1: "rosbag reindex", Mcap: "mcap recover", Folder: "ros2 bag reindex"}
@@ -158,9 +159,9 @@ def _reader(path: Path) -> Reader:
             f"{path}: no metadata.yaml in it, as a ROS 2 bag has; `ros2 bag reindex` writes it"
         )
     with reading(path) as file:
-        magic = file.read(16)
+        begins = file.read(16)
     for start, kind in READERS.items():
-        if magic.startswith(start):
+        if begins.startswith(start):
             return kind(path)
     raise InputError(f"{path}: no ROS bag, MCAP or SQLite file")
 
