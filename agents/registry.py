@@ -11,12 +11,12 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from agents.door_choice import DoorChoice, LongestUnseen, RoundRobin
-from agents.frontier_choice import ExploreLite, FrontierChoice, nearest
-from agents.goal_agent import Choice, GoalAgent
-from agents.information_choice import InformationChoice, laser_of, with_pose
-from agents.lookout_choice import LookoutChoice
-from agents.oracle import OracleChoice, TrueDoors
+from agents.goal_choosers.doors import DoorChoice, LongestUnseen, RoundRobin
+from agents.goal_choosers.frontiers import ExploreLite, FrontierChoice, nearest
+from agents.goal_choosers.goal_agent import Choice, GoalAgent
+from agents.goal_choosers.information import InformationChoice, laser_of, with_pose
+from agents.goal_choosers.lookout import LookoutChoice
+from agents.goal_choosers.oracle import OracleChoice, TrueDoors
 from agents.path_patrol import PathPatrol
 from agents.random_agent import RandomAgent
 from agents.wall_follower import WallFollower

@@ -20,8 +20,8 @@ try:
 except ImportError as error:
     raise ImportError("agents.vec_env needs stable-baselines3: install dynslam[train]") from error
 
-from slam.checked import instance
 from slam.errors import InputError
+from slam.validation import instance
 
 SHARED = "the worlds share one object, the vector environment `env`"
 

@@ -10,29 +10,28 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.doors import Doors
 from dynslam_env.drawing.render import Viewer
-from dynslam_env.drawing.scene import Belief, Scene
-from dynslam_env.drawing.scenery import scene
+from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
-from dynslam_env.fleet import Fleet, actions_of
-from dynslam_env.laser import Laser
-from dynslam_env.laws import Law
-from dynslam_env.layout import Generator, Layout
-from dynslam_env.localizability import pose_bound
-from dynslam_env.odometry import Odometry
-from dynslam_env.options import start_of
-from dynslam_env.past import CELL, Past
-from dynslam_env.people import People
-from dynslam_env.robot import Robot
-from dynslam_env.setup import Setup
-from dynslam_env.task import Task
-from dynslam_env.world import CONTROL_DT, World
-from slam.checked import one_of
+from dynslam_env.reset_options import start_of
+from dynslam_env.sensors.laser import Laser
+from dynslam_env.sensors.odometry import Odometry
+from dynslam_env.simulation.doors import Doors
+from dynslam_env.simulation.fleet import Fleet, actions_of
+from dynslam_env.simulation.laws import Law
+from dynslam_env.simulation.localizability import pose_bound
+from dynslam_env.simulation.past import CELL, Past
+from dynslam_env.simulation.people import People
+from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.setup import Setup
+from dynslam_env.simulation.task import Task
+from dynslam_env.simulation.world import CONTROL_DT, World
+from dynslam_env.worlds.layout import Generator, Layout
 from slam.geometry import Array, Pose2
 from slam.metrics.bound import Bound
 from slam.metrics.change import TrueOccupancy
 from slam.scan import Scan
+from slam.validation import one_of
 
 Observation = dict[str, Any]
 ALONE = np.zeros(1, dtype=np.int64)  # the rows of a fleet of one

@@ -8,11 +8,11 @@ import gymnasium as gym
 import numpy as np
 
 from dynslam_env.env import DoorCorridorEnv
-from slam.checked import instance
 from slam.episode import Episode, Truth
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
 from slam.trajectory import Trajectory
+from slam.validation import instance
 
 
 class Driver(Protocol):

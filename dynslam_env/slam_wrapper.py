@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 import slam as slam_library
 from dynslam_env.drawing.scene import Belief
 from dynslam_env.env import DoorCorridorEnv, Observation
-from slam.checked import positive_number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
 from slam.interface import Builder, Estimate, Revising, Slam
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
+from slam.validation import positive_number, whole_number
 
 FAR = 1000.0  # m, bound of the pose estimate in the observation
 SMALLEST_CROP = 36  # cells: what stable-baselines3's image network needs at least

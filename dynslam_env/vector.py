@@ -12,24 +12,24 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from dynslam_env.doors import Doors
 from dynslam_env.drawing.render import Viewer
-from dynslam_env.drawing.scenery import scene
+from dynslam_env.drawing.scene import scene
 from dynslam_env.env import DoorCorridorEnv, Observation
-from dynslam_env.fleet import Fleet, Rows, actions_of
-from dynslam_env.laser import Laser
-from dynslam_env.laws import Law
-from dynslam_env.layout import Generator
-from dynslam_env.odometry import Odometry
-from dynslam_env.options import reset_mask, start_of
-from dynslam_env.people import People
-from dynslam_env.robot import Robot
-from dynslam_env.setup import Setup
-from dynslam_env.task import Task
-from dynslam_env.world import CONTROL_DT, World
-from slam.checked import one_of, whole_number
+from dynslam_env.reset_options import reset_mask, start_of
+from dynslam_env.sensors.laser import Laser
+from dynslam_env.sensors.odometry import Odometry
+from dynslam_env.simulation.doors import Doors
+from dynslam_env.simulation.fleet import Fleet, Rows, actions_of
+from dynslam_env.simulation.laws import Law
+from dynslam_env.simulation.people import People
+from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.setup import Setup
+from dynslam_env.simulation.task import Task
+from dynslam_env.simulation.world import CONTROL_DT, World
+from dynslam_env.worlds.layout import Generator
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
+from slam.validation import one_of, whole_number
 
 Bools = NDArray[np.bool_]
 Infos = dict[str, Any]

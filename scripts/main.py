@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
-from .exits import EXIT_INTERRUPTED, EXIT_MISTAKE, EXIT_PIPE
+from .console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE, EXIT_PIPE
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -45,25 +45,17 @@ def status(arguments: list[str] | None = None) -> int:
 def _command(arguments: list[str] | None) -> int:
     import tyro
 
-    from . import (
-        compare,
-        convert,
-        curves,
-        demo,
-        endure,
-        ghosts,
-        info,
-        map_recording,
-        play,
-        record,
-        run,
-        score,
-        speed,
-        study,
-        train,
-    )
-    from .bench import command as bench
-    from .evaluate import command as evaluate
+    from .bench import bench as bench
+    from .bench import compare, score
+    from .demo import demo
+    from .driving import play
+    from .mapping import map as map_recording
+    from .mapping import run
+    from .recordings import convert, info, record
+    from .speed import speed
+    from .studies import endure, ghosts, study
+    from .training import curves, train
+    from .training import evaluate as evaluate
 
     known = (
         Annotated[bench.Bench, tyro.conf.subcommand("bench")]

@@ -5,6 +5,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.interface import Estimate, Revising, Slam
+from slam.io.episode_file import load_episode, save_episode
 from slam.registry import make, register, variants
 from slam.scan import Scan
 from slam.trajectory import Trajectory
@@ -21,7 +22,9 @@ __all__ = [
     "Slam",
     "Trajectory",
     "Truth",
+    "load_episode",
     "make",
     "register",
+    "save_episode",
     "variants",
 ]

@@ -1,9 +1,7 @@
-"""Episode: all that one drive recorded, and the truth where it is known. Saved as .npz."""
+"""Episode: the recorded scans and odometry of one drive, and the truth where it is known."""
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,15 +10,8 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, between
-from slam.io.arrays import UNREADABLE, floats, read_arrays
-from slam.io.files import replacing
-from slam.io.told import told
-from slam.packing import packed_scans, unpacked_scans
 from slam.scan import Scan
 from slam.trajectory import Trajectory
-
-FORMAT = "dynslam-episode-1"
-WHAT = "an episode saved by dynslam"
 
 
 @dataclass(frozen=True)
@@ -75,49 +66,3 @@ class Episode:
         poses = self.odometry.at(self.times)
         moved = between(poses[:-1], poses[1:])
         return [Pose2(), *(Pose2(*row) for row in moved.tolist())]
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to `path` (.npz), through a temporary file: a killed run leaves no half of one.
-
-        Raises InputError where it cannot be written.
-        """
-        arrays: dict[str, Any] = {
-            "format": FORMAT,
-            "meta": json.dumps(dict(self.meta)),
-            **packed_scans(self.scans),
-            "odometry_times": self.odometry.times,
-            "odometry_poses": self.odometry.poses,
-        }
-        if self.truth is not None:
-            arrays |= {
-                "truth_poses": self.truth.poses,
-                "truth_walls": self.truth.walls,
-                "truth_doors": self.truth.doors,
-            }
-        with replacing(path) as file:
-            np.savez_compressed(file, **arrays)
-
-    @staticmethod
-    def load(path: str | os.PathLike[str]) -> Episode:
-        """Read what `save` wrote. Raises InputError for anything else; never runs a pickle."""
-        data = read_arrays(path, WHAT)
-        try:
-            if str(data["format"]) != FORMAT:
-                raise InputError(f"format {told(data['format'], 60)}, expected {FORMAT}")
-            return _episode(data)
-        except UNREADABLE as error:
-            raise InputError(f"{path}: not {WHAT} ({told(error)})") from error
-
-
-def _episode(data: dict[str, Any]) -> Episode:
-    truth = None
-    if "truth_poses" in data:
-        poses, walls = floats(data["truth_poses"], 2), floats(data["truth_walls"], 2)
-        truth = Truth(poses, walls, floats(data["truth_doors"], 3))
-        if (poses.shape[1], walls.shape[1]) != (3, 4) or truth.doors.shape[::2] != (len(poses), 4):
-            raise InputError("the truth has poses (n, 3), walls (w, 4) and doors (n, d, 4)")
-    odometry = Trajectory(floats(data["odometry_times"], 1), floats(data["odometry_poses"], 2))
-    meta = json.loads(str(data["meta"]))
-    if not isinstance(meta, dict):
-        raise InputError("meta must be an object of JSON")
-    return Episode(unpacked_scans(data), odometry, truth, meta)

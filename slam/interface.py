@@ -11,7 +11,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.maps.cells import Cells
-from slam.motion import Prediction
+from slam.motion.gaussian import Prediction
 from slam.scan import Scan
 
 

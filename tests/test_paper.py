@@ -6,7 +6,7 @@ import pytest
 import slam
 from agents import record_corridor
 from slam.benchmark.run import run, true_start
-from slam.metrics.judge import Judge
+from slam.metrics.episode_scorer import Judge
 
 SEEDS = (0, 1, 2, 3)
 

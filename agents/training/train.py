@@ -23,8 +23,8 @@ from agents.training.legs import BEST, CHECKPOINT, PROGRESS, Legs
 from agents.training.settings import arguments
 from agents.training.workers import Workers
 from agents.vec_env import NativeVecEnv
-from slam.checked import one_of, whole_number
 from slam.errors import InputError
+from slam.validation import one_of, whole_number
 
 KINDS: dict[str, type[OnPolicyAlgorithm]] = {"ppo": PPO, "recurrent-ppo": RecurrentPPO}
 LEG_ROLLOUTS = 40  # after so many rollouts a checkpoint, and an evaluation

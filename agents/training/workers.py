@@ -22,8 +22,8 @@ from stable_baselines3.common.vec_env.base_vec_env import (
 )
 
 from agents.vec_env import SHARED, NativeVecEnv
-from slam.checked import whole_number
 from slam.errors import InputError
+from slam.validation import whole_number
 
 Parameters = dict[str, Any]
 

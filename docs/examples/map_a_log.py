@@ -3,7 +3,7 @@
     python docs/examples/map_a_log.py --seed 5000 --out out/map-a-log
 
 Writes map.pgm + map.yaml, as ROS takes them, of three variants, and prints how much of the doors
-is left in each map. For a log of your own: `episode, _ = slam.io.carmen.read_carmen(path)`; such an
+is left in each map. For a log of your own: `episode, _ = slam.io.carmen.reader.read_carmen(path)`; such an
 episode has no truth, so that there is nothing to count the doors with.
 """
 

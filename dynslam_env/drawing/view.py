@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.checked import finite, number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array
+from slam.validation import finite, number, whole_number
 
 SCALE = 60.0  # pixels per metre, unless the world is too large for that
 SCALES = (0.1, 2000.0)  # pixels per metre that can be asked for

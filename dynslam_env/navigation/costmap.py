@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.regions import EIGHT, FOUR, distance_to, grown
-from dynslam_env.patrol.beliefs import Beliefs
-from slam.checked import positive, within
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import GridSpec, OccupancyGrid
 from slam.scan import Scan
+from slam.validation import positive, within
 
 UNKNOWN, OPEN, TIGHT, OCCUPIED = 0, 1, 2, 3
 """Kinds of cells: nothing seen; the robot's centre can be there; free, but nearer to something

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.regions import loose_clusters
-from dynslam_env.patrol.beliefs import Beliefs
 from slam.geometry import Array
 
 FEWEST = 3  # cells

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from dynslam_env.navigation.pursuit import Command
-from dynslam_env.robot import Robot
+from dynslam_env.simulation.robot import Robot
 from slam.scan import Scan
 
 STEP = 0.05  # m, along the arc

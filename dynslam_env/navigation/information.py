@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from dynslam_env.patrol.beliefs import Beliefs
+from dynslam_env.navigation.beliefs import Beliefs
 from slam.geometry import Array
 
 RAYS = 120  # around a viewpoint

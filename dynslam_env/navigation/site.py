@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from dynslam_env.patrol.beliefs import Beliefs
-from dynslam_env.robot import Robot
+from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.simulation.robot import Robot
 from slam.geometry import Array
 from slam.interface import Slam
 from slam.scan import Scan

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.costmap import Costmap, Inflation, costmap
 from dynslam_env.navigation.planner import Plan, plan
 from dynslam_env.navigation.site import Site
-from dynslam_env.patrol.beliefs import Beliefs
 from slam.geometry import Array, Pose2
 
 

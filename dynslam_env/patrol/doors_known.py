@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dynslam_env.layout import Door, Layout
 from dynslam_env.patrol.memory import CELL, Memory
+from dynslam_env.worlds.layout import Door, Layout
 from slam.geometry import Array
 
 CLOSED = 0.2  # rad: a door that is open no wider counts as closed

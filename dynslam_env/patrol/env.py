@@ -9,21 +9,21 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from dynslam_env.doors import Doors
 from dynslam_env.env import DoorCorridorEnv
-from dynslam_env.laser import Laser
-from dynslam_env.laws import Law
-from dynslam_env.layout import Generator
-from dynslam_env.odometry import Odometry
-from dynslam_env.patrol.beliefs import Beliefs
+from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.patrol.config import NO_TASK, Orders
 from dynslam_env.patrol.doors_known import DoorsKnown
-from dynslam_env.patrol.orders import NO_TASK, Orders
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.pay import Pay
 from dynslam_env.patrol.perception import observation_space
-from dynslam_env.people import People
-from dynslam_env.robot import Robot
+from dynslam_env.patrol.rewards import Pay
+from dynslam_env.sensors.laser import Laser
+from dynslam_env.sensors.odometry import Odometry
+from dynslam_env.simulation.doors import Doors
+from dynslam_env.simulation.laws import Law
+from dynslam_env.simulation.people import People
+from dynslam_env.simulation.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
+from dynslam_env.worlds.layout import Generator
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.interface import Slam

@@ -14,10 +14,10 @@ from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.pilot import REPLAN, Pilot
 from dynslam_env.navigation.survey import survey
 from dynslam_env.patrol.env import DoorPatrolEnv, Observation
-from dynslam_env.patrol.menu import FEATURES, SLOTS, Menu, Offer, menu
+from dynslam_env.patrol.goal_options import FEATURES, SLOTS, Menu, Offer, menu
 from dynslam_env.patrol.perception import observation_space
-from slam.checked import positive_number
 from slam.errors import InputError
+from slam.validation import positive_number
 
 
 class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from dynslam_env.patrol.beliefs import Beliefs
+from dynslam_env.navigation.beliefs import Beliefs
 from slam.geometry import Array, Pose2
 from slam.maps.centroids import UNIT
 from slam.maps.hmm import HMM, UNDECIDED
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import WORD, Seen
+from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
-from slam.tiles import MASK, SHIFT
 
 CELL = 0.15  # m; walls hardly ever lie on the border between two such cells, and flicker there
 EVIDENCE = Evidence(hit=3.0, free=-1.0, prior=0.5)

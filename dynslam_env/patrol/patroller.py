@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from dynslam_env.patrol.memory import Memory
-from dynslam_env.patrol.pay import Gains, pose_bits
 from dynslam_env.patrol.perception import observe
+from dynslam_env.patrol.rewards import Gains, pose_bits
 from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.scan import Scan

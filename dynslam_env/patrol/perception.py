@@ -11,8 +11,8 @@ from numba import njit
 
 from dynslam_env.patrol.memory import CELL, Memory
 from slam.geometry import Array, Pose2
+from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
-from slam.tiles import MASK, SHIFT
 
 SIDE = 40  # pixels of the map, each way
 PIXEL = 0.25  # m

@@ -10,21 +10,21 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 import slam as slam_library
-from dynslam_env.doors import Doors
-from dynslam_env.fleet import Rows
-from dynslam_env.laser import Laser
-from dynslam_env.laws import Law
-from dynslam_env.layout import Generator
-from dynslam_env.odometry import Odometry
+from dynslam_env.patrol.config import NO_TASK, Orders
 from dynslam_env.patrol.doors_known import DoorsKnown, brier
-from dynslam_env.patrol.orders import NO_TASK, Orders
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.pay import Pay
 from dynslam_env.patrol.perception import observation_space
-from dynslam_env.people import People
-from dynslam_env.robot import Robot
+from dynslam_env.patrol.rewards import Pay
+from dynslam_env.sensors.laser import Laser
+from dynslam_env.sensors.odometry import Odometry
+from dynslam_env.simulation.doors import Doors
+from dynslam_env.simulation.fleet import Rows
+from dynslam_env.simulation.laws import Law
+from dynslam_env.simulation.people import People
+from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.vector import Bools, DoorCorridorVectorEnv, Infos, masked
-from dynslam_env.world import CONTROL_DT
+from dynslam_env.worlds.layout import Generator
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
 from slam.scan import Scan

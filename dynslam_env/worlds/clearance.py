@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from dynslam_env.layout import Door
+from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
 
 ARC_STEPS = 6  # edges for the quarter circle of a leaf's free edge

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynslam_env.layout import Layout
 from dynslam_env.worlds.floor_plan import FloorPlan
+from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
 from dynslam_env.worlds.row import Frame, Site, build, draw_row
 from dynslam_env.worlds.walks import check_rooms, draw_routes
-from slam.checked import positive, whole, within
 from slam.errors import InputError
 from slam.geometry import Pose2
+from slam.validation import positive, whole, within
 
 
 @dataclass(frozen=True)

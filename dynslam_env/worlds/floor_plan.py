@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dynslam_env.layout import LATCH_GAP, Door
+from dynslam_env.worlds.layout import LATCH_GAP, Door
 from dynslam_env.worlds.outline import Rect, outline
-from slam.checked import instance, number, one_of, positive, positive_number, whole_number
 from slam.errors import InputError
 from slam.geometry import Array
+from slam.validation import instance, number, one_of, positive, positive_number, whole_number
 
 ROUNDING = 1e-9  # m
 

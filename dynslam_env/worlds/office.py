@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dynslam_env.layout import Layout
 from dynslam_env.worlds.clearance import legs, sweep
 from dynslam_env.worlds.floor import Floor, Sizes, draw_floor
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.furniture import furnish
+from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
 from dynslam_env.worlds.walks import Solid, check_rooms, draw_routes, waiting_point
-from slam.checked import positive, whole, within
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
+from slam.validation import positive, whole, within
 
 FLOORS = 100  # drawn at most, until one has doors enough
 

@@ -17,9 +17,9 @@ from slam.algorithms.variants import BUILDERS
 from slam.errors import InputError
 from slam.registry import builder_of
 
-from .jobs import Trial
-from .scoring import ENDINGS, stem
-from .sources import Drive, LogFile, Source
+from ..trials.jobs import Trial
+from ..trials.scoring import ENDINGS, stem
+from ..trials.sources import Drive, LogFile, Source
 
 Factors = Mapping[str, str | float]
 

@@ -12,14 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from dynslam_env import WORLDS, Doors, Laser, Odometry, Task, laws
-from dynslam_env.people import People
-from dynslam_env.robot import Robot
-from dynslam_env.setup import NAMED_DOORS, NAMED_WORLDS
-from slam.checked import instance, one_of, whole_number
+from dynslam_env import WORLDS, Doors, Laser, Odometry, Task
+from dynslam_env.simulation import laws
+from dynslam_env.simulation.people import People
+from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.setup import NAMED_DOORS, NAMED_WORLDS
 from slam.errors import InputError
+from slam.validation import instance, one_of, whole_number
 
-from .sources import Drive, LogFile, Source
+from ..trials.sources import Drive, LogFile, Source
 from .suites import Case, Suite
 
 TOP = ("name", "variants", "seeds", "case")

@@ -14,7 +14,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2, transform_points
 from slam.io.files import AnyPath
-from slam.stage import Stage
+from slam.snapshot import Stage
 
 from .canvas import GREYS, Canvas
 from .film import Colours, write_film

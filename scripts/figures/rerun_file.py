@@ -14,7 +14,7 @@ from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.interface import Estimate
 from slam.io.files import AnyPath, placing
-from slam.stage import Stage
+from slam.snapshot import Stage
 
 from .canvas import ROBOT_RADIUS
 from .ellipse import ellipses

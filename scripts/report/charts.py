@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from slam.benchmark.statistics import median
 
 from ..figures.style import FAINT, INK, MEDIUM, SMALL, blank_figure, plain_axes
-from ..scores import ATE, MEMORY, TIME, Score, told_p
+from .scores import ATE, MEMORY, TIME, Score, told_p
 from .summary import Condition, Group, Summary
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F4F24", "#6A3D9A",

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 
-from ..bench.example import Example
 from ..figures.style import DOORS, ESTIMATE, SMALL, TRUTH, UNKNOWN, WALLS, blank_figure, plain_axes
+from ..trials.example import Example
 from .charts import Chart
 from .summary import Condition
 

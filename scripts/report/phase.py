@@ -11,8 +11,8 @@ from matplotlib.colors import ListedColormap, LogNorm
 from slam.geometry import Array
 
 from ..figures.style import INK, MEDIUM, SMALL, blank_figure, plain_axes
-from ..scores import Score
 from .charts import Chart, colour
+from .scores import Score
 from .summary import Comparison, Condition, Summary
 
 PLANE = "plane"

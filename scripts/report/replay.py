@@ -12,7 +12,7 @@ from PIL import Image
 
 from slam.geometry import Array
 
-from ..bench.example import Example
+from ..trials.example import Example
 from .maps import PALETTE
 from .summary import Condition
 

@@ -23,7 +23,7 @@ from slam.benchmark.statistics import (
 )
 from slam.errors import InputError
 
-from ..scores import ATE, BRIER, F1, F1_OVER_TIME, Score, main_score, present
+from .scores import ATE, BRIER, F1, F1_OVER_TIME, Score, main_score, present
 
 ALWAYS = ("run", "suite", "condition", "variant", "seed", "episode", "error", "versions", "commit",
           "host")  # fmt: skip

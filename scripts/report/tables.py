@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from slam.benchmark.statistics import Interval
 
-from ..scores import COST, QUALITY, Score, present
+from .scores import COST, QUALITY, Score, present
 from .summary import Summary
 
 LATEX = {character: f"\\{character}" for character in "&%$#_{}"} | {

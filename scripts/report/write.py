@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from slam.benchmark.results import Result
 from slam.io.files import replacing
 
-from ..bench.example import Example, load
-from ..output import write_png
+from ..console.output import write_png
+from ..trials.example import Example, load
 from .charts import Chart, charts, shown
 from .maps import maps
 from .phase import phase_diagrams

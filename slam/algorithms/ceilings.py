@@ -21,8 +21,8 @@ from slam.maps.clamped import Clamped
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.true_map import TrueMap, known_moments
+from slam.motion.threshold import KEYFRAMES, Spacing
 from slam.scan import Scan
-from slam.spacing import KEYFRAMES, Spacing
 
 ShownTruth = Callable[[Truth, np.random.Generator], Slam]
 """Makes a SLAM that is shown the truth, scan by scan: (truth, randomness) -> Slam."""

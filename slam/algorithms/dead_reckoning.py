@@ -10,8 +10,8 @@ from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate
 from slam.maps.static import Static
+from slam.motion.threshold import KEYFRAMES, Spacing
 from slam.scan import Scan
-from slam.spacing import KEYFRAMES, Spacing
 
 
 class DeadReckoning:

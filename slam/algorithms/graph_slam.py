@@ -12,9 +12,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.checked import positive_number, whole_number
 from slam.geometry import Array, Pose2, compose, turned
 from slam.graph.chain import chained
 from slam.graph.edges import Edge
@@ -25,9 +23,11 @@ from slam.graph.whole_map import WholeMap
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, Motion, Perception, Search
 from slam.maps.static import Static
-from slam.perception.endpoint import Endpoint
+from slam.motion.adaptive import AdaptiveOdometry
 from slam.scan import Scan
 from slam.search.correlative import Correlative
+from slam.sensor_models.endpoint import Endpoint
+from slam.validation import positive_number, whole_number
 
 FEWEST = 12  # keyframes of a stretch, where scans are far apart
 NEAR = 6.0  # m between the middles of two local maps, beyond which they are not matched

@@ -7,18 +7,18 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from slam.adaptive_odometry import AdaptiveOdometry
-from slam.belief import Ground, fused, moved
+from slam.algorithms.pose_covariance import Ground, fused, moved
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, Motion, Perception, Posterior, Search
 from slam.maps.static import Static
-from slam.motion import Prediction
-from slam.perception.endpoint import Endpoint
+from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.gaussian import Prediction
+from slam.motion.threshold import KEYFRAMES, Spacing
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
-from slam.spacing import KEYFRAMES, Spacing
+from slam.sensor_models.endpoint import Endpoint
 
 MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
 LONG_AGO = -1e12  # s: before all scans

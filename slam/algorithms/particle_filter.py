@@ -10,22 +10,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.maximum_likelihood import MATCHES
-from slam.belief import moved
-from slam.checked import positive_number, whole_number
+from slam.algorithms.pose_covariance import moved
+from slam.algorithms.resampling import effective, normalised, systematic
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, Motion, Perception, Posterior, Slope
 from slam.maps.static import Static
-from slam.motion import Prediction
-from slam.perception.endpoint import Endpoint
-from slam.resampling import effective, normalised, systematic
+from slam.maps.tiles import Branch
+from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.gaussian import Prediction
+from slam.motion.threshold import KEYFRAMES, Spacing
 from slam.scan import Scan
 from slam.search.correlative import Correlative
-from slam.spacing import KEYFRAMES, Spacing
-from slam.tiles import Branch
+from slam.sensor_models.endpoint import Endpoint
+from slam.validation import positive_number, whole_number
 
 
 class ParticleFilter:

@@ -16,14 +16,12 @@ from functools import partial
 
 import numpy as np
 
-from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.graph_slam import GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.particle_filter import ParticleFilter
 from slam.geometry import Pose2
 from slam.interface import Builder, MapModel, Motion, Perception, Search, Slam
-from slam.learned_odometry import LearnedOdometry
 from slam.maps.clamped import Clamped
 from slam.maps.filtered import Filtered
 from slam.maps.histogram import Histogram
@@ -33,12 +31,14 @@ from slam.maps.mean import Mean
 from slam.maps.recency import Recency
 from slam.maps.static import Static
 from slam.maps.temporal import Temporal
-from slam.perception.beam import Beam
-from slam.perception.endpoint import Endpoint
-from slam.perception.literal import Literal
+from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.learned import LearnedOdometry
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.random_restart import RandomRestart
+from slam.sensor_models.beam import Beam
+from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.literal import Literal
 
 MAPS: dict[str, Callable[[], MapModel]] = {
     "static": Static,

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from slam.geometry import Array, Pose2
-from slam.perception.endpoint import Endpoint
-from slam.tiles import TILE
+from slam.maps.tiles import TILE
+from slam.sensor_models.endpoint import Endpoint
 
 CELL = 2  # cells of the map; the side of a candidate's
 LEVELS = 6  # squares of 1, 2, 4, ... 32 candidates share a bound

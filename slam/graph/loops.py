@@ -9,18 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.checked import positive
 from slam.geometry import Array, Pose2, turned
 from slam.graph.global_search import GlobalSearch
 from slam.graph.local_map import LocalMap
 from slam.interface import Posterior
 from slam.maps.static import Static
-from slam.motion import Prediction
-from slam.perception.endpoint import Endpoint
-from slam.perception.settled import Settled
+from slam.motion.gaussian import Prediction
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.search.laplace import wide_information
+from slam.sensor_models.endpoint import Endpoint, Settled
+from slam.validation import positive
 
 MOST_BYTES = 100_000_000  # of the maps that are kept ready, the last one aside
 PASSAGE = 0.3  # of the information across: with less along it, a place is taken for a passage

@@ -12,7 +12,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, reading
-from slam.io.told import told
+from slam.io.one_line import told
 
 LARGEST = 1 << 33  # bytes of all arrays
 FLOOR = 1 << 28  # bytes that any file may unpack to: arrays of zeros pack well

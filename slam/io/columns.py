@@ -9,7 +9,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, text_lines
-from slam.io.told import told
+from slam.io.one_line import told
 
 
 def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:

@@ -25,7 +25,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.files import LONGEST_LINE, AnyPath, lines, replacing
-from slam.io.log import Log
+from slam.io.loaded_recording import Log
 from slam.io.mounted import only_mount
 from slam.io.saturation import guessed_max_range
 from slam.scan import Scan

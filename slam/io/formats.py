@@ -14,13 +14,13 @@ import numpy as np
 
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.io import magic
 from slam.io.arrays import names
-from slam.io.carmen import read_carmen
-from slam.io.carmen_writer import write_carmen
+from slam.io.carmen.reader import read_carmen
+from slam.io.carmen.writer import write_carmen
 from slam.io.csv_log import read_csv, write_csv
+from slam.io.episode_file import load_episode, save_episode
 from slam.io.files import AnyPath, lines, reading
-from slam.io.log import Choice, Log
+from slam.io.loaded_recording import Choice, Log
 from slam.io.plain_npz import read_plain_npz
 from slam.trajectory import Trajectory
 
@@ -32,7 +32,7 @@ def kind_of(path: AnyPath) -> str:
         return "bag"
     with reading(path) as file:
         start = file.read(16)
-    if start.startswith((magic.ROS1, magic.MCAP, magic.SQLITE)):
+    if start.startswith((signatures.ROS1, signatures.MCAP, signatures.SQLITE)):
         return "bag"
     if start.startswith(b"PK\x03\x04"):
         return "episode" if "format" in names(path) else "npz"
@@ -96,7 +96,7 @@ def _is_table(path: Path) -> bool:
 
 
 def _read_episode(path: AnyPath) -> Log:
-    return Log(Episode.load(path), ())
+    return Log(load_episode(path), ())
 
 
 def _write_bag(episode: Episode, path: Path) -> None:
@@ -112,7 +112,7 @@ READERS: dict[str, Callable[[AnyPath], Log]] = {
     "carmen": read_carmen,
 }
 WRITERS: dict[str, Callable[[Episode, Path], None]] = {
-    ".npz": Episode.save,
+    ".npz": save_episode,
     ".csv": write_csv,
     ".log": write_carmen,
     ".log.gz": write_carmen,

@@ -15,7 +15,7 @@ from slam.errors import InputError
 from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import UNREADABLE, read_arrays
 from slam.io.files import AnyPath, replacing
-from slam.io.told import told
+from slam.io.one_line import told
 from slam.layers import Layers
 from slam.layers.doors import Door
 from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN

@@ -13,9 +13,9 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.arrays import UNREADABLE, floats, read_arrays
 from slam.io.files import AnyPath
-from slam.io.log import Log
+from slam.io.loaded_recording import Log
+from slam.io.one_line import told
 from slam.io.saturation import guessed_max_range
-from slam.io.told import told
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 

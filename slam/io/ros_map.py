@@ -17,7 +17,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, reading, replacing, text_lines
-from slam.io.told import told
+from slam.io.one_line import told
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
 LONGEST_HEADER = 1 << 16  # bytes, comments and all

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slam.checked import finite, positive_number
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid
@@ -17,6 +16,7 @@ from slam.layers.looks import Looks, look
 from slam.layers.surface import Surface, extent, find_surface
 from slam.maps.rays import Rays
 from slam.scan import Scan
+from slam.validation import finite, positive_number
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.maps.centroids import Centroids
 from slam.maps.rays import MARGIN, Rays, Seen, Tracer
+from slam.maps.tiles import Tiles
 from slam.scan import Scan
-from slam.tiles import Tiles
+from slam.validation import positive_number
 
 
 class Cells:

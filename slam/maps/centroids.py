@@ -7,7 +7,7 @@ from numba import njit
 
 from slam.geometry import Array
 from slam.grid import TILE
-from slam.tiles import AREA, MASK, SHIFT, Tiles
+from slam.maps.tiles import AREA, MASK, SHIFT, Tiles
 
 UNIT = 1 / 65536  # of a cell: what offsets are counted in
 LARGEST = np.iinfo(np.int16).max  # an echo just before the border of its cell rounds to one more

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
@@ -15,6 +14,7 @@ from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence, probability
 from slam.maps.rays import Rays
 from slam.scan import Scan
+from slam.validation import positive_number
 
 
 class Filtered:

@@ -8,14 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays, Seen
+from slam.maps.tiles import AREA
 from slam.scan import Scan
-from slam.tiles import AREA
+from slam.validation import positive_number
 
 UNDECIDED, FREE, OCCUPIED = 0, 1, 2
 SURE = 0.8  # P of a state from where on the cell is taken to be in it

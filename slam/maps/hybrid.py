@@ -6,10 +6,9 @@ import numpy as np
 from numba import njit
 
 from slam.geometry import Pose2
-from slam.maps.bins import bin_of
-from slam.maps.windowed import Windowed
+from slam.maps.tiles import Tiles
+from slam.maps.windowed import Windowed, bin_of
 from slam.scan import Scan
-from slam.tiles import Tiles
 
 NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
 MOST = 255  # windows that are counted

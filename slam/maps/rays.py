@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from slam.checked import positive, within
 from slam.geometry import Array, Pose2
+from slam.maps.tiles import AREA, MASK, SHIFT, Tiles, slot_to_take
 from slam.scan import Scan
-from slam.tiles import AREA, MASK, SHIFT, Tiles, slot_to_take
+from slam.validation import positive, within
 
 MARGIN = 8  # cells around every echo whose tiles are taken too: readings look so far
 AROUND = 32  # cells around all that was seen that lie in `Tiles.index`, taken or not

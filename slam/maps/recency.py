@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numba import njit
 
-from slam.checked import positive_number
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
+from slam.maps.tiles import AREA
 from slam.scan import Scan
-from slam.tiles import AREA
+from slam.validation import positive_number
 
 
 class Recency:

@@ -7,11 +7,10 @@ from numba import njit
 
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
-from slam.maps.bins import bin_of
 from slam.maps.log_odds import probability
-from slam.maps.windowed import Windowed
+from slam.maps.tiles import AREA, GROWTH, Layer, Tiles
+from slam.maps.windowed import Windowed, bin_of
 from slam.scan import Scan
-from slam.tiles import AREA, GROWTH, Layer, Tiles
 
 NONE = -1  # before the first window of a cell
 

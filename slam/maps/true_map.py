@@ -13,9 +13,9 @@ from slam.geometry import Array, Pose2
 from slam.maps.cells import Cells
 from slam.maps.centroids import UNIT
 from slam.maps.rays import Rays
+from slam.maps.tiles import MASK, SHIFT
 from slam.metrics.surface import sampled
 from slam.scan import Scan
-from slam.tiles import MASK, SHIFT
 
 FREE = 0.01  # h where nothing stands: in front of a wall and behind it, or the robot would be drawn
 FINENESS = 20  # samples per cell and segment

@@ -2,13 +2,46 @@
 
 from __future__ import annotations
 
-from slam.checked import positive_number, whole_number
-from slam.maps.bins import bin_limits
+import numpy as np
+from numba import njit
+from scipy.special import logit
+
+from slam.geometry import Array
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
-from slam.maps.windows import Windows
-from slam.tiles import Tiles
+from slam.maps.tiles import Tiles
+from slam.validation import positive_number, whole_number
+
+
+def bin_limits(bins: int) -> Array:
+    """(bins - 1,) the log-odds at which each bin ends and the next begins; all are equally wide in
+    probability."""
+    return logit(np.arange(1, bins) / bins)
+
+
+@njit(cache=True)
+def bin_of(log_odds, limits):
+    """The bin that log-odds fall into: few comparisons, since most of what is seen is free."""
+    b = 0
+    while b < len(limits) and log_odds >= limits[b]:
+        b += 1
+    return b
+
+
+class Windows:
+    """Windows of `delta_t` s, numbered from the first time that is asked for."""
+
+    def __init__(self, delta_t: float):
+        positive_number("delta_t", delta_t)
+        self._delta_t = delta_t
+        self._start: float | None = None
+
+    def at(self, time: float) -> int:
+        """Number of the window of `time`, s; below zero where the clock runs back."""
+        if self._start is None:
+            self._start = time
+        return int((time - self._start) // self._delta_t)
 
 
 class Windowed:

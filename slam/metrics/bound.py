@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.checked import finite, positive_number
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
+from slam.validation import finite, positive_number
 
 LEAST_COSINE = 0.05  # of the incidence: closer to grazing, a range says no more than here
 SINGULAR = 1e-12  # of the largest eigenvalue: what is known a million times less is not known

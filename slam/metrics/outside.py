@@ -8,8 +8,8 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose
 from slam.grid import OccupancyGrid
+from slam.metrics.episode_scorer import Judge
 from slam.metrics.flat import Number
-from slam.metrics.judge import Judge
 from slam.metrics.reference import associated
 from slam.metrics.trajectory import alignment, score_trajectory
 from slam.trajectory import Trajectory

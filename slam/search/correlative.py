@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from slam.checked import positive
 from slam.geometry import Array, Pose2
 from slam.interface import Posterior
 from slam.search.gauss_newton import GaussNewton
+from slam.validation import positive
 
 FEW = 100  # candidates, which are looked at one and all
 SIDE = 2  # candidates side by side that share a bound

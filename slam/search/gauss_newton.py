@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from slam.checked import positive, whole
 from slam.geometry import Pose2
 from slam.interface import Posterior, Slope
+from slam.validation import positive, whole
 
 DAMPED = 1e-9  # of the curvature's trace
 

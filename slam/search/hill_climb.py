@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from slam.checked import positive
 from slam.geometry import Array, Pose2
 from slam.interface import Posterior
+from slam.validation import positive
 
 NEIGHBOURS = 6  # to and fro along x, y and theta of the robot's frame
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slam.checked import whole
 from slam.geometry import Pose2
 from slam.interface import Posterior
 from slam.search.hill_climb import HillClimb
+from slam.validation import whole
 
 
 @dataclass(frozen=True)

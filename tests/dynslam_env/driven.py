@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from dynslam_env import Doors, Laser, Layout, People, Robot, Scripted
-from dynslam_env.fleet import Fleet
-from dynslam_env.setup import Setup
+from dynslam_env.simulation.fleet import Fleet
+from dynslam_env.simulation.setup import Setup
 from slam import Pose2
 
 NIMBLE = Robot(acceleration=100.0, turn_acceleration=100.0)

@@ -22,11 +22,13 @@ import atheris
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-with atheris.instrument_imports(include=["slam.io", "slam.episode", "slam.sweeping", "rosbags"]):
+with atheris.instrument_imports(
+    include=["slam.io", "slam.episode", "slam.preprocessing.deskewing", "rosbags"]
+):
     import slam.io.bags  # noqa: F401 (imported late by the readers, and then not instrumented)
     from slam.errors import InputError
-    from slam.io.log import Log
-    from slam.sweeping import standing
+    from slam.io.loaded_recording import Log
+    from slam.preprocessing.deskewing import standing
     from tests.slam.io.samples import reader_of, samples
 
 NAMES = tuple(samples())

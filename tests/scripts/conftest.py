@@ -6,7 +6,7 @@ import pytest
 
 from agents import record_corridor
 from slam.episode import Episode
-from slam.io.carmen_writer import write_carmen
+from slam.io.carmen.writer import write_carmen
 
 SCANS = 80
 

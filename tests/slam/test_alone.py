@@ -4,6 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from slam.io.episode_file import save_episode
 from tests.slam.worlds import drive
 
 ALONE = """
@@ -24,7 +25,7 @@ for module in pkgutil.walk_packages(slam.__path__, "slam."):
     importlib.import_module(module.name)
 
 from slam.benchmark.run import run, true_start
-episode = slam.Episode.load(sys.argv[1])
+episode = slam.load_episode(sys.argv[1])
 done = run(slam.make("static-ml", true_start(episode)), episode)
 assert not ABSENT & {name.split(".")[0] for name in sys.modules}, "imported before"
 modules = sorted(name for name in sys.modules if name.startswith("slam."))
@@ -33,7 +34,7 @@ print(len(modules), len(done.poses), done.matched, abs(done.poses - episode.trut
 
 
 def test_slam_runs_with_the_simulator_absent(tmp_path: Path) -> None:
-    drive(20).save(tmp_path / "drive.npz")
+    save_episode(drive(20), tmp_path / "drive.npz")
     root = Path(__file__).parents[2]
     command = [sys.executable, "-c", ALONE, str(tmp_path / "drive.npz")]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=300)

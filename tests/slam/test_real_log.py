@@ -8,7 +8,7 @@ import pytest
 import slam
 from slam.algorithms.graph_slam import GraphSlam
 from slam.benchmark.run import run
-from slam.io.carmen import read_carmen
+from slam.io.carmen.reader import read_carmen
 from slam.io.relations import read_relations
 from slam.metrics.relations import RelationScores, score_relations
 from slam.trajectory import Trajectory

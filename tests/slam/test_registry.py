@@ -9,7 +9,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.perception.endpoint import Endpoint
+from slam.sensor_models.endpoint import Endpoint
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from typing import Any
 
 from slam.io.bags.file import opened
 from slam.io.files import AnyPath
-from slam.io.warned import Warnings
+from slam.io.warnings import Warnings
 
 
 def contents_of(path: AnyPath) -> dict[str, Any]:

@@ -16,22 +16,21 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from slam.errors import InputError
-from slam.io import magic
 from slam.io.bags.cut_off import CutBag1, CutMcap
 from slam.io.bags.guarded import Bag1, Folder, Mcap, Sqlite
 from slam.io.bags.unpacking import bounded
 from slam.io.files import AnyPath, reading
-from slam.io.told import told
-from slam.io.warned import Warnings
+from slam.io.one_line import told
+from slam.io.warnings import Warnings
 
 ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
 for _kind in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):  # ROS 1's, and that of old recordings
     ROS1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", _kind))
 Reader = Bag1 | Mcap | Sqlite | Folder
 READERS: dict[bytes, type[Bag1] | type[Mcap] | type[Sqlite]] = {
-    magic.ROS1: Bag1,
-    magic.MCAP: Mcap,
-    magic.SQLITE: Sqlite,
+    signatures.ROS1: Bag1,
+    signatures.MCAP: Mcap,
+    signatures.SQLITE: Sqlite,
 }
 CUT_OFF = {Bag1: CutBag1, Mcap: CutMcap}
 MENDED_BY = {Bag1: "rosbag reindex", Mcap: "mcap recover", Folder: "ros2 bag reindex"}

@@ -20,11 +20,11 @@ from slam.io.bags.poses import ODOMETRY, Poses, is_truth
 from slam.io.bags.recorded import on_one_clock, take, tree_of
 from slam.io.bags.robot import mounts_of, odometry_of
 from slam.io.files import AnyPath
-from slam.io.log import Choice, Log
+from slam.io.loaded_recording import Choice, Log
+from slam.io.one_line import listed
+from slam.io.one_line import told as shown
 from slam.io.saturation import guessed_max_range
-from slam.io.told import listed
-from slam.io.told import told as shown
-from slam.io.warned import Warnings
+from slam.io.warnings import Warnings
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 

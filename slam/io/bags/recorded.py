@@ -10,7 +10,7 @@ from slam.io.bags.file import Bag
 from slam.io.bags.laser_scan import Sweep, sweep
 from slam.io.bags.poses import Poses, Stamped, stamp
 from slam.io.bags.transforms import Transforms, plain
-from slam.io.warned import Warnings
+from slam.io.warnings import Warnings
 
 FRAMES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 SET_BACK = 1.0  # s: stamps that run back by more are no clock

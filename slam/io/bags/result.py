@@ -15,7 +15,7 @@ from slam.io.bags.sink import Sink, check_times, sink
 from slam.io.bags.write import BASE, LASER, ODOM
 from slam.io.files import AnyPath
 from slam.scan import Scan
-from slam.stage import Stage
+from slam.snapshot import Stage
 
 MAP = "map"
 PATH_POSES = 300  # of a path on the way: all of them each time would grow as the square of the run

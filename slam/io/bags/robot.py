@@ -12,8 +12,8 @@ from slam.geometry import Array, Pose2
 from slam.io.bags.poses import ODOMETRY
 from slam.io.bags.recorded import Recorded
 from slam.io.bags.transforms import Transforms, plain, seen_from_above
-from slam.io.told import told as shown
-from slam.io.warned import Warnings
+from slam.io.one_line import told as shown
+from slam.io.warnings import Warnings
 from slam.trajectory import Trajectory
 
 BASES = ("base_link", "base_footprint")  # REP 105

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from slam.errors import InputError
 from slam.geometry import Array
-from slam.io.told import told as shown
+from slam.io.one_line import told as shown
 
 FARTHEST = 1e8  # m: what is farther away than that is no place
 DEEPEST = 100  # frames from the root; a robot has five to twenty

@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 
 from dynslam_env import Door, Laser, Layout, Periodic
-from dynslam_env.patrol.pay import Pay
+from dynslam_env.patrol.rewards import Pay
 from slam import Pose2
 
 SECONDS = 24.0

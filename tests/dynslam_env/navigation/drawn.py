@@ -3,8 +3,8 @@ line is the top."""
 
 import numpy as np
 
+from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.costmap import Costmap, Inflation, inflated
-from dynslam_env.patrol.beliefs import Beliefs
 from slam.grid import GridSpec
 
 BARE = Inflation(margin=0.0, weight=0.0)

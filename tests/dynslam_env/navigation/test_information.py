@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.information import FAINT, RAYS, UNSEEN, entropy, expected_bits
-from dynslam_env.patrol.beliefs import Beliefs
 from slam.grid import GridSpec
 from tests.dynslam_env.navigation.drawn import believed
 

@@ -18,7 +18,7 @@ from dynslam_env.patrol.memory import (
 )
 from slam.maps.cells import Cells
 from slam.maps.rays import Rays
-from slam.tiles import AREA, TILE
+from slam.maps.tiles import AREA, TILE
 
 FREE, OCCUPIED = 0, 1
 

@@ -14,7 +14,7 @@ from dynslam_env import DoorCorridorEnv, Laser, Layout, SlamWrapper, slam_wrappe
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.pay import Gains, Pay
+from dynslam_env.patrol.rewards import Gains, Pay
 from slam import InputError, Pose2
 from tests.dynslam_env.test_vector import same
 

@@ -9,8 +9,8 @@ from gymnasium.utils.env_checker import check_env
 from dynslam_env import DoorCorridorEnv
 from dynslam_env.navigation.follower import FACED, REACH
 from dynslam_env.patrol.env import DoorPatrolEnv
+from dynslam_env.patrol.goal_options import FRONTIERS, SLOTS
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
-from dynslam_env.patrol.menu import FRONTIERS, SLOTS
 from slam import InputError
 
 TRUTH = ("pose", "layout", "physics", "outline", "occupancy", "bound")

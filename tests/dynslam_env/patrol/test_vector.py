@@ -6,7 +6,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from dynslam_env import Laser, Robot
-from dynslam_env.patrol.pay import Pay
+from dynslam_env.patrol.rewards import Pay
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
 from slam import InputError
 from tests.dynslam_env.test_vector import same

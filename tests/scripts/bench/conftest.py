@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from dynslam_cli import main
-from dynslam_cli.bench import command
+from dynslam_cli.bench import bench as command
 
 
 @pytest.fixture(scope="session", autouse=True)

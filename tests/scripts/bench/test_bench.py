@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 from dynslam_cli import main
-from dynslam_cli.bench import cache
-from dynslam_cli.bench.jobs import Trial
 from dynslam_cli.bench.suites import drive
+from dynslam_cli.trials import cache
+from dynslam_cli.trials.jobs import Trial
 
 from slam import registry
 from slam.benchmark.results import read
-from slam.metrics.judge import Judge
+from slam.metrics.episode_scorer import Judge
 
 from .broken import BROKEN
 

@@ -1,16 +1,17 @@
 # pyright: reportMissingImports=false
 import pytest
-from dynslam_cli.bench.scoring import LogScorer, TruthScorer, scorer, stem
-from dynslam_cli.bench.sources import Drive, LogFile
 from dynslam_cli.bench.suites import change, drive, flipping, logs, paper, worlds, worse
 from dynslam_cli.bench.user_suite import read_suite
+from dynslam_cli.trials.scoring import LogScorer, TruthScorer, scorer, stem
+from dynslam_cli.trials.sources import Drive, LogFile
 
 from dynslam_env import WORLDS, Doors, Laser, Odometry
 from slam.benchmark.results import read
 from slam.benchmark.run import build, run
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.io.carmen_writer import write_carmen
+from slam.io.carmen.writer import write_carmen
+from slam.io.episode_file import save_episode
 from slam.io.tum import write_tum
 from slam.trajectory import Trajectory
 
@@ -88,7 +89,7 @@ def folder(tmp_path, episode):
     write_tum(Trajectory(episode.times, episode.truth.poses), home / "with.tum")
     write_carmen(episode, home / "plain.log")
     write_carmen(episode, home / "true.log")
-    episode.save(home / "true.npz")
+    save_episode(episode, home / "true.npz")
     return home
 
 

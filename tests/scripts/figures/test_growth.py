@@ -8,11 +8,11 @@ from dynslam_cli.figures.style import ESTIMATE, UNKNOWN
 from PIL import Image, ImageColor, ImageSequence
 
 import slam
-from slam.benchmark.growth import Growth
 from slam.benchmark.run import Playback
+from slam.benchmark.snapshots import Growth
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.stage import Stage
+from slam.snapshot import Stage
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ from dynslam_cli.figures import rerun_file
 from dynslam_cli.figures.rerun_file import Picture, write_rrd
 
 import slam
-from slam.benchmark.growth import Growth
 from slam.benchmark.run import Playback
+from slam.benchmark.snapshots import Growth
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.interface import Estimate
-from slam.stage import Stage
+from slam.snapshot import Stage
 
 
 class Drive(NamedTuple):

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from slam.adaptive_odometry import AdaptiveOdometry
 from slam.algorithms.variants import MAPS
-from slam.learned_odometry import LearnedOdometry
-from slam.motion import OdometryMotion
-from slam.perception.beam import Beam
-from slam.perception.endpoint import Endpoint
-from slam.perception.literal import Literal
+from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.gaussian import OdometryMotion
+from slam.motion.learned import LearnedOdometry
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
 from slam.search.random_restart import RandomRestart
+from slam.sensor_models.beam import Beam
+from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.literal import Literal
 
 GRIDS: dict[str, Callable[[], Any]] = dict(MAPS)
 READINGS: dict[str, Callable[[], Any]] = {"endpoint": Endpoint, "beam": Beam, "literal": Literal}

@@ -20,8 +20,8 @@ from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.true_map import TrueMap
 from slam.metrics.bound import bound, information, ray_gradient
-from slam.metrics.judge import Judge
-from slam.spacing import Spacing
+from slam.metrics.episode_scorer import Judge
+from slam.motion.threshold import Spacing
 from slam.trajectory import Trajectory
 from tests.slam.worlds import FAN, ROOM, drive, loop, scan_at
 

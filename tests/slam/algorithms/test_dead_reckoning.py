@@ -6,7 +6,7 @@ from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.benchmark.run import run
 from slam.geometry import Pose2
 from slam.maps.static import Static
-from slam.spacing import Spacing
+from slam.motion.threshold import Spacing
 from tests.slam.worlds import beam, drive
 
 ALWAYS = Spacing(0.0, 0.0, 0.0)

@@ -17,8 +17,8 @@ from slam.graph.loops import Loops
 from slam.interface import Revising
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.perception.beam import Beam
 from slam.scan import Scan
+from slam.sensor_models.beam import Beam
 from tests.slam.graph.graphs import error
 from tests.slam.graph.test_chain import along
 from tests.slam.rings import drive, off

@@ -11,9 +11,9 @@ from slam.geometry import Pose2, between, wrap_angle
 from slam.interface import MapModel, Slope
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.motion import OdometryMotion, Prediction
-from slam.perception.endpoint import Endpoint
-from slam.spacing import Spacing
+from slam.motion.gaussian import OdometryMotion, Prediction
+from slam.motion.threshold import Spacing
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.algorithms.parts import GRIDS, JUMPING, MOTIONS, READINGS, SEARCHES
 from tests.slam.worlds import drive, scan_at
 

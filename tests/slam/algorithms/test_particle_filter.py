@@ -14,13 +14,13 @@ from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.interface import Revising
 from slam.maps.histogram import Histogram
-from slam.perception.beam import Beam
+from slam.motion.threshold import KEYFRAMES, Spacing
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
-from slam.spacing import KEYFRAMES, Spacing
+from slam.sensor_models.beam import Beam
+from tests.slam.maps.test_shared_tiles import assert_in_order
 from tests.slam.rings import drive, off
-from tests.slam.test_branches import assert_in_order
 from tests.slam.worlds import FAN, MAX_RANGE, loop, scan_at
 from tests.slam.worlds import drive as room_drive
 

@@ -19,8 +19,8 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.geometry import Pose2, wrap_angle
 from slam.interface import Slam
+from slam.motion.threshold import Spacing
 from slam.scan import Scan
-from slam.spacing import Spacing
 from tests.slam.algorithms.parts import GRIDS, JUMPING, MOTIONS, READINGS, SEARCHES
 from tests.slam.worlds import FAN, MAX_RANGE, drive, loop, scan_at
 

@@ -7,9 +7,9 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.configuration import configuration
 from slam.maps.histogram import Histogram
 from slam.maps.log_odds import Evidence
-from slam.motion import OdometryMotion
-from slam.perception.endpoint import Endpoint
+from slam.motion.gaussian import OdometryMotion
 from slam.search.random_restart import RandomRestart
+from slam.sensor_models.endpoint import Endpoint
 
 
 def test_every_part_is_told_with_its_parameters() -> None:

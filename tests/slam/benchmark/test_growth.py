@@ -3,8 +3,8 @@ import pytest
 
 import slam
 from agents import record_corridor
-from slam.benchmark.growth import Growth
 from slam.benchmark.run import Playback
+from slam.benchmark.snapshots import Growth
 from slam.episode import Episode
 
 SCANS = 40

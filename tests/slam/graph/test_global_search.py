@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from slam.geometry import Pose2, transform_points
 from slam.graph.global_search import CELL, POINTS, TURN, GlobalSearch
 from slam.maps.static import Static
-from slam.perception.endpoint import Endpoint
 from slam.scan import Scan
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.worlds import loop, scan_at
 
 seeds = st.integers(0, 2**32 - 1)

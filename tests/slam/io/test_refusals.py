@@ -22,15 +22,15 @@ from backports import zstd
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from slam.episode import Episode
 from slam.errors import InputError
 from slam.io import files
 from slam.io.bags import read_bag
 from slam.io.bags.unpacking import LARGEST, unpack_bz2, unpack_lz4, unpack_zstd
+from slam.io.episode_file import load_episode
 from slam.io.formats import read_log
-from slam.io.log import Choice, Log
-from slam.io.warned import Warnings
-from slam.sweeping import standing
+from slam.io.loaded_recording import Choice, Log
+from slam.io.warnings import Warnings
+from slam.preprocessing.deskewing import standing
 from tests.slam.io.samples import reader_of, samples
 
 NAMES = tuple(samples())
@@ -201,7 +201,7 @@ def test_an_episode_that_cannot_be_one(tmp_path: Path, array: dict, message: str
         data = {name: stored[name] for name in stored.files}
     np.savez(tmp_path / "some.npz", **{**data, **array})
     with pytest.raises(InputError, match=f"some.npz: not an episode .*{message}"):
-        Episode.load(tmp_path / "some.npz")
+        load_episode(tmp_path / "some.npz")
 
 
 def test_only_a_bag_has_things_to_choose_from(tmp_path: Path) -> None:

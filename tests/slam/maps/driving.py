@@ -18,7 +18,7 @@ from slam.maps.rays import Rays
 from slam.maps.recency import Recency
 from slam.maps.static import Static
 from slam.maps.temporal import Temporal
-from slam.tiles import AREA, TILE, Layer, Tiles
+from slam.maps.tiles import AREA, TILE, Layer, Tiles
 from tests.slam import naive
 from tests.slam.worlds import ROOM, beam, loop, scan_at
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from slam.maps.centroids import MEMORY, UNIT, Centroids
-from slam.tiles import Tiles
+from slam.maps.tiles import Tiles
 from tests.slam import naive
 from tests.slam.maps.driving import at, id_of
 

@@ -14,8 +14,8 @@ from slam.maps.centroids import UNIT
 from slam.maps.rays import Rays
 from slam.maps.static import Static
 from slam.maps.temporal import Temporal
+from slam.maps.tiles import AREA
 from slam.scan import Scan
-from slam.tiles import AREA
 from tests.slam import naive
 from tests.slam.maps.driving import (
     CLOSED,

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from slam.geometry import Pose2
 from slam.maps.rays import MARGIN, Rays, Seen, Tracer
+from slam.maps.tiles import AREA, TILE, Tiles
 from slam.scan import Scan
-from slam.tiles import AREA, TILE, Tiles
 from tests.slam import naive
 from tests.slam.maps.driving import id_of, lattice
 from tests.slam.worlds import beam

@@ -8,7 +8,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.metrics.change import TrueOccupancy
-from slam.metrics.judge import Judge
+from slam.metrics.episode_scorer import Judge
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 

@@ -19,7 +19,7 @@ from slam.geometry import Pose2, compose
 from slam.grid import GridSpec, OccupancyGrid, moved
 from slam.io.ros_map import read_placed_map, write_ros_map
 from slam.io.tum import write_tum
-from slam.metrics.judge import Judge
+from slam.metrics.episode_scorer import Judge
 from slam.metrics.outside import score_outside
 from slam.metrics.reference import associated, score_reference
 from slam.trajectory import Trajectory

@@ -8,8 +8,8 @@ from slam.geometry import Pose2
 from slam.interface import MapModel, Posterior
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.motion import Prediction
-from slam.perception.endpoint import Endpoint
+from slam.motion.gaussian import Prediction
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.worlds import loop, scan_at
 
 MODELS = {"static": Static, "histogram": Histogram}

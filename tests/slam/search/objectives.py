@@ -9,7 +9,7 @@ import numpy as np
 
 from slam.geometry import Pose2, wrap_angle
 from slam.interface import Posterior, Slope
-from slam.motion import Prediction
+from slam.motion.gaussian import Prediction
 from tests.slam.worlds import beam
 
 WIDTH = np.array([0.05, 0.05, 0.05])  # m, m, rad

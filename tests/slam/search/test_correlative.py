@@ -11,10 +11,10 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Posterior
 from slam.maps.static import Static
-from slam.motion import OdometryMotion
-from slam.perception.endpoint import Endpoint
+from slam.motion.gaussian import OdometryMotion
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.search.maps import in_room, room, view
 from tests.slam.search.objectives import Level, Peaks, Plain, Stepped, posterior
 

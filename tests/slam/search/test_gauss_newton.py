@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from slam.geometry import Pose2, compose
 from slam.interface import Posterior, Slope
-from slam.motion import Prediction
+from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton
 from tests.slam.search.maps import in_room, room, view
 from tests.slam.search.objectives import WIDTH, Peaks, Plain, posterior

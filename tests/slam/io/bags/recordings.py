@@ -14,7 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from slam.geometry import Pose2
 from slam.io.bags import read_bag
 from slam.io.bags.sink import Sink, sink
-from slam.io.log import Choice, Log
+from slam.io.loaded_recording import Choice, Log
 
 LASER, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 UPRIGHT, UPSIDE_DOWN = (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 0.0)  # quaternions x, y, z, w

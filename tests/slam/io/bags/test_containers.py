@@ -13,7 +13,7 @@ from slam.io.bags import read_bag
 from slam.io.bags.file import ROS1, ROS2
 from slam.io.bags.sink import Sink
 from slam.io.formats import kind_of, read_log
-from slam.io.log import Log
+from slam.io.loaded_recording import Log
 from tests.slam.io.bags.recordings import drive, scan, told, write, write_packed
 
 KINDS = ["some.bag", "some.mcap", "some.db3", "folder"]

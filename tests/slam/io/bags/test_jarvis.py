@@ -10,9 +10,9 @@ from slam.benchmark.run import run
 from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.io.bags import read_bag, read_reference
-from slam.io.log import Choice
+from slam.io.loaded_recording import Choice
 from slam.metrics.trajectory import alignment, ate
-from slam.sweeping import standing
+from slam.preprocessing.deskewing import standing
 
 SECURITY = "/driver_laser_security/laser_scan"
 NAVIGATION = "/driver_laser_navigation/laser_scan"

@@ -7,8 +7,8 @@ import pytest
 from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.io.bags import read_bag
-from slam.io.log import Choice
-from slam.sweeping import standing
+from slam.io.loaded_recording import Choice
+from slam.preprocessing.deskewing import standing
 from tests.slam.io.bags.recordings import (
     Said,
     drive,

@@ -7,7 +7,7 @@ import pytest
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.bags import read_bag, read_reference
-from slam.io.log import Choice
+from slam.io.loaded_recording import Choice
 from tests.slam.io.bags.recordings import (
     Said,
     drive,

@@ -15,8 +15,8 @@ from slam.io.bags import read_bag, write_result
 from slam.io.bags.file import opened
 from slam.io.bags.result import PATH_POSES
 from slam.io.bags.transforms import Transforms, seen_from_above
-from slam.io.warned import Warnings
-from slam.stage import Stage
+from slam.io.warnings import Warnings
+from slam.snapshot import Stage
 from slam.trajectory import Trajectory
 
 SCANS = 30

@@ -1,0 +1,1 @@
+"""Agents that choose goals on the map and drive to them."""

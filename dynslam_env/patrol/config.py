@@ -1,0 +1,67 @@
+"""Orders: how a patrol is driven and paid, beside the world that it is in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynslam_env.patrol.rewards import Pay
+from dynslam_env.simulation.fleet import actions_of
+from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.task import Task
+from dynslam_env.simulation.world import CONTROL_DT
+from slam.errors import InputError
+from slam.validation import instance, positive, whole_number
+
+NO_TASK = Task(reward={}, ends=())  # the patrol pays, and time alone ends it
+
+
+@dataclass(frozen=True)
+class Orders:
+    """How a patrol is driven and paid.
+
+    slam        name of the SLAM variant
+    speed       m/s that an action of 1 stands for
+    turn        rad/s that an action of 1 stands for
+    hold        control steps of 0.1 s for which an action is held
+    scan_every  control steps between two scans that the SLAM takes in; `hold` is a multiple of it
+    pay         the reward
+    """
+
+    slam: str = "hmm-ml"
+    speed: float = 0.8
+    turn: float = 1.5
+    hold: int = 4
+    scan_every: int = 2
+    pay: Pay = field(default_factory=Pay)
+
+    def __post_init__(self) -> None:
+        positive(self, "speed", "turn")
+        whole_number("hold", self.hold, 1)
+        whole_number("scan_every", self.scan_every, 1)
+        if self.hold % self.scan_every:
+            raise InputError(
+                f"an agent acts on the last scan: hold must be a multiple of scan_every, "
+                f"got {self.hold} and {self.scan_every}"
+            )
+        instance("pay", self.pay, Pay)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """m/s and rad/s that an action of 1 stands for."""
+        return self.speed, self.turn
+
+    @property
+    def period(self) -> float:
+        """s for which an action is held."""
+        return self.hold * CONTROL_DT
+
+    def commands(self, actions: NDArray[Any], robot: Robot) -> NDArray[Any]:
+        """Actions (..., 2) of the patrol as actions of the robot; raises InputError for what is
+        none."""
+        shape = (*np.shape(actions)[:-1], 2)
+        given = np.clip(actions_of(actions, shape), -1.0, 1.0)
+        return given * (self.speed / robot.max_speed, self.turn / robot.max_turn)

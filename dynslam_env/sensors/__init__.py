@@ -1,0 +1,1 @@
+"""Laser and odometry."""

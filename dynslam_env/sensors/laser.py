@@ -1,0 +1,115 @@
+"""A planar laser scanner: exact ranges to all segments, then noise. A SICK LMS200 by default."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynslam_env.sensors.raycast import cast, look
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.scan import Scan
+from slam.validation import finite, instance, positive, whole, within
+
+Floats = NDArray[np.float32]
+BLOCK = 32  # scans whose noise is drawn at once
+NO_DROPOUT = np.zeros((0, 0), dtype=np.bool_)
+
+
+@dataclass(frozen=True)
+class Laser:
+    """The sensor.
+
+    Defaults: SICK LMS200 at 1 degree (technical description: 180 deg, 8 m in millimetre mode,
+    statistical error 1 cm at most).
+
+    beams          number of rays, spread evenly over the field of view, both borders included
+    field_of_view  rad, symmetric about straight ahead
+    max_range      m, nothing is heard from beyond
+    min_range      m, a nearer reading is none at all
+    sigma          m, standard deviation of a range
+    dropout        probability that a beam gives no reading at all
+    mount          the sensor on the robot (robot_from_sensor)
+    """
+
+    beams: int = 181
+    field_of_view: float = math.pi
+    max_range: float = 8.0
+    min_range: float = 0.02
+    sigma: float = 0.01
+    dropout: float = 0.0
+    mount: Pose2 = field(default=Pose2())
+
+    def __post_init__(self) -> None:
+        whole(self, "beams", 1)
+        positive(self, "field_of_view", "max_range")
+        within(self, "field_of_view", 0.0, math.tau)
+        within(self, "min_range", 0.0)
+        within(self, "sigma", 0.0)
+        within(self, "dropout", 0.0, 1.0)
+        instance("Laser.mount", self.mount, Pose2)
+        finite("Laser.mount", self.mount)
+        if self.min_range >= self.max_range:
+            raise InputError(
+                f"Laser needs min_range < max_range, got {self.min_range:g} >= {self.max_range:g} m"
+            )
+
+    @property
+    def angles(self) -> Array:
+        """(beams,) rad, in the sensor's frame, counter-clockwise."""
+        half = self.field_of_view / 2
+        return np.linspace(-half, half, self.beams) if self.beams > 1 else np.zeros(1)
+
+
+class Scanner:
+    """A laser at work, with a stream of noise of its own."""
+
+    def __init__(self, laser: Laser, rng: np.random.Generator):
+        self.laser, self._rng = laser, rng
+        self.angles = laser.angles
+        self.angles.flags.writeable = False
+        self._fan = np.stack([np.cos(self.angles), np.sin(self.angles)])
+        self._settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
+        self._noise, self._lost, self._scans = np.empty((0, 0)), NO_DROPOUT, 0
+        self.hits = np.empty(laser.beams, dtype=np.int32)
+        """(beams,) the segment that each beam of the last scan met first, -1 for none."""
+
+    def exact(self, pose: Pose2, segments: Array, first_edge: int | None = None) -> Array:
+        """(beams,) m, ranges without noise from the robot at `pose`; inf where nothing is hit."""
+        ranges = np.empty(self.laser.beams)
+        at, limit = pose @ self.laser.mount, self.laser.max_range
+        edge = len(segments) if first_edge is None else first_edge
+        cast(at.x, at.y, at.theta, self._fan, segments, edge, limit, ranges, self.hits)
+        return ranges
+
+    def look(
+        self, pose: Array, segments: Array, first_edge: int, ranges: Array, observed: Floats
+    ) -> None:
+        """Measure from the robot at `pose` (3,), m, m, rad.
+
+        segments    (n, 4) m; from number `first_edge` on they are the edges of solid polygons,
+                    counter-clockwise, whose far sides are never seen
+        ranges      (beams,) m, written: inf for no echo, NaN for no reading
+        observed    (beams,) float32 m, written: for a Box; no echo is max_range, no reading is 0
+        """
+        row = self._scans % BLOCK
+        if row == 0:
+            self._draw()
+        self._scans += 1
+        look(pose, self._settings, self._fan, segments, first_edge,
+             row, self._noise, self._lost, ranges, observed, self.hits)  # fmt: skip
+
+    def scan(self, ranges: Array, time: float) -> Scan:
+        """What was measured, as a SLAM takes it."""
+        laser = self.laser
+        return Scan(ranges, self.angles, laser.max_range, laser.min_range, time, laser.mount)
+
+    def _draw(self) -> None:
+        """Noise for the next BLOCK scans: numpy draws many numbers faster than few."""
+        laser, shape = self.laser, (BLOCK, self.laser.beams)
+        self._noise = self._rng.standard_normal(shape)
+        if laser.dropout:
+            self._lost = self._rng.random(shape) < laser.dropout

@@ -1,0 +1,118 @@
+"""Doors: how they behave, and what their motors do next."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from dynslam_env.simulation.laws import Coupled, Law, Static, Uniform
+from dynslam_env.worlds.layout import Door
+from slam.geometry import Array
+from slam.validation import instance, positive, within
+
+BRAKING = 0.75  # share of the torque that slows a leaf down; the rest is kept back
+
+
+@dataclass(frozen=True)
+class Doors:
+    """How doors behave.
+
+    law         when they flip: `Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`; with
+                `Static` they never do, and leaves are fixed
+    open_share  probability that a door is open at the beginning
+    open_angle  rad, of an open door
+    swing_time  s, from closed to open at full speed
+    torque      N m, of whoever moves the door, and of its resistance when it is pushed
+    mass        kg, of a leaf
+    """
+
+    law: Law = field(default=Uniform())
+    open_share: float = 0.5
+    open_angle: float = math.pi / 2
+    swing_time: float = 1.5
+    torque: float = 8.0
+    mass: float = 10.0
+
+    def __post_init__(self) -> None:
+        instance("Doors.law", self.law, Law)
+        positive(self, "open_angle", "swing_time", "torque", "mass")
+        within(self, "open_share", 0.0, 1.0)
+        within(self, "open_angle", 0.0, math.pi / 2)
+
+    @property
+    def fixed(self) -> bool:
+        """Leaves are part of the building."""
+        law = self.law
+        while isinstance(law, Coupled):
+            law = law.law
+        return isinstance(law, Static)
+
+    @property
+    def speed(self) -> float:
+        """rad/s, of a leaf at full speed."""
+        return self.open_angle / self.swing_time
+
+    def inertia(self, door: Door) -> float:
+        """kg m^2, of a leaf about its hinge: a thin plate about its edge."""
+        return self.mass * door.width**2 / 3
+
+
+class Motors:
+    """What moves the leaves of a layout: each has an angle to be at, and a rate to get there.
+
+    rates     (d,) rad/s, as the motors are to be set
+    changed   (d,) the doors whose rates the last `drive` changed come first
+    openings  (d,) rad, 0 closed, positive open
+    """
+
+    def __init__(self, leaves: tuple[Door, ...], doors: Doors, is_open: np.ndarray):
+        self._closed = np.array([door.closed for door in leaves])
+        self._swing = np.array([door.swing for door in leaves], dtype=np.float64)
+        self._angle, self._is_open = doors.open_angle, is_open.copy()
+        self._speed = doors.speed
+        self._braking = np.array([BRAKING * doors.torque / doors.inertia(d) for d in leaves])
+        self._targets = self._closed + self._swing * self._angle * is_open
+        self.rates = np.zeros(len(leaves))
+        self.changed = np.zeros(len(leaves), dtype=np.int64)
+        self.openings = doors.open_angle * is_open.astype(np.float64)
+
+    @property
+    def targets(self) -> Array:
+        """(d,) rad, world, where the leaves are to be."""
+        return self._targets
+
+    def flip(self, door: int) -> None:
+        """Close an open door, open a closed one."""
+        self._is_open[door] ^= True
+        opened = self._swing[door] * self._angle * self._is_open[door]
+        self._targets[door] = self._closed[door] + opened
+
+    def drive(self, leaves: Array, dt: float) -> int:
+        """Take in where the leaves are, set the rates for the next `dt` s; how many changed.
+
+        leaves (d, 6) as the physics has them: x, y, angle, ...
+        """
+        return _drive(leaves, dt, self._targets, self._speed, self._braking,
+                      self._closed, self._swing, self.rates, self.changed,
+                      self.openings)  # fmt: skip
+
+
+@njit(cache=True)
+def _drive(leaves, dt, targets, speed, braking, closed, swing, rates, changed, openings):
+    """Fast, then braking to stand still: no faster than what the rest of the way allows."""
+    count = 0
+    for d in range(len(leaves)):
+        angle = leaves[d, 2]
+        openings[d] = (angle - closed[d]) * swing[d] + 0.0  # a closed one is no -0.0
+        error = targets[d] - angle
+        far, rate = abs(error), 0.0
+        if far >= 1e-6:
+            rate = min(speed, math.sqrt(2 * braking[d] * far), far / dt)
+            rate = math.copysign(rate, error)
+        if rate != rates[d]:
+            rates[d], changed[count] = rate, d
+            count += 1
+    return count

@@ -1,0 +1,168 @@
+"""Fleet: n worlds that step side by side. The single environment is a fleet of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynslam_env.sensors.laser import Scanner
+from dynslam_env.sensors.odometry import Slips
+from dynslam_env.simulation.robot import Drive
+from dynslam_env.simulation.setup import Setup
+from dynslam_env.simulation.task import Judge
+from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
+from dynslam_env.worlds.layout import Layout
+from dynslam_env.worlds.starts import check_inside, check_start
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.validation import instance
+
+Rows = NDArray[np.int64]
+
+
+class Fleet:
+    """The worlds, and in one row each all that their robots perceive and are paid for.
+
+    drive     true poses and velocities
+    judge     rewards and ends
+    motions   (n, 3) what the odometry says of the last step, m, m, rad
+    odometry  (n, 3) float32, the same for a Box
+    ranges    (n, beams) m; no echo is inf, no reading NaN
+    scans     (n, beams) float32, the same for a Box
+    collided  (n,) bool
+
+    With more than one of `threads` the worlds' physics and lasers run side by side; what comes out
+    is the same.
+    """
+
+    def __init__(self, setup: Setup, n: int, threads: int = 1):
+        self.setup = setup
+        self._threads = Threads(threads)
+        self.drive = Drive(setup.robot, n, CONTROL_DT, PHYSICS_DT)
+        self.judge = Judge(setup.task, n)
+        self.motions, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
+        self.odometry = np.zeros((n, 3), dtype=np.float32)
+        self.ranges = np.zeros((n, setup.laser.beams))
+        self.scans = np.zeros((n, setup.laser.beams), dtype=np.float32)
+        self.collided = np.zeros(n, dtype=np.bool_)
+        self.layouts: list[Layout] = [None] * n  # type: ignore[list-item]
+        self.worlds: list[World] = [None] * n  # type: ignore[list-item]
+        self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
+        self._slips = Slips(n)
+        self._rows = list(zip(self.ranges, self.scans, strict=True))
+        self._wheels: list[list[float]] = []
+
+    def reset(self, i: int, rng: np.random.Generator, start: Pose2 | None = None) -> None:
+        """World `i` begins an episode: all that is random in it comes from `rng`.
+
+        Layout, doors, laser, odometry and people have streams of their own, so that episodes which
+        differ in one of them alone share all else. Raises InputError where the robot cannot stand.
+        """
+        setup = self.setup
+        layout_rng, doors_rng, laser_rng, slip_rng, people_rng = rng.spawn(5)
+        layout = setup.world.layout(layout_rng)
+        instance("what the world's layout(rng) gives", layout, Layout)
+        if start is not None:
+            check_inside(layout, start)
+            layout = replace(layout, start=start)
+        check_start(layout, layout.start, setup.robot.radius, setup.doors.open_angle)
+        world = World(layout, setup.robot, setup.doors, setup.people, doors_rng, people_rng)
+        self.layouts[i], self.worlds[i] = layout, world
+        self.scanners[i] = Scanner(setup.laser, laser_rng)
+        self._slips.begin(i, slip_rng)
+        self.drive.place(i, world.robot)
+        self.judge.begin(i, layout, self.drive.poses[i])
+        self.motions[i] = self.odometry[i] = 0.0
+        self.collided[i] = False
+        self._look(i)
+
+    @property
+    def ready(self) -> bool:
+        """Every world has begun an episode."""
+        return all(world is not None for world in self.worlds)
+
+    def forget(self, i: int) -> None:
+        """World `i` has to begin anew."""
+        self.worlds[i] = None  # type: ignore[call-overload]
+
+    def step(self, which: Rows, actions: Array) -> None:
+        """Worlds `which` let CONTROL_DT seconds pass; actions (n, 2), clipped to -1 .. 1."""
+        drive = self.drive
+        wrong = drive.command(which, actions)
+        if wrong >= 0:
+            raise InputError(f"an action is two finite numbers from -1 to 1, got {actions[wrong]}")
+        self._before[:] = drive.poses
+        self._wheels = drive.wheels.tolist()
+        self._slips.take(which, self._noise)
+        self._threads.each(self._advance, which.tolist())
+        drive.settle(which)
+        self.setup.odometry.read(
+            which, self._before, drive.poses, self._noise, self.motions, self.odometry
+        )
+        self.judge.judge(which, drive.poses, self.collided, CONTROL_DT)
+
+    def close(self) -> None:
+        """Let the threads go."""
+        self._threads.close()
+
+    def _advance(self, i: int) -> None:
+        """World `i` moves, and its robot looks around."""
+        world = self.worlds[i]
+        world.step(*self._wheels[i])
+        self.drive.bodies[i] = world.robot
+        self.collided[i] = world.collided
+        self._look(i)
+
+    def _look(self, i: int) -> None:
+        world = self.worlds[i]
+        self.scanners[i].look(world.robot, world.segments, world.first_edge, *self._rows[i])
+
+
+def actions_of(given: Any, shape: tuple[int, ...]) -> Array:
+    """Actions of this shape as the kernels take them; raises InputError for anything else."""
+    actions = np.asarray(given)
+    if actions.shape != shape or actions.dtype.kind not in "fiu":
+        raise InputError(
+            f"actions are numbers from -1 to 1 in an array of shape {shape}, "
+            f"got {actions.dtype} of shape {actions.shape}"
+        )
+    return actions.astype(np.float64)
+
+
+class Threads:
+    """`count` threads, of which the caller's is one."""
+
+    def __init__(self, count: int):
+        self._count = count
+        self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
+
+    def each(self, call: Callable[[int], None], rows: Sequence[int]) -> None:
+        """Call `call(i)` for all `rows`, in no order between threads; an error is raised again.
+
+        Whatever happens, no call is under way any more when this returns.
+        """
+        if self._pool is None:
+            return _in_turn(call, rows)
+        parts = [rows[k :: self._count] for k in range(self._count)]
+        others = [self._pool.submit(_in_turn, call, part) for part in parts[1:] if part]
+        try:
+            _in_turn(call, parts[0])
+        finally:
+            wait(others)
+        for other in others:
+            other.result()
+
+    def close(self) -> None:
+        """Let the threads go; nothing can be called any more."""
+        if self._pool is not None:
+            self._pool.shutdown()
+
+
+def _in_turn(call: Callable[[int], None], rows: Sequence[int]) -> None:
+    for i in rows:
+        call(i)

@@ -1,0 +1,133 @@
+"""What robots are for: named reward terms, and named ends of an episode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from dynslam_env.worlds.layout import Layout
+from slam.errors import InputError
+from slam.geometry import Array
+from slam.validation import instance, number, one_of, positive
+
+Rows = NDArray[np.int64]
+TERMS = ("progress", "collision", "time", "arrived")
+ENDS = ("arrived", "crashed")
+
+
+@dataclass(frozen=True)
+class Task:
+    """Drive along the layout's path.
+
+    reward  name -> weight, of TERMS: `progress` in m along the path, `collision` 1 while touching,
+            `time` in s, `arrived` 1 in the last step. What is not named does not count
+    ends    names of ENDS: `arrived`, `crashed`
+    reach   m, so near a waypoint counts as there, and the way on from there is the next leg's
+    """
+
+    reward: Mapping[str, float] = field(
+        hash=False,
+        default_factory=lambda: {"progress": 1.0, "collision": -0.1, "time": -0.05, "arrived": 5.0},
+    )
+    ends: tuple[str, ...] = ("arrived",)
+    reach: float = 0.3
+
+    def __post_init__(self) -> None:
+        positive(self, "reach")
+        instance("Task.reward", self.reward, Mapping)
+        if isinstance(self.ends, str):
+            raise InputError(f"Task.ends must be a tuple of names, got {self.ends!r}")
+        object.__setattr__(self, "reward", dict(self.reward))  # nobody else's to change
+        object.__setattr__(self, "ends", tuple(self.ends))
+        for name, weight in self.reward.items():
+            one_of("a name in Task.reward", name, TERMS)
+            number(f"Task.reward[{name!r}]", weight)
+        for name in self.ends:
+            one_of("a name in Task.ends", name, ENDS)
+
+
+class Judge:
+    """How far along their layouts' paths n robots have come, what that pays, and what is over.
+
+    A leg ends where a robot comes within reach of its waypoint; its way is measured by the foot of
+    the perpendicular from the robot. No step advances by more than what was driven: where the path
+    turns, the way back counts from where the robot is.
+
+    terms    (n, t) weighted, in the order of `Task.reward`
+    rewards  (n,) their sums
+    ends     (n, e) bool, in the order of `Task.ends`
+    """
+
+    def __init__(self, task: Task, n: int):
+        self._terms = np.array([TERMS.index(name) for name in task.reward], dtype=np.int64)
+        self._weights = np.array(list(task.reward.values()), dtype=np.float64)
+        self._ends = np.array([ENDS.index(name) for name in task.ends], dtype=np.int64)
+        self._reach = task.reach
+        self._paths, self._legs = np.zeros((n, 2, 2)), np.zeros((n, 2), dtype=np.int64)
+        self._at = np.zeros((n, 2))
+        self.terms, self.rewards = np.zeros((n, len(self._terms))), np.zeros(n)
+        self.ends = np.zeros((n, len(self._ends)), dtype=np.bool_)
+
+    def begin(self, i: int, layout: Layout, pose: Array) -> None:
+        """Robot `i` begins an episode at `pose` (3,)."""
+        points = np.vstack([pose[:2], layout.path])
+        longer = len(points) - self._paths.shape[1]
+        if longer > 0:
+            self._paths = np.pad(self._paths, ((0, 0), (0, longer), (0, 0)))
+        self._paths[i, : len(points)] = points
+        self._legs[i] = 0, len(points) - 2
+        self._at[i] = pose[:2]
+        _pass(i, self._paths, self._legs, self._at, self._reach)
+
+    def judge(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
+        """Take in a step of `dt` s of robots `which`, now at `poses` (n, 3)."""
+        _judge(which, poses, collided, dt, self._reach, self._paths, self._legs, self._at,
+               self._terms, self._weights, self._ends,
+               self.terms, self.rewards, self.ends)  # fmt: skip
+
+
+@njit(cache=True)
+def _along(x, y, paths, i, leg):
+    """m, from the beginning of a leg to the point of it that is nearest to (x, y)."""
+    x1, y1 = paths[i, leg, 0], paths[i, leg, 1]
+    x2, y2 = paths[i, leg + 1, 0], paths[i, leg + 1, 1]
+    length = math.hypot(x2 - x1, y2 - y1)
+    if length == 0.0:
+        return 0.0
+    along = ((x - x1) * (x2 - x1) + (y - y1) * (y2 - y1)) / length
+    return min(max(along, 0.0), length)
+
+
+@njit(cache=True)
+def _pass(i, paths, legs, at, reach):
+    """Pass all waypoints that are within reach; whether the robot is there at the last one."""
+    while True:
+        leg, last = legs[i, 0], legs[i, 1]
+        there = math.hypot(paths[i, leg + 1, 0] - at[i, 0], paths[i, leg + 1, 1] - at[i, 1]) < reach
+        if not there or leg == last:
+            return there
+        legs[i, 0] = leg + 1
+
+
+@njit(cache=True)
+def _judge(
+    which, poses, collided, dt, reach, paths, legs, at, kinds, weights, ends, terms, rewards, over
+):
+    for i in which:
+        x, y, leg = poses[i, 0], poses[i, 1], legs[i, 0]
+        advanced = _along(x, y, paths, i, leg) - _along(at[i, 0], at[i, 1], paths, i, leg)
+        at[i, 0], at[i, 1] = x, y
+        arrived = 1.0 if _pass(i, paths, legs, at, reach) else 0.0
+        hit = 1.0 if collided[i] else 0.0
+        values = (advanced, hit, dt, arrived)  # as TERMS
+        rewards[i] = 0.0
+        for k in range(len(kinds)):
+            terms[i, k] = weights[k] * values[kinds[k]]
+            rewards[i] += terms[i, k]
+        for k in range(len(ends)):
+            over[i, k] = (arrived, hit)[ends[k]] > 0.0  # as ENDS

@@ -1,0 +1,161 @@
+"""Layout: a world as walls, doors, start, path and people's routes; Generator: what draws one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from dynslam_env.worlds import world_file
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.io.files import AnyPath
+from slam.validation import finite, instance, number, one_of, positive_number
+
+LATCH_GAP = 0.002  # m between a closed leaf and the jamb, so that its outer corner can pass
+
+
+class Door(NamedTuple):
+    """A hinged leaf. It turns about `hinge`, a corner of the leaf on the side to which it opens.
+
+    hinge      (x, y) in m, world
+    closed     rad, direction from the hinge along the closed leaf, world
+    swing      +1 opens counter-clockwise, -1 clockwise
+    width      m, hinge to the free edge
+    thickness  m, away from the side to which it opens
+    """
+
+    hinge: tuple[float, float]
+    closed: float
+    swing: int
+    width: float
+    thickness: float
+
+    @property
+    def corners(self) -> Array:
+        """(4, 2) of the leaf, m, in its own frame: origin at the hinge, x along the leaf."""
+        w, t = self.width, -self.swing * self.thickness
+        return np.array([(0.0, 0.0), (w, 0.0), (w, t), (0.0, t)])
+
+
+@dataclass(frozen=True, eq=False)  # arrays do not compare to one truth: see `plain`
+class Layout:
+    """A world that can be driven in.
+
+    walls   (w, 4) segments x1, y1, x2, y2, m
+    doors   hinged leaves
+    start   the robot at the beginning
+    path    (p, 2) waypoints of the drive, m
+    routes  one person each: (k, 2) waypoints, m, k >= 2, that the person walks to and fro
+
+    Given by hand, lists do for arrays. A Layout is a Generator too: of itself, every time.
+    """
+
+    walls: Array
+    doors: tuple[Door, ...]
+    start: Pose2
+    path: Array
+    routes: tuple[Array, ...] = ()
+
+    def __post_init__(self) -> None:
+        if np.shape(self.start) != (3,):
+            raise InputError(f"Layout.start must be three numbers x, y, theta, got {self.start!r}")
+        finite("Layout.start", self.start)
+        self._keep("start", Pose2.of(self.start))
+        self._keep("walls", _rows("Layout.walls", self.walls, 4))
+        self._keep("path", _rows("Layout.path", self.path, 2))
+        self._keep("doors", tuple(_door(f"Layout.doors[{i}]", d) for i, d in enumerate(self.doors)))
+        routes = enumerate(self.routes)
+        self._keep("routes", tuple(_rows(f"Layout.routes[{i}]", r, 2) for i, r in routes))
+        self._check()
+
+    def _keep(self, field: str, value: object) -> None:
+        object.__setattr__(self, field, value)
+
+    def _check(self) -> None:
+        if not len(self.path):
+            raise InputError("Layout.path needs at least one waypoint, got none")
+        for i, (x1, y1, x2, y2) in enumerate(self.walls.tolist()):
+            if (x1, y1) == (x2, y2):
+                raise InputError(f"Layout.walls[{i}] has no length: ({x1:g}, {y1:g}) twice")
+        for i, route in enumerate(self.routes):
+            if len(route) < 2 or not (route[1:] != route[:-1]).any(axis=1).all():
+                raise InputError(
+                    f"Layout.routes[{i}] needs at least two waypoints, each another than the one "
+                    f"before, got {route.tolist()}"
+                )
+
+    def layout(self, rng: np.random.Generator) -> Layout:
+        """Itself: a world given by hand is the same in every episode."""
+        return self
+
+    def plain(self) -> dict[str, Any]:
+        """All of it as plain lists, numbers and dicts: what a world file holds."""
+        return {
+            "walls": self.walls.tolist(),
+            "doors": [_plain(door) for door in self.doors],
+            "start": list(self.start),
+            "path": self.path.tolist(),
+            "routes": [route.tolist() for route in self.routes],
+        }
+
+    def save(self, path: AnyPath) -> None:
+        """Write to a world file (JSON), which can be edited by hand; see `world_file`."""
+        world_file.write(path, self.plain())
+
+    @staticmethod
+    def load(path: AnyPath) -> Layout:
+        """Read a world file, exactly as it was saved. Raises InputError for anything else."""
+        world = world_file.read(path)
+        doors = tuple(Door(**{**door, "hinge": tuple(door["hinge"])}) for door in world["doors"])
+        walls = np.array(world["walls"]).reshape(-1, 4)
+        way = np.array(world["path"]).reshape(-1, 2)
+        routes = tuple(np.array(route).reshape(-1, 2) for route in world["routes"])
+        try:
+            return Layout(walls, doors, Pose2(*world["start"]), way, routes)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+def _plain(door: Door) -> dict[str, Any]:
+    numbers = {key: float(getattr(door, key)) for key in ("closed", "width", "thickness")}
+    x, y = door.hinge
+    return {"hinge": [float(x), float(y)], "swing": int(door.swing), **numbers}
+
+
+def _rows(name: str, values: Array, columns: int) -> Array:
+    try:
+        array = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        raise InputError(f"{name} must have shape (n, {columns}), got {values!r}") from None
+    if array.size == 0:
+        array = array.reshape(0, columns)
+    finite(name, array, columns)
+    rows = array.astype(np.float64)
+    rows.flags.writeable = False  # shared by all episodes
+    return rows
+
+
+def _door(name: str, door: Door) -> Door:
+    """The door, if it is one, with plain numbers."""
+    instance(name, door, Door)
+    if np.shape(door.hinge) != (2,):
+        raise InputError(f"{name}.hinge must be two numbers x, y, got {door.hinge!r}")
+    finite("a door of Layout.doors", (*door.hinge, *door[1:]))
+    number(f"{name}.closed, in rad,", door.closed, -math.tau, math.tau)
+    one_of(f"{name}.swing", door.swing, (1, -1))
+    positive_number(f"{name}.width", door.width)
+    positive_number(f"{name}.thickness", door.thickness)
+    x, y = door.hinge
+    return door._replace(hinge=(float(x), float(y)))
+
+
+@runtime_checkable
+class Generator(Protocol):
+    """Anything that draws a layout."""
+
+    def layout(self, rng: np.random.Generator) -> Layout:
+        """A new layout; the same state of `rng`, the same layout."""
+        ...

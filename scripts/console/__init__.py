@@ -1,0 +1,1 @@
+"""The terminal: progress, selections, interrupts, exit statuses."""

@@ -1,0 +1,1 @@
+"""The command demo: the paper's experiment."""

@@ -1,0 +1,92 @@
+"""Static against dynamic maps, episode by episode: what the paper claims, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from slam.benchmark.results import Result
+from slam.benchmark.statistics import Paired, median, paired
+
+from ..report.scores import ATE, BRIER, F1, Score, told_p
+from ..report.summary import FEWEST_PAIRS
+
+COMPARED = ("static", "dynamic")  # maps
+
+
+SCORES = (ATE, F1, BRIER)
+
+
+class Case(NamedTuple):
+    """A variant under a door law."""
+
+    variant: str
+    doors: str
+
+
+def findings(results: Sequence[Result]) -> str:
+    """What the paper claims, for both weights of the beams: plain text, empty without results."""
+    blocks = []
+    for tail in ("", "/beta1"):
+        static, dynamic = (Case(f"{kind}-ml{tail}", "moving") for kind in COMPARED)
+        for a, b, scores in (
+            (static, dynamic, SCORES),
+            (static, static._replace(doors="static"), SCORES[:1]),
+        ):
+            lines = comparison(results, a, b, scores)
+            if lines:
+                title = f"{a.variant}, {a.doors} doors, minus {b.variant}, {b.doors} doors:"
+                blocks.append("\n".join([title, *(f"  {line}" for line in lines)]))
+    lines = [f"  {line}" for line in times_the_bound(results)]
+    if lines:
+        blocks.append("\n".join(["ATE, in Cramer-Rao bounds of one scan in the true map:", *lines]))
+    return "\n".join(blocks)
+
+
+def times_the_bound(results: Sequence[Result]) -> list[str]:
+    """How many times the bound of its episode the ATE is, one line a map and door law.
+
+    The bound is of localization in a known place; a SLAM need not reach it.
+    """
+    lines = []
+    for case in (Case(f"{m}-ml", doors) for m in COMPARED for doors in ("static", "moving")):
+        ratios = [
+            row["ate"] / row["ate_bound"]
+            for row in results
+            if (row["variant"], row["doors"]) == case and row.get("ate_bound")
+        ]
+        if ratios:
+            times, low, high = median(ratios)
+            lines.append(
+                f"{case.variant}, {case.doors} doors: {times:.1f} ({low:.1f} to {high:.1f})"
+            )
+    return lines
+
+
+def comparison(
+    results: Sequence[Result], a: Case, b: Case, scores: Sequence[Score] = SCORES
+) -> list[str]:
+    """`a` minus `b`, seed by seed, one line a score; none where a score is missing."""
+    lines = []
+    for score in scores:
+        first, second = _series(results, a, score), _series(results, b, score)
+        shared = sorted(first.keys() & second.keys())
+        if shared:
+            found = paired([first[seed] for seed in shared], [second[seed] for seed in shared])
+            lines.append(_line(score, found, len(shared)))
+    return lines
+
+
+def _series(results: Sequence[Result], case: Case, score: Score) -> dict[int, float]:
+    return {
+        row["seed"]: value
+        for row in results
+        if (row["variant"], row["doors"]) == case and (value := score.of(row)) is not None
+    }
+
+
+def _line(score: Score, found: Paired, pairs: int) -> str:
+    value, low, high = (f"{number:+.{score.digits}f}" for number in found.difference)
+    if pairs < FEWEST_PAIRS:
+        return f"{score.name} {value}{score.unit} ({pairs} pairs, too few to judge)"
+    return f"{score.name} {value}{score.unit} ({low} to {high}), {told_p(found.p)}"

@@ -1,1 +1,0 @@
-"""`dynslam evaluate`: agents on the same patrols."""

@@ -1,0 +1,1 @@
+"""Commands that make maps of recordings: map, run."""

@@ -1,0 +1,164 @@
+"""What one takes away from a run: every file of it, the most precious first."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.io.kitti import write_kitti
+from slam.io.layers import picture, write_doors, write_layers, write_picture
+from slam.io.ros_map import write_ros_map
+from slam.io.tum import write_tum
+from slam.layers import Layers, layers
+from slam.sessions.session import Session, session_of
+from slam.trajectory import Trajectory
+
+from ..console.output import write_json, write_png
+from ..console.progress import progress_bar
+from ..figures.film import suffix
+from ..figures.growth import write_growth
+from ..figures.map_figure import map_figure
+from .mapping_run import Mapping
+
+LEFT_OUT = ("mcap", "rrd", "film")  # by choice
+
+
+class Takeaway:
+    """Writes a run into a folder.
+
+    mapping   the run
+    out       the folder, which is there
+    before    the session that it went on with, if any
+    mapped    whether the map is its own work: not where it was only localised in
+    skip      some of `LEFT_OUT`, that are not wanted
+    """
+
+    def __init__(
+        self,
+        mapping: Mapping,
+        out: Path,
+        before: Session | None = None,
+        mapped: bool = True,
+        skip: tuple[str, ...] = (),
+    ):
+        self.run, self.episode = mapping.result, mapping.episode
+        self.out = out
+        self.mapped = mapped
+        self.title = f"{self.episode.meta.get('source', 'recording')}, {mapping.name}"
+        self.trajectory = Trajectory(self.episode.times[: len(self.run.poses)], self.run.poses)
+        self.stages = mapping.stages()
+        self.estimates = mapping.estimates
+        new = session_of(self.episode, self.run.poses)
+        self.session = new if before is None else before.followed_by(new.scans, new.poses)
+        self.layers: Layers | None = None
+        self._writers: dict[str, Callable[[], list[str]]] = {
+            "session": self._session,
+            "trajectory": self._trajectory,
+            "map": self._map,
+            "layers": self._layers,
+            "picture": self._picture,
+            "mcap": self._mcap,
+            "rrd": self._rrd,
+            "film": self._film,
+        }
+        self._parts = [part for part in self._writers if part not in skip]
+        if not mapped:
+            self._parts = [part for part in self._parts if part not in ("session", "layers")]
+
+    def write(self, summary: dict[str, Any]) -> dict[str, Any]:
+        """Write all of it, and the summary, to which the names of the files are added.
+
+        What cannot be written is told on standard error and in the summary's `not_written`, and
+        does not keep the rest from being written.
+        """
+        files: list[str] = []
+        failed: list[str] = []
+        with progress_bar() as bar:
+            for part in bar.track(self._parts, description="writing"):
+                try:
+                    files += self._writers[part]()
+                except InputError as error:
+                    print(f"{part} not written: {error}", file=sys.stderr)
+                    failed.append(part)
+        if self.layers is not None:
+            summary = {**summary, **_told(self.layers)}
+        summary = {**summary, "files": [*files, "summary.json"]}
+        if failed:
+            summary["not_written"] = failed
+        write_json(summary, self.out / "summary.json")
+        return summary
+
+    def _session(self) -> list[str]:
+        self.session.save(self.out / "session.npz")
+        return ["session.npz"]
+
+    def _trajectory(self) -> list[str]:
+        write_tum(self.trajectory, self.out / "trajectory.tum")
+        times = write_kitti(self.trajectory, self.out / "trajectory.kitti")
+        return ["trajectory.tum", "trajectory.kitti", times.name]
+
+    def _map(self) -> list[str]:
+        write_ros_map(self.run.grid, self.out / "belief.yaml")
+        return ["belief.yaml", "belief.pgm"]
+
+    def _layers(self) -> list[str]:
+        made = self.layers = layers(self.session.scans, self.session.poses)
+        write_ros_map(made.static_map(), self.out / "map.yaml")
+        write_picture(made, self.out / "layers.png")
+        write_layers(made, self.out / "layers.npz")
+        write_doors(made, self.out / "doors.geojson")
+        return ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
+
+    def _picture(self) -> list[str]:
+        grid = self.run.grid if self.layers is None else self.layers.static_map()
+        figure = map_figure(grid, self.run.poses, title=self.title)
+        write_png(figure, self.out / "map.png")
+        return ["map.png"]
+
+    def _mcap(self) -> list[str]:
+        from slam.io.bags.result import write_result
+
+        write_result(self.out / "map.mcap", self.episode, self.run.online, self.stages)
+        return ["map.mcap"]
+
+    def _rrd(self) -> list[str]:
+        if not find_spec("rerun"):
+            return []
+        from ..figures.rerun_file import Picture, write_rrd
+
+        pictures = {}
+        if self.layers is not None:
+            pictures["layers"] = Picture(self.layers.spec, picture(self.layers))
+        write_rrd(self.out / "map.rrd", self.episode, self.estimates, self.stages, pictures)
+        return ["map.rrd"]
+
+    def _film(self) -> list[str]:
+        names = ["film.gif"] if suffix() == ".gif" else ["film.gif", "film.mp4"]
+        for name in names:
+            write_growth(self.out / name, self.episode, self.stages, self.title)
+        return names
+
+
+def _told(made: Layers) -> dict[str, Any]:
+    """The layers in figures: square metres and doors."""
+    cell = made.spec.resolution**2
+    return {
+        "seen_m2": float((~made.unknown).sum() * cell),
+        "stands_m2": float(made.static.sum() * cell),
+        "changes_m2": float(made.changing.sum() * cell),
+        "doors": [
+            {
+                "middle": np.round(door.ends.mean(axis=0), 2).tolist(),
+                "width": round(door.width, 2),
+                "open_share": round(door.open_share, 2),
+                "flips": door.flips,
+            }
+            for door in made.doors
+        ],
+    }

@@ -1,0 +1,192 @@
+"""A window that shows a SLAM at work: map, way, scan, how sure it is, how long it will take."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dynslam_env.drawing import captions, colours
+from dynslam_env.drawing.view import Projection
+from slam.geometry import Array, Pose2, transform_points
+from slam.grid import OccupancyGrid
+from slam.interface import Estimate, Revising, Slam
+from slam.scan import Scan
+
+from ..console.window import open_window
+from ..figures.canvas import PALETTE, ROBOT_RADIUS, SMALLEST, few_shades
+from ..figures.coarser import coarser
+from ..figures.ellipse import outline
+from ..figures.map_panel import Box, MapPanel
+
+if TYPE_CHECKING:
+    import pygame
+
+WINDOW = (1000, 800)  # pixels; less on a smaller display
+STRIP = 30  # pixels, the line below
+FRAME, MAP = 1 / 15, 0.5  # s at least from picture to picture, from map to map
+SHARE = 0.06  # of all time that pictures may take, and maps as well
+ROOM = 0.1  # of the map's size, around it: it grows
+INSTEAD = "leave out --live, and look at the film afterwards"
+
+
+class Live:
+    """An open window. Who closes it leaves the run going, and nothing more is shown.
+
+    title  of the window
+    clock  s, wall time
+
+    A picture comes 15 times a second at most, a new map twice; either more rarely where it would
+    take more than `SHARE` of the time. Raises InputError where there is no display.
+    """
+
+    def __init__(self, title: str, clock: Callable[[], float] = time.perf_counter):
+        self._screen = open_window(f"dynslam: {title}", WINDOW, "--live", INSTEAD)
+        self._clock, self._began = clock, clock()
+        self._next_frame = self._next_map = self._began
+        self._poses: list[Pose2] = []
+        self._background: pygame.Surface | None = None
+        self._view = Projection(0.0, 0.0, 1.0)
+        self._drawn = 0  # poses whose way is in the background
+        self.closed = False
+
+    def show(self, k: int, n: int, estimate: Estimate, scan: Scan, slam: Slam) -> None:
+        """Scan number `k` of `n`, from 1, was taken in by `slam`."""
+        if self.closed:
+            return
+        self._poses.append(estimate.pose)
+        now = self._clock()
+        if now < self._next_frame and k < n:
+            return
+        if self._quit():
+            return self.close()
+        if self._background is None or now >= self._next_map or k == n:
+            self._draw_map(slam)
+            self._next_map = _again(now, self._clock(), MAP)
+        now = self._clock()
+        self._draw(k, n, estimate._replace(pose=slam.pose), scan)  # the end may revise it
+        self._next_frame = _again(now, self._clock(), FRAME)
+
+    def close(self) -> None:
+        """Close the window."""
+        import pygame
+
+        self.closed = True
+        pygame.display.quit()
+
+    def _quit(self) -> bool:
+        """Whether somebody closes the window."""
+        import pygame
+
+        events = pygame.event.get()
+        self._screen = pygame.display.get_surface() or self._screen
+        return any(event.type == pygame.QUIT for event in events)
+
+    # -- the map, and the way so far -------------------------------------------------------------
+
+    def _draw_map(self, slam: Slam) -> None:
+        import pygame
+
+        if isinstance(slam, Revising):
+            self._poses = [Pose2(*row) for row in slam.trajectory().tolist()]
+        grid, way = slam.map(), np.array(self._poses)[:, :2]
+        size = self._screen.get_width(), self._screen.get_height() - STRIP
+        self._view = _fitting(grid, np.array(self._poses), size)
+        self._background = pygame.Surface(size)
+        self._background.fill(PALETTE[-3:])
+        _blit_grid(self._background, coarser(grid, 1 / self._view.scale), self._view)
+        self._draw_way(self._background, way)
+        self._drawn = len(way)
+
+    def _draw_way(self, surface: pygame.Surface, way: Array) -> None:
+        import pygame
+
+        if len(way) > 1:
+            points = self._view.points(way).tolist()
+            pygame.draw.lines(surface, colours.VERMILION, False, points, 2)
+
+    # -- a picture -------------------------------------------------------------------------------
+
+    def _draw(self, k: int, n: int, estimate: Estimate, scan: Scan) -> None:
+        import pygame
+
+        assert self._background is not None
+        self._screen.blit(self._background, (0, 0))
+        self._draw_way(self._screen, np.array(self._poses[max(self._drawn - 1, 0) :])[:, :2])
+        pose = estimate.pose
+        for point in self._view.points(transform_points(pose, scan.points)).tolist():
+            pygame.draw.circle(self._screen, colours.GREEN, point, 2)
+        centre = self._view.at(pose.x, pose.y)
+        radius = max(ROBOT_RADIUS * self._view.scale, SMALLEST)
+        pygame.draw.circle(self._screen, colours.VERMILION, centre, radius)
+        ahead = pose @ Pose2(radius / self._view.scale, 0.0, 0.0)
+        pygame.draw.line(self._screen, colours.PAPER, centre, self._view.at(ahead.x, ahead.y), 2)
+        around = self._view.points(outline(estimate.covariance) + pose[:2])
+        pygame.draw.polygon(self._screen, colours.BLUE, around.tolist(), 2)
+        self._draw_strip(k, n, estimate)
+        pygame.display.flip()
+
+    def _draw_strip(self, k: int, n: int, estimate: Estimate) -> None:
+        width, height = self._screen.get_size()
+        self._screen.fill(colours.PAPER, (0, height - STRIP, width, STRIP))
+        gone = self._clock() - self._began
+        words = f"scan {k} of {n}   {_span(gone)} gone, {_span(gone * (n - k) / k)} left"
+        if not estimate.matched:
+            words += "   not matched"
+        middle, right = height - STRIP // 2, width - captions.MARGIN
+        captions.text(self._screen, words, captions.MARGIN, middle)
+        for word, colour in LEGEND:
+            right -= captions.width_of(word) + captions.MARGIN
+            captions.text(self._screen, word, right, middle, colour)
+
+
+LEGEND = (("95 % sure", colours.BLUE), ("echoes", colours.GREEN), ("robot, way", colours.VERMILION))
+
+
+def _again(begun: float, ended: float, least: float) -> float:
+    """When to do again what took so long."""
+    return ended + max(least, (ended - begun) / SHARE)
+
+
+def _fitting(grid: OccupancyGrid, poses: Array, size: tuple[int, int]) -> Projection:
+    """What was observed or walked, in the middle."""
+    box = MapPanel("", grid, poses).box
+    room = ROOM * max(box.width, box.height) / 2
+    box = Box(box.left - room, box.right + room, box.bottom - room, box.top + room)
+    box = box.shaped(size[1] / size[0])
+    return Projection(box.left, box.top, size[0] / box.width)
+
+
+def _blit_grid(surface: pygame.Surface, grid: OccupancyGrid, view: Projection) -> None:
+    """The part of a map that the surface shows."""
+    import pygame
+
+    width, height = surface.get_size()
+    low = np.array([[view.left, view.top - height / view.scale]])
+    high = np.array([[view.left + width / view.scale, view.top]])
+    (first,), (last,) = grid.spec.cells(low), grid.spec.cells(high) + 1
+    row0, col0 = np.maximum(first, 0)
+    row1, col1 = np.minimum(last, grid.spec.shape)
+    if row1 <= row0 or col1 <= col0:
+        return
+    part = OccupancyGrid(
+        grid.spec._replace(row0=grid.spec.row0 + int(row0), col0=grid.spec.col0 + int(col0),
+                           rows=int(row1 - row0), cols=int(col1 - col0)),
+        grid.occupied[row0:row1, col0:col1], grid.observed[row0:row1, col0:col1],
+    )  # fmt: skip
+    shade = np.ascontiguousarray(few_shades(part)[::-1])
+    image = pygame.image.frombuffer(shade.tobytes(), shade.shape[::-1], "P")
+    image.set_palette(np.reshape(PALETTE, (-1, 3)).tolist())
+    left, right, bottom, top = part.spec.extent
+    (x0, y0), (x1, y1) = view.at(left, top), view.at(right, bottom)
+    shown = pygame.transform.scale(image, (round(x1 - x0), round(y1 - y0)))
+    surface.blit(shown, (round(x0), round(y0)))
+
+
+def _span(seconds: float) -> str:
+    """A time as h:mm:ss or m:ss."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

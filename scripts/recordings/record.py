@@ -1,0 +1,104 @@
+"""`dynslam record ENV`: episodes as files, for any SLAM system."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from dynslam_env import WORLDS
+from dynslam_env.simulation.setup import NAMED_DOORS
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.io.carmen.writer import write_carmen
+from slam.io.episode_file import save_episode
+from slam.io.tum import write_tum
+from slam.trajectory import Trajectory
+from slam.validation import one_of
+
+from ..console.output import output_directory
+from ..console.progress import progress_bar
+from ..console.selection import chosen
+from ..trials.cache import episode_of
+from ..trials.sources import Drive
+
+
+def _npz(episode: Episode, path: Path) -> None:
+    save_episode(episode, path.with_suffix(".npz"))
+
+
+def _carmen(episode: Episode, path: Path) -> None:
+    write_carmen(episode, path.with_suffix(".log.gz"))
+
+
+def _mcap(episode: Episode, path: Path) -> None:
+    from slam.io.bags.write import write_bag
+
+    write_bag(episode, path)
+
+
+def _tum(episode: Episode, path: Path) -> None:
+    assert episode.truth is not None
+    write_tum(Trajectory(episode.times, episode.truth.poses), path.with_suffix(".tum"))
+
+
+FORMATS: dict[str, Callable[[Episode, Path], None]] = {
+    "npz": _npz,
+    "carmen": _carmen,
+    "mcap": _mcap,
+    "tum": _tum,
+}
+
+
+@dataclass
+class Record:
+    """Record drives along the path of a world, and write them for any SLAM system.
+
+    npz: all, with the truth, for `dynslam score` and `dynslam bench logs`; carmen: a CARMEN log;
+    mcap: a ROS 2 bag with /scan, /odom, /tf, /tf_static, /ground_truth; tum: the true trajectory.
+    """
+
+    env: tyro.conf.Positional[str]
+    """Id of the environment, such as DoorCorridor-v0."""
+    seeds: str = "5000"
+    """Seeds: a number, a range such as 5000-5009, or several of these with commas between."""
+    out: Path = Path("out/episodes")
+    """Directory to write to: ENV-SEED.npz, .log.gz, .tum, and the folder ENV-SEED of the bag."""
+    formats: str = "all"
+    """npz, carmen, mcap, tum, with commas between; or all."""
+    doors: str | None = None
+    """moving or static; if not given, the world's own."""
+
+    def __call__(self) -> int:
+        """Record, write."""
+        one_of("env", self.env, tuple(WORLDS))
+        formats = chosen("format", self.formats, list(FORMATS))
+        parameters = {}
+        if self.doors is not None:
+            one_of("doors", self.doors, tuple(NAMED_DOORS))
+            parameters = {"doors": self.doors}
+        seeds = numbers(self.seeds)
+        out = output_directory(self.out)
+        with progress_bar() as bar:
+            for seed in bar.track(seeds, description=self.env):
+                episode = episode_of(Drive(self.env, seed, parameters))
+                for name in formats:
+                    FORMATS[name](episode, out / f"{self.env}-{seed}")
+        episodes = "1 episode" if len(seeds) == 1 else f"{len(seeds)} episodes"
+        print(f"{episodes} of {self.env} as {', '.join(formats)} in {out}")
+        return 0
+
+
+def numbers(text: str) -> list[int]:
+    """`5000-5009,6000` as numbers, each once. Raises InputError."""
+    found: dict[int, None] = {}
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
+        low, high = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if low > high:
+            raise InputError(f"seeds must be like 5000, 5000-5009 or 1,3,5-7, got {text!r}")
+        found |= dict.fromkeys(range(low, high + 1))
+    return list(found)

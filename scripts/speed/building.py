@@ -1,0 +1,173 @@
+"""A building of rooms along corridors, seen all over: what memory a map of it takes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from rich.box import HORIZONTALS
+from rich.table import Table
+
+import slam
+from dynslam_env import Laser
+from dynslam_env.sensors.laser import Scanner
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.benchmark.configuration import configuration
+from slam.geometry import Array, Pose2
+from slam.scan import Scan
+
+from ..console.process_memory import forget_peak, peak_mb, resident_mb
+from ..console.rows import Row, T, Track
+from .map_memory import held
+
+ROOM, DEEP, CORRIDOR, DOORWAY = 10.0, 8.5, 3.0, 1.0  # m: width and depth of a room, widths
+BAND = 2 * DEEP + CORRIDOR  # m
+STRIDE, SPEED = 1.0, 1.0  # m between scans, m/s
+LASER = Laser(beams=720, field_of_view=math.tau, max_range=30.0, sigma=0.01)
+MOST_MB = 500.0  # that a map of constant memory may take
+
+
+class Building(NamedTuple):
+    """walls (w, 4) m; poses (n, 3) along every corridor and into every room, in boustrophedon."""
+
+    walls: Array
+    poses: Array
+
+
+def building(side: float) -> Building:
+    """`side` x `side` m of rooms on both sides of corridors, back to back.
+
+    `side` is a multiple of ROOM and of BAND.
+    """
+    rooms, bands = round(side / ROOM), round(side / BAND)
+    walls = [(0.0, 0.0, 0.0, side), (side, 0.0, side, side), (0.0, 0.0, side, 0.0)]
+    corners = []
+    for band in range(bands):
+        foot = band * BAND
+        below, above, top = foot + DEEP, foot + DEEP + CORRIDOR, foot + BAND
+        walls.append((0.0, top, side, top))
+        order = range(rooms) if band % 2 == 0 else reversed(range(rooms))
+        for room in range(rooms):
+            left, right = room * ROOM, (room + 1) * ROOM
+            door = left + (ROOM - DOORWAY) / 2
+            for y in (below, above):
+                walls += [(left, y, door, y), (door + DOORWAY, y, right, y)]
+            walls += [(right, foot, right, below), (right, above, right, top)]
+        for room in order:
+            x = (room + 0.5) * ROOM
+            stops = (below + above) / 2, (foot + below) / 2, (above + top) / 2, (below + above) / 2
+            corners += [(x, y) for y in stops]
+    return Building(np.array(walls), _along(np.array(corners)))
+
+
+def scans(place: Building, seed: int = 0) -> Iterator[tuple[Pose2, Scan]]:
+    """What the laser sees on the way, made scan by scan: they would fill more than the map."""
+    rng = np.random.default_rng(seed)
+    scanner = Scanner(LASER, rng)
+    for number, pose in enumerate(place.poses):
+        at = Pose2.of(pose)
+        ranges = scanner.exact(at, place.walls) + rng.normal(0.0, LASER.sigma, LASER.beams)
+        yield at, scanner.scan(ranges, number * STRIDE / SPEED)
+
+
+def building_rows(variants: Sequence[str], side: float, track: Track) -> list[Row]:
+    """One row a kind of map and reading, by the first of the variants that has it."""
+    place = building(side)
+    return [survey(variant, place, track) for variant in different(variants)]
+
+
+def different(variants: Sequence[str]) -> list[str]:
+    """Those variants that have a map, but none whose map and kind of reading came before."""
+    kinds: dict[str, str] = {}
+    for variant in variants:
+        robot = slam.make(variant)
+        if isinstance(robot, MaximumLikelihood):
+            parts = configuration(robot.grid), type(robot.perception).__name__
+            kinds.setdefault(json.dumps(parts), variant)
+    return list(kinds.values())
+
+
+def survey(variant: str, place: Building, track: Track) -> Row:
+    """Map the building at the true poses; MB of the map alone, and with its reading beside.
+
+    The reading is brought up to date once, at the end, when its layers take what they ever take.
+    The peaks are of the whole process, over what it held before.
+    """
+    _mapped(variant, building(BAND), _unseen)  # compiles, and takes what that takes
+    before = resident_mb()
+    forget_peak()
+    robot, changed = _mapped(variant, place, track)
+    alone, peak_alone = held(robot.grid), peak_mb() - before
+    robot.perception.refresh(robot.grid, changed)
+    read, grid = held(robot.grid), robot.grid
+    side = float(np.ptp(place.walls[:, 0]))
+    return {
+        "what": variant,
+        "side": side,
+        "resolution": grid.cells.tiles.resolution,
+        "scans": len(place.poses),
+        "observed": alone.observed * grid.cells.tiles.resolution**2 / side**2,
+        "map_mb": alone.nbytes / 1e6,
+        "map_peak_mb": peak_alone,
+        "read_mb": read.nbytes / 1e6,
+        "read_peak_mb": peak_mb() - before,
+    }
+
+
+def _mapped(variant: str, place: Building, track: Track) -> tuple[MaximumLikelihood, np.ndarray]:
+    """The SLAM with the building in its map, and the cells that changed last."""
+    robot = slam.make(variant)
+    assert isinstance(robot, MaximumLikelihood)
+    views, changed = scans(place), np.empty(0, dtype=np.int64)
+    for _ in track(range(len(place.poses)), f"building, {variant}"):
+        pose, scan = next(views)
+        changed = robot.grid.integrate(scan, pose)
+    return robot, changed
+
+
+def _unseen(items: Sequence[T], description: str) -> Sequence[T]:
+    """A `Track` that shows nothing."""
+    return items
+
+
+def building_table(rows: list[Row]) -> Table:
+    """For a terminal; what takes more than MOST_MB is marked."""
+    table = Table(box=HORIZONTALS, title=_title(rows))
+    table.caption, table.caption_justify = LEGEND, "left"
+    table.add_column("what", no_wrap=True)
+    for heading in ("seen", "map, MB", "peak", "with reading, MB", "peak"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        sizes = (row[key] for key in ("map_mb", "map_peak_mb", "read_mb", "read_peak_mb"))
+        marked = (f"{size:.0f}{' !' if size > MOST_MB else ''}" for size in sizes)
+        table.add_row(row["what"], f"{row['observed']:.1%}", *marked)
+    return table
+
+
+LEGEND = (
+    "Mapped at the true poses, every room and corridor seen. MB of the map alone, and with the "
+    "layers of its reading; peak: growth of the process at most, over what it held before (0: the "
+    f"system does not tell); !: above {MOST_MB:.0f} MB"
+)
+
+
+def _title(rows: list[Row]) -> str:
+    if not rows:
+        return "no variant with a map to show"
+    side, resolution = rows[0]["side"], rows[0]["resolution"]
+    return f"a building of {side:.0f} x {side:.0f} m in cells of {resolution:g} m"
+
+
+def _along(corners: Array) -> Array:
+    """(n, 3) poses a STRIDE apart along a polyline (p, 2), heading along it."""
+    poses = []
+    for start, stop in pairwise(corners):
+        dx, dy = stop - start
+        steps = max(math.ceil(math.hypot(dx, dy) / STRIDE), 1)
+        for t in np.arange(steps) / steps:
+            poses.append((start[0] + t * dx, start[1] + t * dy, math.atan2(dy, dx)))
+    return np.array(poses)

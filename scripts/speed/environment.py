@@ -1,0 +1,172 @@
+"""What a step of the environment costs, beside the physics alone."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from statistics import median
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from rich.box import HORIZONTALS
+from rich.table import Table
+
+from dynslam_env import Corridor, DoorCorridorEnv, DoorCorridorVectorEnv, Laser, Layout
+from dynslam_env.simulation.chipmunk import States
+from dynslam_env.simulation.world import World
+
+from ..console.rows import Row, Track
+
+BEAMS = (91, 181, 361, 1081)
+DOORS = (0, 8, 20, 50, 200)
+EXTRA_WALLS = (0, 100, 300, 1000)
+THREADS = (1, 2)
+STEPS = 640  # of an environment, a round
+
+
+def env_rows(num_envs: int, rounds: int, track: Track) -> list[Row]:
+    """A floor (ten physics steps) and a step for each case, and a reset.
+
+    The floor is measured on a twin, in the same worlds and on the same drive, round by round in
+    turn: the time of ten calls of pymunk's `Space.step` alone. The ratio is the median of the
+    rounds' ratios, times are of the fastest round.
+    """
+    return [case(rounds) for case in track(list(_cases(num_envs)), "environment")]
+
+
+def env_table(rows: list[Row]) -> Table:
+    """For a terminal."""
+    table = Table(box=HORIZONTALS, title="DoorCorridor-v0, random actions")
+    table.add_column("what")
+    for heading in ("floor, us", "step, us", "step / floor", "per second"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        floor, ratio = row.get("floor_us"), row.get("ratio")
+        table.add_row(
+            row["what"],
+            "" if floor is None else f"{floor:.1f}",
+            f"{row['step_us']:.1f}",
+            "" if ratio is None else f"{ratio:.2f}",
+            f"{row['steps_per_s']:,.0f}",
+        )
+    return table
+
+
+Case = Callable[[int], Row]
+Made = tuple[Any, list[World]]
+
+
+def _cases(num_envs: int) -> Iterator[Case]:
+    yield lambda rounds: _single("one environment, gym.make", rounds)
+    for threads in THREADS:
+        yield lambda rounds, n=threads: _vector(num_envs, n, rounds)
+    for beams in BEAMS:
+        yield lambda rounds, n=beams: _single(f"{n} beams", rounds, laser=Laser(beams=n))
+    for doors in DOORS:
+        yield lambda rounds, n=doors: _single(f"{n} doors", rounds, world=_corridor(n))
+    for extra in EXTRA_WALLS:
+        yield lambda rounds, n=extra: _single(f"{n} more walls", rounds, world=_walled(n))
+    yield _reset
+
+
+def _single(name: str, rounds: int, **parameters: Any) -> Row:
+    def make() -> Made:
+        env = gym.make("DoorCorridor-v0", max_episode_steps=10**9, **parameters)
+        env.reset(seed=0)
+        assert isinstance(env.unwrapped, DoorCorridorEnv)
+        return env, [env.unwrapped.physics]
+
+    return {"what": name} | _against_floor((make(), make()), (), STEPS, rounds)
+
+
+def _vector(num_envs: int, threads: int, rounds: int) -> Row:
+    def make(threads: int) -> Made:
+        env = gym.make_vec("DoorCorridor-v0", num_envs, max_episode_steps=10**9, threads=threads)
+        env.reset(seed=0)
+        assert isinstance(env, DoorCorridorVectorEnv)
+        return env, env.physics
+
+    name = f"one of {num_envs}, gym.make_vec" + (f", {threads} threads" if threads > 1 else "")
+    steps = max(STEPS // num_envs, 1)
+    pair = make(threads), make(1)
+    return {"what": name} | _against_floor(pair, (num_envs,), steps, rounds)
+
+
+def _against_floor(pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, rounds: int) -> Row:
+    """Time drives of `steps` steps, in turn with a twin of which the physics alone counts."""
+    (env, worlds), (twin, twin_worlds) = pair
+    floors = [Floor(world.states) for world in twin_worlds]
+    for world, floor in zip(twin_worlds, floors, strict=True):
+        world.states = floor
+    rng, pairs, count = np.random.default_rng(0), [], steps * len(worlds)
+    for _ in range(rounds + 1):
+        actions = rng.uniform(-1, 1, (steps, *shape, 2)).astype(np.float32)
+        spent = _timed(lambda a=actions: _drive(env, a))
+        _drive(twin, actions)
+        pairs.append((sum(floor.spent for floor in floors) / count, spent / count))
+        for floor in floors:
+            floor.spent = 0.0
+    lowest, fastest = (min(column) for column in zip(*pairs[1:], strict=True))
+    return {
+        "floor_us": lowest * 1e6,
+        "step_us": fastest * 1e6,
+        "ratio": median(step / floor for floor, step in pairs[1:]),
+        "steps_per_s": 1 / fastest,
+    }
+
+
+class Floor(States):
+    """Lets time pass by pymunk's own `Space.step`, and adds up what that takes."""
+
+    def __init__(self, states: States):
+        self._states, self.spent = states, 0.0
+        self.space, self.rows = states.space, states.rows
+
+    def advance(self, steps: int, dt: float) -> None:
+        """See `States.advance`."""
+        step = self.space.step
+        start = time.perf_counter()
+        for _ in range(steps):
+            step(dt)
+        self.spent += time.perf_counter() - start
+        self._states.advance(0, dt)
+
+
+def _drive(env: Any, actions: np.ndarray) -> None:
+    for action in actions:
+        env.step(action)
+
+
+def _reset(rounds: int) -> Row:
+    env = gym.make("DoorCorridor-v0")
+    env.reset(seed=0)
+
+    def resets() -> None:
+        for _ in range(20):
+            env.reset()
+
+    fastest = min(_timed(resets) / 20 for _ in range(rounds))
+    return {"what": "reset", "step_us": fastest * 1e6, "steps_per_s": 1 / fastest}
+
+
+def _timed(call: Callable[[], None]) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
+def _corridor(doors: int) -> Corridor:
+    """A corridor with so many doors, and no shorter than the usual one."""
+    return Corridor(doors_per_side=doors // 2, length=max(12.0, 1.5 * doors))
+
+
+def _walled(extra: int) -> Layout:
+    """The usual corridor, and so many short walls behind its rooms."""
+    rng = np.random.default_rng(0)
+    layout = Corridor().layout(rng)
+    start = rng.uniform((0.0, 5.0), (12.0, 12.0), (extra, 2))
+    turned = rng.uniform(0.0, 2 * np.pi, extra)
+    stop = start + 0.5 * np.column_stack([np.cos(turned), np.sin(turned)])
+    return replace(layout, walls=np.vstack([layout.walls, np.hstack([start, stop])]))

@@ -1,0 +1,73 @@
+"""What the map of each SLAM holds as time goes by in one place: constant, or growing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from rich.box import HORIZONTALS
+from rich.table import Table
+
+import slam
+from slam.benchmark.run import Playback, true_start
+from slam.episode import Episode, Truth
+from slam.trajectory import Trajectory
+
+from ..console.rows import Row, Track
+from .map_memory import held, map_of
+
+LAPS = 4
+
+
+def memory_rows(variants: Sequence[str], episode: Episode, track: Track) -> list[Row]:
+    """One row a variant with a map to show: its bytes after each of LAPS drives, to and fro."""
+    long, ends = to_and_fro(episode, LAPS), len(episode.scans) - 1
+    rows = []
+    for variant in track(variants, "memory"):
+        robot = slam.make(variant, true_start(episode))
+        grid = map_of(robot)
+        if grid is None:
+            continue
+        series = [
+            held(grid).nbytes
+            for number, _ in enumerate(Playback(robot, long))
+            if number and number % ends == 0
+        ]
+        rows.append({"what": variant, "seconds": long.scans[-1].time, "bytes": series})
+    return rows
+
+
+def memory_table(rows: list[Row]) -> Table:
+    """For a terminal."""
+    minutes = rows[0]["seconds"] / 60 if rows else 0.0
+    title = f"kB of the map after each quarter of {minutes:.0f} minutes in one corridor"
+    table = Table(box=HORIZONTALS, title=title)
+    table.add_column("what", no_wrap=True)
+    for lap in range(1, LAPS + 1):
+        table.add_column(f"{lap}/{LAPS}", justify="right")
+    table.add_column("4/4 over 1/4", justify="right")
+    for row in rows:
+        shown = [f"{nbytes / 1e3:,.0f}" for nbytes in row["bytes"]]
+        table.add_row(row["what"], *shown, f"{row['bytes'][-1] / row['bytes'][0]:.2f}")
+    return table
+
+
+def to_and_fro(episode: Episode, laps: int) -> Episode:
+    """The episode forwards, backwards, forwards, ... : one drive without a leap, `laps` times as
+    long, in a world whose doors go the same way. What backs up sees what it saw.
+    """
+    n = len(episode.scans)
+    forth, back = np.arange(n), np.arange(n)[::-1]
+    order = np.concatenate([forth[:1], *((back if lap % 2 else forth)[1:] for lap in range(laps))])
+    steps = np.abs(np.diff(episode.times[order]))
+    times = episode.times[0] + np.concatenate([[0.0], np.cumsum(steps)])
+    scans = (
+        replace(episode.scans[k], time=time)
+        for k, time in zip(order.tolist(), times.tolist(), strict=True)
+    )
+    odometry = Trajectory(times, episode.odometry.at(episode.times)[order])
+    truth = episode.truth
+    if truth is not None:
+        truth = Truth(truth.poses[order], truth.walls, truth.doors[order])
+    return Episode(tuple(scans), odometry, truth, episode.meta)

@@ -1,0 +1,207 @@
+"""What a scan costs each SLAM, in time of the processor and in memory of the map."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from statistics import median
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.box import HORIZONTALS
+from rich.table import Table
+
+import slam
+from slam.benchmark.run import true_start, warm_up
+from slam.episode import Episode, Truth
+from slam.geometry import Array
+from slam.interface import Slam
+
+from ..console.rows import Row, Track
+from .map_memory import held, map_of
+
+YARDSTICK = "static-ml"
+"""The variant that the others' costs are compared with."""
+
+
+class Cost(NamedTuple):
+    """What an episode cost a SLAM.
+
+    seconds  (n,) of the processor for each scan: prediction, search, map and all
+    matched  (n,) bool, the scans that were matched
+    mapping  seconds of them that went into the map and into bringing its reading up to date
+    """
+
+    seconds: Array
+    matched: np.ndarray
+    mapping: float
+
+    @property
+    def ms(self) -> float:
+        """All time, spread over the scans that were matched (over all where none was)."""
+        return _ms(self.seconds, self.matched)
+
+    @property
+    def halves(self) -> tuple[float, float]:
+        """The same for the first and the second half of the scans."""
+        half = len(self.seconds) // 2
+        return (
+            _ms(self.seconds[:half], self.matched[:half]),
+            _ms(self.seconds[half:], self.matched[half:]),
+        )
+
+
+class Costs(NamedTuple):
+    """Of the whole episode, and of its second half for a SLAM that begins there."""
+
+    whole: Cost
+    alone: Cost
+
+
+def slam_rows(
+    variants: Sequence[str], episode: Episode, name: str, rounds: int, track: Track
+) -> list[Row]:
+    """One row a variant; the variants take turns, round by round, so that what else the machine
+    does hurts all alike.
+
+    Times are of each variant's fastest round, ratios are the median of the rounds' ratios. That the
+    second half of a drive costs more than the first may be the place's doing; if it costs more than
+    the same half does a SLAM that begins there, the cost grows with the map.
+    """
+    measured = [YARDSTICK, *(one for one in variants if one != YARDSTICK)]
+    for variant in measured:
+        warm_up(variant, episode)
+    costs: dict[str, list[Costs]] = {variant: [] for variant in measured}
+    robots: dict[str, Slam] = {}
+    latter = second_half(episode)
+    turns = [variant for _ in range(rounds) for variant in measured]
+    for variant in track(turns, f"SLAM, {name}"):
+        robots[variant] = slam.make(variant, true_start(episode))
+        whole = cost(robots[variant], episode)
+        alone = cost(slam.make(variant, true_start(latter)), latter)
+        costs[variant].append(Costs(whole, alone))
+    return [
+        _row(variant, name, costs[variant], costs[YARDSTICK]) | _memory(robots[variant])
+        for variant in variants
+    ]
+
+
+def slam_table(rows: list[Row]) -> Table:
+    """For a terminal of 80 columns."""
+    table = Table(box=HORIZONTALS, title=f"a SLAM's scan, {rows[0]['on']}, one core", padding=0)
+    table.caption, table.caption_justify = LEGEND, "left"
+    table.add_column("what", no_wrap=True)
+    for heading in (
+        "CPU ms",
+        f"/ {YARDSTICK}",
+        "map %",
+        "2nd/1st",
+        "2nd/new",
+        "B/seen",
+        "B/cell",
+        "MB",
+    ):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(
+            row["what"],
+            f"{row['cpu_ms']:.3f}",
+            f"{row['ratio']:.2f}",
+            _shown(row["map_share"], "{:.0%}"),
+            _shown(row["second_half"], "{:.2f}"),
+            _shown(row["second_half_grown"], "{:.2f}"),
+            _shown(row["bytes_per_observed_cell"], "{:.1f}"),
+            _shown(row["bytes_per_cell"], "{:.1f}"),
+            _shown(row["bytes"], "{:.2f}", 1e-6),
+        )
+    return table
+
+
+LEGEND = (
+    "CPU ms: of the processor per matched scan, prediction, search and map update; map: share of "
+    "the map update; 2nd/1st: cost of the drive's second half over that of its first; 2nd/new: "
+    "over that of the same half on a map of its own, 1 if cost does not grow with the map; B/seen, "
+    "B/cell: bytes per cell that was seen, and per cell of the tiles in use; MB: of the map"
+)
+
+
+def second_half(episode: Episode) -> Episode:
+    """The scans from the middle on, an episode of their own."""
+    half, truth = len(episode.scans) // 2, episode.truth
+    if truth is not None:
+        truth = Truth(truth.poses[half:], truth.walls, truth.doors[half:])
+    return replace(episode, scans=episode.scans[half:], truth=truth)
+
+
+def cost(robot: Slam, episode: Episode) -> Cost:
+    """Run `robot` over the whole episode, with a stopwatch."""
+    stopwatch = Stopwatch()
+    parts = ((map_of(robot), "integrate"), (getattr(robot, "perception", None), "refresh"))
+    for part, method in parts:
+        if part is not None:
+            setattr(part, method, stopwatch.around(getattr(part, method)))
+    scans = episode.scans
+    seconds, matched = np.empty(len(scans)), np.empty(len(scans), dtype=np.bool_)
+    for k, (motion, scan) in enumerate(zip(episode.motions(), scans, strict=True)):
+        begun = time.process_time()
+        estimate = robot.update(motion, scan)
+        seconds[k] = time.process_time() - begun
+        matched[k] = estimate.matched
+    return Cost(seconds, matched, stopwatch.seconds)
+
+
+class Stopwatch:
+    """Adds up the time of the processor that calls take."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def around(self, call: Callable[..., Any]) -> Callable[..., Any]:
+        """The same, timed."""
+
+        def timed(*args: Any, **kwargs: Any) -> Any:
+            begun = time.process_time()
+            result = call(*args, **kwargs)
+            self.seconds += time.process_time() - begun
+            return result
+
+        return timed
+
+
+def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) -> Row:
+    fastest = min((one.whole for one in costs), key=lambda whole: whole.ms)
+    return {
+        "what": variant,
+        "on": name,
+        "cpu_ms": fastest.ms,
+        "ratio": median(
+            own.whole.ms / other.whole.ms for own, other in zip(costs, yardstick, strict=True)
+        ),
+        "map_share": fastest.mapping / fastest.seconds.sum() or None,
+        "second_half": median(whole.halves[1] / whole.halves[0] for whole, _ in costs),
+        "second_half_grown": median(whole.halves[1] / alone.ms for whole, alone in costs),
+        "matched": int(fastest.matched.sum()),
+        "scans": len(fastest.seconds),
+    }
+
+
+def _memory(robot: Slam) -> Row:
+    grid = map_of(robot)
+    if grid is None:
+        total = getattr(robot, "nbytes", None)
+        return {"bytes": total, "bytes_per_observed_cell": None, "bytes_per_cell": None}
+    now = held(grid)
+    return {
+        "bytes": now.nbytes,
+        "bytes_per_observed_cell": now.nbytes / now.observed if now.observed else None,
+        "bytes_per_cell": now.nbytes / now.cells if now.cells else None,
+    }
+
+
+def _ms(seconds: Array, matched: np.ndarray) -> float:
+    return 1e3 * float(seconds.sum()) / int(matched.sum() or len(seconds) or 1)
+
+
+def _shown(value: float | None, pattern: str, scale: float = 1.0) -> str:
+    return "" if value is None else pattern.format(scale * value)

@@ -1,0 +1,1 @@
+"""Commands that study one question: study, ghosts, endure."""

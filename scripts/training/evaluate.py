@@ -1,0 +1,151 @@
+"""`dynslam evaluate`: agents on the same patrols, with statistics, a page and films."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+import agents
+import slam
+from slam.benchmark.results import Result
+from slam.errors import InputError
+from slam.validation import number, whole_number
+
+from ..bench.bench import check_episodes, keep
+from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
+from ..console.output import output_directory
+from ..console.progress import progress_bar
+from ..console.selection import chosen
+from ..figures.film import suffix
+from ..report.summary import Condition, Wording, read_rows
+from ..report.write import write_report
+from ..trials.jobs import file_name
+from ..trials.pool import check_workers, here
+from .patrol_jobs import BUDGETS, SUITE, Patrol
+from .summary import told
+
+
+@dataclass
+class Evaluate:
+    """Let agents patrol the same worlds; write results.jsonl, report.html and films.
+
+    Agents: those of `agents.names()`, or files of policies that `dynslam train` wrote (best.zip).
+    Each episode is held out: no agent was tuned or trained on its seed.
+    """
+
+    agents: tyro.conf.Positional[tuple[str, ...]] = ("all",)
+    """Names of agents, files of trained policies, or FILE.py:NAME of your own; all: every one that
+    is known by name. The first is what the others are compared with."""
+    worlds: str = "corridor"
+    """Some of corridor, loop, office, crowd, with commas between, or all."""
+    slam: str = "hmm-ml"
+    """SLAM variants, with commas between."""
+    episodes: int = 100
+    """Number of episodes of each agent in each world with each SLAM."""
+    first: int = 7000
+    """The first seed; agents were tuned on 1000 to 1023 and 900000 on, and trained on others."""
+    steps: int | None = None
+    """Steps of 0.4 s of an episode; if none are given, the world's own (corridor 250)."""
+    jobs: int = -1
+    """Episodes at the same time, each in a process of one thread; -1: one a core."""
+    out: Path = Path("out/evaluate")
+    """Directory to write to."""
+    films: bool = True
+    """Write a film of each agent in each world (the first SLAM, the first seed)."""
+    resume: bool = False
+    """Go on with what is in the directory: only what is missing is run."""
+    limit: float = 900.0
+    """s, after which an episode counts as hanging."""
+
+    def __call__(self) -> int:
+        """Run, write, print."""
+        names = self._names()
+        patrols = self._patrols(names)
+        out = output_directory(self.out)
+        todo = self._missing(patrols, out / "results.jsonl")
+        status = self._run(todo, out)
+        rows = read_rows(out / "results.jsonl") if (out / "results.jsonl").exists() else []
+        if not rows:
+            return status
+        with progress_bar() as bar:
+            pages = write_report(rows, out, names, Wording(SUITE, "agent"))
+            for _ in bar.track(pages, total=None, description="report"):
+                pass
+        self._tell(rows, names, out)
+        nothing = all(row["error"] is not None for row in rows)
+        return EXIT_MISTAKE if nothing and not status else status
+
+    def _names(self) -> list[str]:
+        """The agents, each once; what is not there is told now."""
+        asked = agents.names() if self.agents == ("all",) else list(dict.fromkeys(self.agents))
+        for name in asked:
+            agents.check(name)
+        return asked
+
+    def _patrols(self, names: list[str]) -> list[Patrol]:
+        worlds = chosen("world", self.worlds, list(BUDGETS))
+        systems = chosen("variant", self.slam, slam.variants())
+        whole_number("episodes", self.episodes, 1)
+        whole_number("first", self.first, 0)
+        number("limit", self.limit, 1e-3)
+        if self.steps is not None:
+            whole_number("steps", self.steps, 1)
+        check_workers(self.jobs)
+        return [
+            Patrol(
+                world, system, name, seed, self.steps or BUDGETS[world], self.limit,
+                pictured=seed == self.first, film=self._film(world, system, systems, name, seed),
+            )
+            for seed in range(self.first, self.first + self.episodes)
+            for world in worlds
+            for system in systems
+            for name in names
+        ]  # fmt: skip
+
+    def _film(
+        self, world: str, system: str, systems: list[str], name: str, seed: int
+    ) -> Path | None:
+        if not self.films or seed != self.first or system != systems[0]:
+            return None
+        return self.out / "films" / f"{file_name(name)}-{world}{suffix()}"
+
+    def _missing(self, patrols: list[Patrol], path: Path) -> list[Patrol]:
+        if not path.exists():
+            return patrols
+        if not self.resume:
+            raise InputError(
+                f"{path} holds the results of an earlier evaluation: go on with it by --resume, or "
+                f"choose another directory by --out"
+            )
+        rows = read_rows(path)
+        wanted = {(Condition.named(p.condition), p.seed): p.episode for p in patrols}
+        check_episodes(rows, {SUITE}, wanted, path)
+        there = {row["run"] for row in rows}
+        return [patrol for patrol in patrols if patrol.name not in there]
+
+    def _run(self, todo: list[Patrol], out: Path) -> int:
+        done = 0
+        try:
+            with progress_bar() as bar:
+                for result in bar.track(
+                    here(todo, self.jobs), total=len(todo), description=f"{len(todo)} patrols"
+                ):
+                    keep(result, out)
+                    done += 1
+        except KeyboardInterrupt:
+            print(
+                f"evaluate: interrupted, {done} of {len(todo)} patrols are kept; the same command "
+                f"with --resume goes on",
+                file=sys.stderr,
+            )
+            return EXIT_INTERRUPTED
+        return 0
+
+    def _tell(self, rows: list[Result], names: list[str], out: Path) -> None:
+        for row in [row for row in rows if row["error"] is not None][:5]:
+            print(f"failed: {row['variant']}, seed {row['seed']}: {row['error']}", file=sys.stderr)
+        told(rows, names)
+        print(f"{len(rows)} patrols; look at {out / 'report.html'}")

@@ -1,0 +1,1 @@
+"""Experiments: sources of episodes, jobs, worker processes, scores."""

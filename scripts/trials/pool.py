@@ -1,0 +1,106 @@
+"""Jobs done side by side: on this machine (joblib), or by the workers of a Dask scheduler."""
+
+from __future__ import annotations
+
+import atexit
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from joblib import Parallel, delayed
+
+import agents
+import dynslam_env
+import slam
+from slam.errors import InputError
+
+from .jobs import Done, Job, Trial, failure
+from .sources import code
+from .worker_process import Keepers
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+CONNECT = 10.0  # s, to find the scheduler
+PATIENCE = 60.0  # s, for its first worker
+
+
+def check_workers(workers: int) -> None:
+    """Raises InputError for a number of jobs at the same time that `here` has no meaning for."""
+    if workers < 1 and workers != -1:
+        raise InputError(f"jobs must be at least 1, or -1 for one a core, got {workers}")
+
+
+def here(jobs: Sequence[Job], workers: int) -> Iterator[Done]:
+    """Done as they come, `workers` at a time (-1: one a core), each in a process of one thread."""
+    with Keepers() as keepers:
+        run = Parallel(n_jobs=workers, backend="threading", return_as="generator_unordered")
+        yield from run(delayed(keepers.do)(job) for job in jobs)  # pyright: ignore
+
+
+def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:
+    """Done as they come, by all workers of the scheduler at `address`, such as tcp://host:8786.
+
+    What a dead worker had is done by another; a job that ends several workers is told as failed.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise InputError(
+            "--cluster needs Dask: install dynslam[cluster], here and on every worker"
+        ) from None
+    try:
+        client = Client(address, timeout=CONNECT)
+    except (OSError, ValueError) as error:
+        raise InputError(f"no Dask scheduler at {address!r} ({error})") from None
+    with client:
+        _check_workers(client, address)
+        waiting = {client.submit(do, job, pure=False): job for job in jobs}
+        for future in as_completed(list(waiting)):
+            job = waiting.pop(future)
+            if future.cancelled():
+                raise InputError(f"the scheduler at {address} is gone; --resume goes on")
+            error = future.exception()
+            yield Done(job.row() | failure(str(error))) if error else future.result()
+            future.release()
+
+
+def own_code() -> str:
+    """What tells all our code, and the libraries that results depend on, from others; here."""
+    return _code()
+
+
+def _code() -> str:
+    homes = [Path(str(package.__file__)).parent for package in (slam, dynslam_env, agents)]
+    return f"{code(*homes, Path(__file__).parents[1])}, scipy {version('scipy')}"
+
+
+def _check_workers(client: Client, address: str) -> None:
+    """There are some, and they run the same code as we do."""
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        raise InputError(
+            f"the scheduler at {address} has no workers: start some by `dask worker {address}`"
+        ) from None
+    found, own = cast(dict[str, Any], client.run(_code)), own_code()
+    others = [worker for worker, theirs in found.items() if theirs != own]
+    if others:
+        raise InputError(
+            f"worker {others[0]} has another version of dynslam or of its libraries "
+            f"({len(others)} of {len(found)} have): install the same everywhere"
+        )
+
+
+def do(job: Trial) -> Done:
+    """On a worker: by a process of its own."""
+    return _keepers().do(job)
+
+
+@cache
+def _keepers() -> Keepers:
+    keepers = Keepers()
+    atexit.register(keepers.__exit__, None, None, None)
+    return keepers

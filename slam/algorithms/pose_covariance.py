@@ -1,0 +1,86 @@
+"""How sure a pose is: a scan is compared with a map, and the map itself may lie askew."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from slam.geometry import Array, Pose2
+from slam.maps.tiles import SHIFT, Tiles
+
+
+class Ground:
+    """How sure the map is of where it lies, tile by tile.
+
+    A frozen map keeps the error of the keyframe that drew it. Each tile remembers the pose and the
+    covariance that the keyframe had which was the first to see it; a robot that is matched with
+    these tiles inherits their error, turned about that keyframe. It is for tiles of one map alone:
+    new slots are counted on, free and copied ones are not.
+    """
+
+    def __init__(self, tiles: Tiles):
+        self.tiles = tiles
+        self._drawn = tiles.layer(np.float64, 0.0, (11,))  # x, y, covariance
+        self._settled = 1
+
+    def settle(self, pose: Pose2, covariance: Array) -> None:
+        """The tiles that are new were drawn by a keyframe at `pose`, so sure of itself."""
+        new = self._drawn.values[self._settled : self.tiles.used]
+        new[:, 0], new[:, 1] = pose.x, pose.y
+        new[:, 2:] = covariance.reshape(9)
+        self._settled = self.tiles.used
+
+    def covariance(self, pose: Pose2, points: Array) -> Array:
+        """(3, 3) of the error that a robot at `pose` inherits, matched with what lies at its scan's
+        `points` (n, 2), m in its frame. The mean over the points; zero without any."""
+        tiles = self.tiles
+        return _inherited(*pose, points, tiles.index, tiles.origin, tiles.resolution,
+                          self._drawn.values, self._settled)  # fmt: skip
+
+
+@njit(cache=True)
+def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn, settled):
+    c, s, scale = np.cos(theta), np.sin(theta), 1.0 / resolution
+    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    seen = np.zeros(settled)
+    for k in range(len(points)):
+        x = (robot_x + c * points[k, 0] - s * points[k, 1] - origin[0]) * scale
+        y = (robot_y + s * points[k, 0] + c * points[k, 1] - origin[1]) * scale
+        if 0.0 <= x < cols and 0.0 <= y < rows:
+            slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
+            if 0 < slot < settled:
+                seen[slot] += 1.0
+    total, result = seen.sum(), np.zeros((3, 3))
+    for slot in range(settled):
+        if seen[slot]:
+            moved = _turned(drawn[slot, 2:].copy().reshape(3, 3), robot_x - drawn[slot, 0],
+                            robot_y - drawn[slot, 1])  # fmt: skip
+            result += moved * (seen[slot] / total)
+    return result
+
+
+@njit(cache=True)
+def _turned(covariance, x, y):
+    """The covariance of a pose that lies (x, y) from the one that is given, rigidly."""
+    J = np.eye(3)
+    J[0, 2], J[1, 2] = -y, x
+    return J @ covariance @ J.T
+
+
+@njit(cache=True)
+def moved(covariance, x, y, odometry):
+    """The covariance after a displacement (x, y), world, whose own error has that of `odometry`."""
+    return _turned(covariance, x, y) + odometry
+
+
+@njit(cache=True)
+def fused(predicted, ground, information):
+    """The covariance after a match with `information` about the pose within the map.
+
+    The map's own error is in the prediction and in the match alike: what both are unsure of beyond
+    it is weighed, and it is added again.
+    """
+    values, axes = np.linalg.eigh(predicted - ground)
+    within = (axes * np.maximum(values, 0.0)) @ axes.T
+    sure = np.linalg.solve(np.eye(3) + within @ information, within)
+    return ground + 0.5 * (sure + sure.T)

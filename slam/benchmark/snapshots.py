@@ -1,0 +1,35 @@
+"""Growth: a run's stages, evenly spread over it, for a film or a recording of how the map grew."""
+
+from __future__ import annotations
+
+from slam.benchmark.run import Playback
+from slam.snapshot import Stage
+
+
+class Growth:
+    """Keeps a stage of `playback` every few scans, some `stages` of the whole episode.
+
+    every  scans from one to the next
+    """
+
+    def __init__(self, playback: Playback, stages: int = 150):
+        self.every = max(1, round(len(playback.episode.scans) / stages))
+        self._playback = playback
+        self._kept: list[Stage] = []
+
+    def after(self, number: int) -> None:
+        """Scan `number`, from 0, was taken in."""
+        if number % self.every == 0:
+            self._keep()
+
+    def stages(self) -> list[Stage]:
+        """All that were kept, and last what is believed now; empty before the first scan."""
+        if self._playback.done:
+            if self._kept and self._kept[-1].scan == self._playback.done - 1:
+                self._kept.pop()  # the end may have revised it
+            self._keep()
+        return list(self._kept)
+
+    def _keep(self) -> None:
+        run = self._playback.result()
+        self._kept.append(Stage.of(run.poses, run.grid))

@@ -1,0 +1,106 @@
+"""A CARMEN log line by line: keeps what can be used, counts what cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.geometry import Pose2
+from slam.io.carmen.leaps import leaps
+from slam.io.carmen.messages import (
+    Garbled,
+    Laser,
+    Odom,
+    parse_flaser,
+    parse_odom,
+    parse_param,
+    parse_robotlaser,
+)
+from slam.io.warnings import Warnings
+
+LASERS = {b"FLASER": parse_flaser, b"ROBOTLASER1": parse_robotlaser}
+# Other messages of CARMEN, and comments: passed over without a word.
+PASSED_OVER = (b"#", b"SYNC", b"TRUEPOS", b"RLASER", b"LASER", b"RAWLASER", b"ROBOTLASER")
+
+
+class CarmenParser:
+    """Takes lines; then holds `messages`, their line `numbers`, `params` and `warnings`."""
+
+    def __init__(self) -> None:
+        self.messages: list[Odom | Laser] = []
+        self.numbers: list[int] = []
+        self.params: dict[bytes, float] = {}
+        self.warnings = Warnings()
+        self.reason = ""  # what was expected on the first line left out
+        self._laser = b""
+        self._beams = 0
+
+    def take(self, number: int, line: bytes) -> None:
+        """Take in one line."""
+        words = line.split()
+        if not words:
+            return
+        name = words[0]
+        try:
+            if name == b"ODOM":
+                self._keep(number, parse_odom(words))
+            elif name in LASERS:
+                self._take_laser(number, words)
+            elif name == b"PARAM":
+                self.params |= parse_param(words)
+            elif not name.startswith(PASSED_OVER):
+                self.warnings.add("unknown message left out", number)
+        except Garbled as reason:
+            self.reason = self.reason or f"{number}: {reason}"
+            self.warnings.add("garbled line left out", number)
+
+    def leave_out_leaps(self) -> None:
+        """To be called after the last line: a leap shows by the message after it."""
+        if not self.messages:
+            return
+        found = leaps(np.array([message.pose for message in self.messages])).tolist()
+        kept = []
+        for number, message, leap in zip(self.numbers, self.messages, found, strict=True):
+            if leap:
+                self.reason = (
+                    self.reason or f"{number}: a pose within reach of the one before was expected"
+                )
+                self.warnings.add("pose leaps away and back, line left out", number)
+            else:
+                kept.append((number, message))
+        self.numbers = [number for number, _ in kept]
+        self.messages = [message for _, message in kept]
+
+    @property
+    def lasers(self) -> list[Laser]:
+        """The sweeps among the messages."""
+        return [message for message in self.messages if isinstance(message, Laser)]
+
+    def param(self, name: bytes) -> float:
+        """The log's own setting, 0 where it has none."""
+        return self.params.get(name, 0.0)
+
+    @property
+    def mount(self) -> Pose2:
+        """The front laser on the robot, by the log's parameters; m, rad."""
+        return Pose2(
+            self.param(b"robot_frontlaser_offset"),
+            self.param(b"robot_frontlaser_side_offset"),
+            self.param(b"robot_frontlaser_angular_offset"),
+        )
+
+    def _keep(self, number: int, message: Odom | Laser) -> None:
+        self.messages.append(message)
+        self.numbers.append(number)
+
+    def _take_laser(self, number: int, words: list[bytes]) -> None:
+        if self._laser not in (b"", words[0]):
+            self.warnings.add("line of a second laser left out", number)
+            return
+        message = LASERS[words[0]](words)
+        self._laser = words[0]
+        if self._beams not in (0, len(message.ranges)):
+            self.warnings.add("number of beams changed", number)
+        self._beams = len(message.ranges)
+        if not np.all(message.ranges >= 0):
+            self.warnings.add("negative or NaN range taken for no reading", number)
+        self._keep(number, message)

@@ -1,0 +1,1 @@
+"""Motion models: how far the odometry may be off."""

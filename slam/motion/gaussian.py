@@ -1,0 +1,171 @@
+"""Odometry motion model p(s | u, s'): how far the odometry may be off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numba import njit
+
+from slam.geometry import Array, Pose2
+from slam.validation import positive, within
+
+
+@dataclass(frozen=True)
+class OdometryMotion:
+    """Gaussian error of a displacement, in the frame of the pose that it leads to.
+
+    After Thrun, Burgard, Fox (2005), table 5.5: each deviation grows with what was moved. The
+    default turn per metre is twice as wide as the paper's systematic error (3 degrees per 5 cm),
+    so that a bias of that size is no reason to doubt a scan.
+
+    translation_per_m    m of deviation per m driven
+    translation_per_rad  m per rad turned
+    translation_floor    m, of a robot that stands still
+    rotation_per_m       rad per m driven
+    rotation_per_rad     rad per rad turned
+    rotation_floor       rad
+    """
+
+    translation_per_m: float = 0.1
+    translation_per_rad: float = 0.05
+    translation_floor: float = 0.01
+    rotation_per_m: float = math.radians(120.0)
+    rotation_per_rad: float = 0.1
+    rotation_floor: float = math.radians(1.5)
+
+    def __post_init__(self) -> None:
+        positive(self, "translation_floor", "rotation_floor")
+        for field in fields(self):
+            within(self, field.name, 0.0)
+
+    def corrected(self, motion: Pose2) -> Pose2:
+        """The odometry as it is."""
+        return motion
+
+    def deviations(self, motion: Pose2) -> Array:
+        """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
+        driven, turned = math.hypot(motion.x, motion.y), abs(motion.theta)
+        translation = math.hypot(
+            self.translation_per_m * driven,
+            self.translation_per_rad * turned,
+            self.translation_floor,
+        )
+        rotation = self.rotation(motion, self.rotation_per_m)
+        return np.array([translation, translation, rotation])
+
+    def rotation(self, motion: Pose2, per_m: float) -> float:
+        """rad, standard deviation of theta where it grows by `per_m` rad with every m driven."""
+        return math.hypot(
+            per_m * math.hypot(motion.x, motion.y),
+            self.rotation_per_rad * abs(motion.theta),
+            self.rotation_floor,
+        )
+
+    def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
+        """Nothing is learned."""
+
+
+class Prediction:
+    """p(s | u, s') of one motion: where it leads, and how likely any other pose is.
+
+    An error of the heading grows along the way: half of it turns the displacement. Errors are
+    Gaussian and independent: x, y in m and theta in rad, in the frame of the predicted pose.
+
+    pose        where the odometry leads
+    deviations  (3,) of the errors
+    """
+
+    def __init__(self, origin: Pose2, motion: Pose2, deviations: Array):
+        self.pose = origin @ motion
+        self.deviations = deviations
+        c, s = math.cos(motion.theta), math.sin(motion.theta)
+        self._centre = np.array(self.pose)
+        self._moved = np.array([c * motion.x + s * motion.y, c * motion.y - s * motion.x])
+
+    def poses(self, errors: Array) -> Array:
+        """(n, 3) the poses that errors (n, 3) lead to."""
+        return _erring(errors, self._centre, self._moved)
+
+    def error(self, pose: Pose2) -> Array:
+        """(3,) the error that leads to a pose."""
+        return np.array(_error(np.array(pose), self._centre, self._moved))
+
+    def log_density(self, poses: Array) -> Array:
+        """(n,) log p(s | u, s') of poses (n, 3), up to a constant."""
+        return _log_density(poses, self._centre, self._moved, self.deviations)
+
+    def covariance(self) -> Array:
+        """(3, 3) of the predicted pose by the odometry's errors alone, in the world."""
+        return _covariance(self._centre, self._moved, self.deviations)
+
+    def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
+        """Value, gradient (3,) and (Gauss-Newton) curvature (3, 3) of the log density."""
+        return _slope(*pose, self._centre, self._moved, self.deviations)
+
+
+@njit(cache=True)
+def _erring(errors, centre, moved):
+    c, s = np.cos(centre[2]), np.sin(centre[2])
+    poses = np.empty_like(errors)
+    for n in range(len(errors)):
+        hc, hs = np.cos(errors[n, 2] / 2) - 1.0, np.sin(errors[n, 2] / 2)
+        x = errors[n, 0] + hc * moved[0] - hs * moved[1]
+        y = errors[n, 1] + hs * moved[0] + hc * moved[1]
+        poses[n, 0] = centre[0] + c * x - s * y
+        poses[n, 1] = centre[1] + s * x + c * y
+        poses[n, 2] = (centre[2] + errors[n, 2] + np.pi) % (2 * np.pi) - np.pi
+    return poses
+
+
+@njit(cache=True)
+def _error(pose, centre, moved):
+    """The error (x, y, theta) that leads to a pose: the inverse of `_erring`."""
+    c, s = np.cos(centre[2]), np.sin(centre[2])
+    dx, dy = pose[0] - centre[0], pose[1] - centre[1]
+    theta = (pose[2] - centre[2] + np.pi) % (2 * np.pi) - np.pi
+    hc, hs = np.cos(theta / 2) - 1.0, np.sin(theta / 2)
+    x = c * dx + s * dy - hc * moved[0] + hs * moved[1]
+    y = c * dy - s * dx - hs * moved[0] - hc * moved[1]
+    return x, y, theta
+
+
+@njit(cache=True)
+def _log_density(poses, centre, moved, deviations):
+    result = np.empty(len(poses))
+    for n in range(len(poses)):
+        x, y, theta = _error(poses[n], centre, moved)
+        x, y, theta = x / deviations[0], y / deviations[1], theta / deviations[2]
+        result[n] = -0.5 * (x * x + y * y + theta * theta)
+    return result
+
+
+@njit(cache=True)
+def _covariance(centre, moved, deviations):
+    c, s = np.cos(centre[2]), np.sin(centre[2])
+    x, y = -0.5 * moved[1], 0.5 * moved[0]  # by an error of the heading
+    J = np.array([[c, -s, c * x - s * y], [s, c, s * x + c * y], [0.0, 0.0, 1.0]])
+    return (J * (deviations * deviations)) @ J.T
+
+
+@njit(cache=True)
+def _slope(x, y, theta, centre, moved, deviations):
+    c, s = np.cos(centre[2]), np.sin(centre[2])
+    x, y, theta = _error((x, y, theta), centre, moved)
+    hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)
+    J = np.array([  # of the error by the pose
+        [c, s, hs * moved[0] + hc * moved[1]],
+        [-s, c, hs * moved[1] - hc * moved[0]],
+        [0.0, 0.0, 1.0],
+    ])  # fmt: skip
+    e = np.array([x, y, theta])
+    value, g, H = 0.0, np.zeros(3), np.zeros((3, 3))
+    for k in range(3):
+        weight = 1.0 / (deviations[k] * deviations[k])
+        value -= 0.5 * weight * e[k] * e[k]
+        for a in range(3):
+            g[a] -= weight * e[k] * J[k, a]
+            for b in range(3):
+                H[a, b] -= weight * J[k, a] * J[k, b]
+    return value, g, H

@@ -1,0 +1,102 @@
+"""Odometry out of the scans alone, for recordings that have none."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import deque
+from collections.abc import Iterator
+
+import numpy as np
+
+from slam.episode import Episode
+from slam.geometry import Array, Pose2
+from slam.interface import Posterior
+from slam.maps.recency import Recency
+from slam.motion.gaussian import Prediction
+from slam.motion.threshold import KEYFRAMES
+from slam.scan import Scan
+from slam.search.correlative import Correlative
+from slam.sensor_models.endpoint import Endpoint
+from slam.trajectory import Trajectory
+
+LONGEST = 1.0  # s: after a longer gap nothing is known of the speed
+WIDEST = 0.5  # s: wider is no search; what was missed then, a SLAM may find again
+SHORTEST = 0.2  # s: over less, jitter of the stamps would be taken for speed
+
+
+@dataclasses.dataclass(frozen=True)
+class ConstantVelocity:
+    """The robot goes on as it went; how far it may not, in the time between two scans.
+
+    A robot changes its speed by `acceleration` (m/s^2, rad/s^2: one standard deviation), and what
+    was measured of it is off by `floor` (m, rad).
+    """
+
+    acceleration: tuple[float, float] = (2.0, 6.0)
+    floor: tuple[float, float] = (0.03, math.radians(1.5))
+
+    def deviations(self, seconds: float) -> Array:
+        """(3,) standard deviations of x, y in m and theta in rad."""
+        ahead, turned = (
+            math.hypot(floor, 0.5 * change * seconds**2)
+            for change, floor in zip(self.acceleration, self.floor, strict=True)
+        )
+        return np.array([ahead, ahead, turned])
+
+
+class LaserOdometry:
+    """Matches each scan with a map of what was seen lately, from where the last speed leads to.
+
+    That is maximum likelihood SLAM (Mitsou and Tzafestas, eq. 7) with a constant velocity for the
+    odometry. Its map forgets, and its trajectory drifts, as an odometry does: it is what a SLAM is
+    given, and no SLAM.
+    """
+
+    def __init__(self, motion: ConstantVelocity = ConstantVelocity()):
+        self.motion = motion
+        self.pose = Pose2()
+        self._map, self._perception, self._search = Recency(), Endpoint(), Correlative()
+        self._rng = np.random.default_rng(0)  # the search draws none
+        self._past: deque[tuple[float, Pose2]] = deque()
+        self._keyframe, self._keyframe_time = Pose2(), -math.inf
+
+    def update(self, scan: Scan) -> Pose2:
+        """Where the robot is, in the frame of its first pose."""
+        if self._past:
+            seconds = scan.time - self._past[-1][0]
+            step = self._speed() if seconds <= LONGEST else Pose2()
+            step = Pose2(*(value * seconds for value in step))
+            deviations = self.motion.deviations(min(seconds, WIDEST))
+            prediction = Prediction(self.pose, step, deviations)
+            self.pose = self._search(Posterior(self._perception, scan, prediction), self._rng)
+        self._past.append((scan.time, self.pose))
+        since = self._keyframe.between(self.pose)
+        if KEYFRAMES.due(since, scan.time - self._keyframe_time):
+            self._perception.refresh(self._map, self._map.integrate(scan, self.pose))
+            self._keyframe, self._keyframe_time = self.pose, scan.time
+        return self.pose
+
+    def _speed(self) -> Pose2:
+        """m/s and rad/s over the last `SHORTEST` s at least, in the robot's frame."""
+        now, pose = self._past[-1]
+        while len(self._past) > 2 and now - self._past[1][0] >= SHORTEST:
+            self._past.popleft()
+        then, before = self._past[0]
+        if not now > then:
+            return Pose2()
+        return Pose2(*(value / max(now - then, SHORTEST) for value in before.between(pose)))
+
+
+def poses_by_laser(episode: Episode) -> Iterator[Pose2]:
+    """The robot at each scan, from its first pose on, one by one, so that progress can be told."""
+    odometry = LaserOdometry()
+    for scan in episode.scans:
+        yield odometry.update(scan)
+
+
+def with_odometry(episode: Episode, poses: list[Pose2]) -> Episode:
+    """The episode with such poses for its odometry."""
+    trajectory = Trajectory(episode.times, np.array(poses))
+    meta = {**episode.meta, "odometry": "laser"}
+    return dataclasses.replace(episode, odometry=trajectory, meta=meta)

@@ -1,0 +1,159 @@
+"""What is made of a likelihood field when it is asked for: bounds from above, coarser fields."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from slam.geometry import Array
+from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
+from slam.sensor_models.blocks import BLOCK, BLOCKS, Due, all_blocks, cell_at
+
+REACH = 2  # cells to either side of a sample's cell that a peak looks over
+U_1, U_MASK, U_SHIFT = np.uint64(1), np.uint64(MASK), np.uint64(SHIFT)  # no sign is checked
+LEVELS = 3  # fields of cells 1, 2 and 4 times as wide as the map's
+
+
+class Peaks:
+    """The largest sample within REACH of each square of 2 x 2 cells, rounded up to 1/255 of a span.
+
+    unknown, low, high  of the field: where nothing is known, its least and its largest value
+    """
+
+    def __init__(self, tiles: Tiles, field: Layer, unknown: float, low: float, high: float):
+        self.due = Due(tiles)
+        self.due.add(all_blocks(tiles))
+        self._tiles, self._field, self._unknown = tiles, field, unknown
+        self._low, self._step = low, (high - low) / 255
+        height = math.ceil((unknown - low) / self._step)
+        self._peaks = tiles.layer(np.uint8, height, (AREA // 4,))
+
+    def bounds(self, points: Array, poses: Array, reach: float) -> Array:
+        """(n,) no less than the sum of the field at the points as seen from any pose within `reach`
+        m, in x and in y, of each of the poses, with the same heading."""
+        tiles = self._tiles
+        if self.due:
+            rows, cols = tiles.index.shape
+            around = np.zeros((rows + 2, cols + 2), np.int32)  # blocks at the border are looked at
+            around[1:-1, 1:-1] = tiles.index  # from beyond
+            _lift(self.due.take() + BLOCKS, around, self._field.flat, self._peaks.values,
+                  self._low, 1 / self._step)  # fmt: skip
+        return _bounds(poses, points, tiles.index, self._peaks.values, tiles.origin,
+                       tiles.resolution, self._unknown, self._low, self._step, reach)  # fmt: skip
+
+
+class Means:
+    """Fields of cells 2 and 4 times as wide: the means of a field over squares of its cells."""
+
+    def __init__(self, tiles: Tiles, field: Layer, unknown: float):
+        self.due = Due(tiles)
+        self.due.add(all_blocks(tiles))
+        self._tiles, self._field = tiles, field
+        self._levels = [
+            tiles.layer(np.float32, unknown, (AREA >> 2 * n,)) for n in range(1, LEVELS)
+        ]
+
+    def level(self, level: int) -> Layer:
+        """Of cells 1 << level times as wide."""
+        if self.due:
+            half, quarter = (layer.values for layer in self._levels)
+            _pool(self.due.take(), self._tiles.index, self._field.flat, half, quarter)
+        return self._levels[level - 1]
+
+
+@njit(cache=True)
+def _pool(blocks, index, field, half, quarter):
+    """Means over squares of 2 and of 4 cells of the blocks."""
+    for b in range(len(blocks)):
+        first = cell_at(index, blocks[b, 0] * BLOCK, blocks[b, 1] * BLOCK)
+        _pool_block(first, field, half, quarter)
+
+
+@njit(cache=True)
+def _pool_block(first, field, half, quarter):
+    slot, row, col = first >> (2 * SHIFT), (first >> SHIFT) & MASK, first & MASK
+    for i in range(BLOCK // 4):
+        for j in range(BLOCK // 4):
+            whole = np.float32(0.0)
+            for r in range(2 * i, 2 * i + 2):
+                for c in range(2 * j, 2 * j + 2):
+                    at = first + 2 * r * TILE + 2 * c
+                    mean = (field[at] + field[at + 1] + field[at + TILE] + field[at + TILE + 1]) / 4
+                    half[slot, (row // 2 + r) * (TILE // 2) + col // 2 + c] = mean
+                    whole += mean
+            quarter[slot, (row // 4 + i) * (TILE // 4) + col // 4 + j] = whole / 4
+
+
+@njit(cache=True)
+def _lift(blocks, index, field, peaks, low, scale):
+    """Peaks in the blocks, whose field has changed, and as far around as they are looked at."""
+    side = BLOCK + 4 * REACH
+    rows = np.empty((side, side - 4), np.float32)
+    for b in range(len(blocks)):
+        row, col = blocks[b, 0] * BLOCK - 2 * REACH, blocks[b, 1] * BLOCK - 2 * REACH
+        for r in range(side):
+            window = np.empty(side, np.float32)
+            for c in range(side):
+                window[c] = field[cell_at(index, row + r, col + c)]
+            for c in range(0, side - 4, 2):
+                top = window[c]
+                for k in range(c + 1, min(c + 2 + 2 * REACH, side)):
+                    top = max(top, window[k])
+                rows[r, c] = top
+        for r in range(0, side - 4, 2):
+            for c in range(0, side - 4, 2):
+                top = rows[r, c]
+                for k in range(r + 1, min(r + 2 + 2 * REACH, side)):
+                    top = max(top, rows[k, c])
+                i, j = row + r + REACH, col + c + REACH
+                slot = index[i >> SHIFT, j >> SHIFT]
+                if slot:
+                    place = ((i & MASK) >> 1) * (TILE // 2) + ((j & MASK) >> 1)
+                    peaks[slot, place] = np.uint8(min(np.ceil((top - low) * scale), 255.0))
+
+
+@njit(cache=True)
+def _bounds(poses, points, index, peaks, origin, resolution, unknown, low, step, reach):
+    scale = 1.0 / resolution
+    extra = max(int(np.ceil((reach * scale - 1.0) / 2.0)), 0)
+    rows, cols = float(index.shape[0] << SHIFT), float(index.shape[1] << SHIFT)
+    result = np.empty(len(poses))
+    for n in range(len(poses)):
+        c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
+        x0, y0 = (poses[n, 0] - origin[0]) * scale, (poses[n, 1] - origin[1]) * scale
+        total = 0.0
+        for k in range(len(points)):
+            x = x0 + c * points[k, 0] - s * points[k, 1]
+            y = y0 + s * points[k, 0] + c * points[k, 1]
+            if extra:
+                total += _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step)
+            elif x >= 0.0 and y >= 0.0 and x < cols and y < rows:
+                total += low + step * _peak(x, y, index, peaks)
+            else:
+                total += unknown
+        result[n] = total
+    return result
+
+
+@njit(cache=True)
+def _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step):
+    """The largest of the squares up to `extra` squares away."""
+    top = -np.inf
+    for dr in range(-extra, extra + 1):
+        for dc in range(-extra, extra + 1):
+            i, j = y + 2 * dr, x + 2 * dc
+            if 0.0 <= j < cols and 0.0 <= i < rows:
+                top = max(top, low + step * _peak(j, i, index, peaks))
+            else:
+                top = max(top, unknown)
+    return top
+
+
+@njit(cache=True)
+def _peak(x, y, index, peaks):
+    i, j = np.uint64(np.int64(y)), np.uint64(np.int64(x))
+    slot = np.uint64(index[i >> U_SHIFT, j >> U_SHIFT])
+    row, col = (i & U_MASK) >> U_1, (j & U_MASK) >> U_1
+    return peaks[slot, (row << (U_SHIFT - U_1)) + col]

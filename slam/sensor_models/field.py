@@ -1,0 +1,276 @@
+"""The likelihood field of `Endpoint`: kernels that bring it up to date and read it.
+
+It lies in tiles. A field is read with a quadratic B-spline: a weighted mean of the nine
+samples around, smooth once over, so that it has a slope and a curvature everywhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from slam.maps.tiles import MASK, SHIFT, TILE
+from slam.sensor_models.blocks import BLOCK, BLOCKS, cell_at
+
+NO_ECHO = -128
+H_LOW, H_HIGH = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
+MOVED = 12  # 1/256 of a cell; a centroid that moved less is where it was
+TURNED = 6  # of 255; an h that changed less is what it was, but at the limits
+U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: no index is checked
+U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # for its sign
+HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
+
+
+@njit(cache=True)
+def take_notice(
+    changed, occupied, offset, count, level, moved, stale, places, corner, index, reach
+):
+    """Note h and centroids of the changed cells; the blocks that they reach into, each once.
+
+    A cell without an echo is free as soon as its h is below the prior, which level[0] holds.
+
+    level   (cells,) uint8, h in 1/255, as noted last; written
+    moved   (cells, 2) int8, the centroid in 1/256 of a cell, as noted last; written
+    stale   (slots, BLOCKS^2) bool, the blocks that are in the result; written
+    places  (slots, 2) of the tiles in the lattice; `corner` that of the first in `index`
+    reach   cells, how far the field looks around
+    """
+    unknown = np.float32(level[0] - 0.5) / np.float32(255.0)
+    blocks = np.empty((max(len(changed), 64), 2), np.int32)
+    n = 0
+    for cell in changed:
+        around = 0
+        if count[cell]:
+            h = min(max(np.int64(occupied[cell] * np.float32(255.0) + HALF), H_LOW), H_HIGH)
+            dx, dy = max(offset[cell, 0] >> 8, -127), max(offset[cell, 1] >> 8, -127)
+            if (
+                (abs(h - level[cell]) < TURNED and (H_LOW < h < H_HIGH or h == level[cell]))
+                and abs(dx - moved[cell, 0]) < MOVED
+                and abs(dy - moved[cell, 1]) < MOVED
+            ):
+                continue
+            level[cell], moved[cell, 0], moved[cell, 1] = h, dx, dy
+            around = reach
+        else:
+            h = H_LOW if occupied[cell] < unknown else np.int64(level[0])
+            if h == level[cell]:
+                continue
+            level[cell] = h
+        slot = cell >> (2 * SHIFT)
+        row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cell >> SHIFT) & MASK)
+        col = ((places[slot, 1] - corner[1]) << SHIFT) + (cell & MASK)
+        for r in range((row - around) // BLOCK, (row + around) // BLOCK + 1):
+            for c in range((col - around) // BLOCK, (col + around) // BLOCK + 1):
+                tile = index[r // BLOCKS, c // BLOCKS]
+                block = (r % BLOCKS) * BLOCKS + c % BLOCKS
+                if tile and not stale[tile, block]:
+                    stale[tile, block] = True
+                    if n == len(blocks):
+                        more = np.empty((2 * n, 2), np.int32)
+                        more[:n] = blocks
+                        blocks = more
+                    blocks[n, 0], blocks[n, 1] = r, c
+                    n += 1
+    return blocks[:n]
+
+
+@njit(cache=True)
+def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, table):
+    """log(z_hit F + z_rand) at the centres of the cells of all blocks.
+
+    An echo in the cell says where in it something stands: the cell as such is free then.
+
+    falloff  1 / (2 sigma^2) per cell^2
+    log_h    (256,) log of a noted h
+    table    (n,) log(z_hit F + z_rand), evenly spaced from the largest log F to the least
+    """
+    sources = np.empty(((BLOCK + 2 * reach) ** 2, 3), np.float32)
+    best, apart = np.empty((BLOCK, BLOCK), np.float32), np.empty(BLOCK, np.float32)
+    top, steps = log_h[255], np.float32((len(table) - 1) / (log_h[255] - log_h[0]))
+    for k in range(len(blocks)):
+        row, col = blocks[k, 0] * BLOCK, blocks[k, 1] * BLOCK
+        stale[index[row >> SHIFT, col >> SHIFT],
+              ((row & MASK) // BLOCK) * BLOCKS + (col & MASK) // BLOCK] = False  # fmt: skip
+        n, border = 0, (((col - reach) >> SHIFT) + 1) << SHIFT
+        for r in range(row - reach, row + BLOCK + reach):
+            left = cell_at(index, r, col - reach) - (col - reach)
+            right = cell_at(index, r, col + BLOCK - 1 + reach) - (col + BLOCK - 1 + reach)
+            for c in range(col - reach, col + BLOCK + reach):
+                cell = np.uint64((left if c < border else right) + c)
+                if moved[cell, U_0] != NO_ECHO:
+                    sources[n, 0] = log_h[level[cell]]
+                    sources[n, 1] = c - col + moved[cell, U_0] / np.float32(256.0)
+                    sources[n, 2] = r - row + moved[cell, U_1] / np.float32(256.0)
+                    n += 1
+        first = cell_at(index, row, col)
+        for r in range(BLOCK):
+            for c in range(BLOCK):
+                cell = first + r * TILE + c
+                free = moved[cell, 0] == NO_ECHO
+                best[r, c] = log_h[level[cell] if free else np.uint8(0)]
+        for m in range(n):
+            for c in range(BLOCK):
+                apart[c] = sources[m, 0] - falloff * (sources[m, 1] - np.float32(c)) ** 2
+            for r in range(BLOCK):
+                down = falloff * (sources[m, 2] - np.float32(r)) ** 2
+                for c in range(BLOCK):
+                    best[r, c] = max(best[r, c], apart[c] - down)
+        for r in range(BLOCK):
+            for c in range(BLOCK):
+                place = np.int64((top - best[r, c]) * steps + HALF)
+                field[first + r * TILE + c] = table[place]
+
+
+@njit(cache=True)
+def values(poses, points, index, field, origin, resolution, unknown, floor, top):
+    """(n,) sum of the field at the points as seen from each pose; `unknown` outside of it.
+
+    Minus infinity as soon as it is sure to be less than `floor`: no sample is above `top`.
+    """
+    scale = 1.0 / resolution
+    rows, cols = (index.shape[0] << SHIFT) - 1.0, (index.shape[1] << SHIFT) - 1.0
+    result = np.empty(len(poses))
+    for n in range(len(poses)):
+        c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
+        x0, y0 = (poses[n, 0] - origin[0]) * scale, (poses[n, 1] - origin[1]) * scale
+        total = 0.0
+        for k in range(len(points)):
+            x = x0 + c * points[k, 0] - s * points[k, 1]
+            y = y0 + s * points[k, 0] + c * points[k, 1]
+            if total + (len(points) - k) * top < floor:
+                total = -np.inf
+                break
+            if not (x >= 1.0 and y >= 1.0 and x < cols and y < rows):
+                total += unknown
+                continue
+            r, q = np.int64(y), np.int64(x)
+            fy, fx = np.float32(y - r), np.float32(x - q)
+            i, j = np.uint64(r), np.uint64(q)
+            u2, v2 = HALF * fx * fx, HALF * fy * fy
+            u0, v0 = HALF - fx + u2, HALF - fy + v2
+            u1, v1 = ONE - u0 - u2, ONE - v0 - v2
+            row, col = i & U_MASK, j & U_MASK
+            if U_0 < row < U_MASK and U_0 < col < U_MASK:
+                a = (np.uint64(index[i >> U_SHIFT, j >> U_SHIFT]) << (U_SHIFT + U_SHIFT)) + (
+                    (row << U_SHIFT) + col
+                )
+                b, c_ = a - U_TILE, a + U_TILE
+                total += (
+                    v0 * (u0 * field[b - U_1] + u1 * field[b] + u2 * field[b + U_1])
+                    + v1 * (u0 * field[a - U_1] + u1 * field[a] + u2 * field[a + U_1])
+                    + v2 * (u0 * field[c_ - U_1] + u1 * field[c_] + u2 * field[c_ + U_1])
+                )
+            else:
+                total += (
+                    v0 * _row(index, field, r - 1, q, u0, u1, u2)
+                    + v1 * _row(index, field, r, q, u0, u1, u2)
+                    + v2 * _row(index, field, r + 1, q, u0, u1, u2)
+                )
+        result[n] = total
+    return result
+
+
+@njit(cache=True)
+def _row(index, field, i, j, u0, u1, u2):
+    return (u0 * field[cell_at(index, i, j - 1)] + u1 * field[cell_at(index, i, j)]
+            + u2 * field[cell_at(index, i, j + 1)])  # fmt: skip
+
+
+@njit(cache=True)
+def each(pose, points, index, field, origin, resolution, unknown):
+    """(points,) the field in the cell that each point lies in, as seen from one pose."""
+    scale = 1.0 / resolution
+    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    c, s = np.cos(pose[2]) * scale, np.sin(pose[2]) * scale
+    x0, y0 = (pose[0] - origin[0]) * scale, (pose[1] - origin[1]) * scale
+    result = np.empty(len(points))
+    for k in range(len(points)):
+        x = x0 + c * points[k, 0] - s * points[k, 1]
+        y = y0 + s * points[k, 0] + c * points[k, 1]
+        result[k] = unknown
+        if 0.0 <= x < cols and 0.0 <= y < rows:
+            result[k] = field[cell_at(index, int(y), int(x))]
+    return result
+
+
+@njit(cache=True)
+def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, level, beta):
+    """Value, gradient (3,) and curvature (3, 3) of the sum of the field of `level` at a pose, times
+    `beta`.
+
+    The curvature counts only where the field bends down, so that it is never positive: a Newton
+    step with it leads up, from however far (Gauss-Newton's property).
+    """
+    scale = 1.0 / (resolution * (1 << level))
+    shift = SHIFT - level
+    mask, side = (1 << shift) - 1, 1 << shift
+    rows, cols = (index.shape[0] << shift) - 1.0, (index.shape[1] << shift) - 1.0
+    c, s = np.cos(theta), np.sin(theta)
+    x0, y0 = (robot_x - origin[0]) * scale, (robot_y - origin[1]) * scale
+    value = 0.0
+    g, H = np.zeros(3), np.zeros((3, 3))
+    t = np.empty((3, 3), np.float32)
+    for k in range(len(points)):
+        wx, wy = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
+        x, y = x0 + wx * scale, y0 + wy * scale
+        if not (x >= 1.0 and y >= 1.0 and x < cols and y < rows):
+            value += field[0, 0]
+            continue
+        i, j = np.int32(y), np.int32(x)
+        row, col = i & mask, j & mask
+        if 0 < row < mask and 0 < col < mask:
+            slot, first = index[i >> shift, j >> shift], (row - 1) * side + col - 1
+            for a in range(3):
+                for b in range(3):
+                    t[a, b] = field[slot, np.uint64(first + a * side + b)]
+        else:
+            for a in range(3):
+                for b in range(3):
+                    r, q = i + a - 1, j + b - 1
+                    t[a, b] = field[index[r >> shift, q >> shift], (r & mask) * side + (q & mask)]
+        fy, fx = np.float32(y - i), np.float32(x - j)
+        u2, v2 = HALF * fx * fx, HALF * fy * fy
+        u0, v0 = HALF - fx + u2, HALF - fy + v2
+        u1, v1 = ONE - u0 - u2, ONE - v0 - v2
+        p0, p1, p2 = fx - ONE, ONE - TWO * fx, fx
+        q0, q1, q2 = fy - ONE, ONE - TWO * fy, fy
+        m0 = u0 * t[0, 0] + u1 * t[0, 1] + u2 * t[0, 2]
+        m1 = u0 * t[1, 0] + u1 * t[1, 1] + u2 * t[1, 2]
+        m2 = u0 * t[2, 0] + u1 * t[2, 1] + u2 * t[2, 2]
+        d0 = p0 * t[0, 0] + p1 * t[0, 1] + p2 * t[0, 2]
+        d1 = p0 * t[1, 0] + p1 * t[1, 1] + p2 * t[1, 2]
+        d2 = p0 * t[2, 0] + p1 * t[2, 1] + p2 * t[2, 2]
+        value += v0 * m0 + v1 * m1 + v2 * m2
+        gx, gy = (v0 * d0 + v1 * d1 + v2 * d2) * scale, (q0 * m0 + q1 * m1 + q2 * m2) * scale
+        xx = (
+            v0 * (t[0, 0] - TWO * t[0, 1] + t[0, 2])
+            + v1 * (t[1, 0] - TWO * t[1, 1] + t[1, 2])
+            + v2 * (t[2, 0] - TWO * t[2, 1] + t[2, 2])
+        ) * (scale * scale)
+        yy = (m0 - TWO * m1 + m2) * (scale * scale)
+        xy = (q0 * d0 + q1 * d1 + q2 * d2) * (scale * scale)
+        xx, xy, yy = _bent_down(xx, xy, yy)
+        g[0] += gx
+        g[1] += gy
+        g[2] += wx * gy - wy * gx
+        H[0, 0] += xx
+        H[0, 1] += xy
+        H[1, 1] += yy
+        H[0, 2] += wx * xy - wy * xx
+        H[1, 2] += wx * yy - wy * xy
+        H[2, 2] += wx * wx * yy - 2.0 * wx * wy * xy + wy * wy * xx
+    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+    return beta * value, beta * g, beta * H
+
+
+@njit(cache=True)
+def _bent_down(xx, xy, yy):
+    """A symmetric matrix of two rows without its positive eigenvalues."""
+    mean, apart = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
+    high, low = mean + apart, mean - apart
+    if high <= 0.0:
+        return xx, xy, yy
+    if low >= 0.0:
+        return 0.0, 0.0, 0.0
+    share = low / (low - high)  # low (A - high) / (low - high): what `low` spans
+    return share * (xx - high), share * xy, share * (yy - high)

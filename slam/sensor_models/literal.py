@@ -1,0 +1,148 @@
+"""Literal reading: the map that the scan implies, judged by the history (eq. 7)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from slam.geometry import Array, Pose2
+from slam.interface import MapModel, Slope
+from slam.maps.tiles import MASK, SHIFT
+from slam.scan import Scan
+from slam.sensor_models import differences
+from slam.validation import positive
+
+H_LOW, H_HIGH = 0.02, 0.98  # h is clipped to these
+ROUNDING = 1e-6
+SPARE = 2  # cells around the window of a scan, for rounding errors
+
+
+class Literal:
+    """log p(z | s, h) = beta (sum_{hit cells} log h + sum_{crossed cells} log(1 - h)).
+
+    Seen from a pose, a scan is a map m_t of its own: the cells that its beams end in are occupied,
+    those that they cross are free. To the letter, equation 7 asks how probable that map is after
+    all that the cells have been (equation 9), each cell once, a hit outweighing the beams that
+    pass. There are ten times as many free cells as hit ones, and they change with the pose by the
+    cell: a rough function, with its peaks where few cells are crossed. Shipped because it is what
+    is written, not because it is good.
+
+    beta  weight of the cells; 1 is the paper's
+    """
+
+    levels = 1
+
+    def __init__(self, beta: float = 0.05):
+        self.beta = beta
+        positive(self, "beta")
+        self._grid: MapModel | None = None
+
+    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
+        """Remember which map is read; all that is looked at, its h, lies there."""
+        self._grid = grid
+
+    def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
+        """(n,) log p(scan | pose, h) of the poses (n, 3); maybe -inf where it is below `floor`."""
+        assert self._grid is not None
+        cells = self._grid.cells
+        tiles, unit = cells.tiles, 1 / cells.tiles.resolution
+        sensor, ends, hit = cells.rays.ends(scan, Pose2())
+        farthest = np.hypot(*(ends - sensor).T).max(initial=0.0)
+        side = 2 * (math.ceil(farthest * unit) + SPARE) + 1
+        h = min(max(cells.prior, H_LOW), H_HIGH)
+        return self.beta * _sums(
+            poses, sensor * unit, ends * unit, hit, np.zeros((side, side), np.int32),
+            tiles.index, cells.occupied.flat, np.array(tiles.origin) * unit, unit, h,
+            floor / self.beta - ROUNDING,
+        )  # fmt: skip
+
+    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
+        """(n,) zero: no probability is above 1."""
+        return np.zeros(len(poses))
+
+    def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
+        """Value, gradient and curvature of the log-likelihood, by differences."""
+        return differences.slope(lambda poses: self.log_likelihood(scan, poses), pose)
+
+
+@njit(cache=True)
+def _sums(poses, sensor, ends, hit, marks, index, occupied, origin, unit, prior, floor):
+    """(n,) sum of log h and log(1 - h) over the cells that the scan sees from each pose;
+    maybe -inf where it is below `floor`.
+
+    marks  (side, side) zero at first: what was seen of which cell around the sensor, and by which
+           pose
+    """
+    result = np.empty(len(poses))
+    middle = len(marks) // 2
+    turned = np.empty_like(ends)
+    for n in range(len(poses)):
+        c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])
+        x0 = poses[n, 0] * unit - origin[0] + c * sensor[0] - s * sensor[1]
+        y0 = poses[n, 1] * unit - origin[1] + s * sensor[0] + c * sensor[1]
+        row0, col0 = np.int64(np.floor(y0)) - middle, np.int64(np.floor(x0)) - middle
+        x0, y0 = x0 - col0, y0 - row0
+        total = 0.0
+        for k in range(len(ends)):
+            dx, dy = ends[k, 0] - sensor[0], ends[k, 1] - sensor[1]
+            turned[k, 0], turned[k, 1] = x0 + c * dx - s * dy, y0 + s * dx + c * dy
+            if hit[k]:
+                row, col = np.int64(turned[k, 1]), np.int64(turned[k, 0])
+                if marks[row, col] != n + 1:
+                    marks[row, col] = n + 1
+                    total += np.log(_h(row + row0, col + col0, index, occupied, prior))
+        product = 1.0
+        for k in range(len(ends)):
+            product, logs = _follow(x0, y0, turned[k, 0], turned[k, 1], marks, n + 1, row0, col0,
+                                    index, occupied, prior, product)  # fmt: skip
+            total += logs
+            if total < floor:
+                total = -np.inf
+                break
+        result[n] = total + np.log(product)
+    return result
+
+
+@njit(cache=True)
+def _follow(x0, y0, x1, y1, marks, mark, row0, col0, index, occupied, prior, product):
+    """Cells that a beam crosses and that were not seen yet (Amanatides and Woo 1987).
+
+    Gives the product of their 1 - h with `product`, and the logarithm of what got too small for it.
+    """
+    col, row = np.int64(x0), np.int64(y0)
+    end_col, end_row = np.int64(x1), np.int64(y1)
+    dx, dy = x1 - x0, y1 - y0
+    step_col, step_row = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
+    delta_x = abs(1.0 / dx) if dx != 0 else np.inf
+    delta_y = abs(1.0 / dy) if dy != 0 else np.inf
+    next_x = (col + (dx > 0) - x0) / dx if dx != 0 else np.inf
+    next_y = (row + (dy > 0) - y0) / dy if dy != 0 else np.inf
+    steps, logs = abs(end_col - col) + abs(end_row - row), 0.0
+    for k in range(steps + 1):
+        if k == steps:
+            row, col = end_row, end_col
+        if marks[row, col] != mark:
+            marks[row, col] = mark
+            product *= 1.0 - _h(row + row0, col + col0, index, occupied, prior)
+            if product < 1e-200:
+                logs += np.log(product)
+                product = 1.0
+        if next_x < next_y:
+            next_x += delta_x
+            col += step_col
+        else:
+            next_y += delta_y
+            row += step_row
+    return product, logs
+
+
+@njit(cache=True)
+def _h(row, col, index, occupied, prior):
+    """P(occupied) of a cell, clipped; the prior outside of the map."""
+    r, c = row >> SHIFT, col >> SHIFT
+    if not (0 <= r < index.shape[0] and 0 <= c < index.shape[1]):
+        return prior
+    h = occupied[(np.int64(index[r, c]) << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)]
+    return min(max(np.float64(h), H_LOW), H_HIGH)

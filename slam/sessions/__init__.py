@@ -1,0 +1,1 @@
+"""Maps that are saved, continued and localised in."""

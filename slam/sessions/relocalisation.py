@@ -1,0 +1,102 @@
+"""Where in a map made before a new recording begins; and the SLAM that goes on from there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.graph.global_search import GlobalSearch
+from slam.graph.local_map import LocalMap
+from slam.interface import MapModel, Posterior
+from slam.maps.clamped import Clamped
+from slam.maps.tiles import TILE
+from slam.motion.gaussian import Prediction
+from slam.registry import make
+from slam.scan import Scan
+from slam.search.correlative import Correlative
+from slam.sensor_models.endpoint import Endpoint
+from slam.sessions.session import Session
+
+WAY = 4.0  # m of the new recording that are looked at
+MOST = 400  # scans of it, if the robot stands
+FITS = 0.6  # share of its echoes that must lie on the map
+NEARBY = np.array([0.1, 0.1, math.radians(1.0)])  # m, m, rad: as exact as the global search is
+
+
+def relocated(session: Session, episode: Episode) -> Pose2:
+    """The pose in the session's map from which the episode begins, found without a guess.
+
+    The first metres of the episode are mapped by themselves, and laid on every place of the map, in
+    every direction (branch and bound, Hess et al. 2016). Raises InputError where they fit nowhere.
+    """
+    before, seen = _reading(session), _panorama(episode)
+    cells = before.tiles
+    low = np.array(cells.origin)
+    size = np.array(cells.index.shape[::-1]) * cells.resolution * TILE
+    middle = low + size / 2
+    reach = np.array([*(size / 2), math.pi])
+    around = Pose2(float(middle[0]), float(middle[1]))
+    rough = GlobalSearch(before).best(seen.points, around, reach)
+    posterior = Posterior(before, seen, Prediction(rough, Pose2(), NEARBY))
+    pose = Correlative()(posterior, np.random.default_rng(0))
+    near, _ = before.shares(seen, pose)
+    if near < FITS:
+        raise InputError(
+            f"the recording does not seem to begin within the map: at the best place, "
+            f"{100 * near:.0f} % of its echoes lie on something there, of {100 * FITS:.0f} % needed"
+        )
+    return pose
+
+
+def empty(variant: str, start: Pose2 = Pose2(), seed: int = 0) -> MaximumLikelihood:
+    """A SLAM of that name which can be given a map. Raises InputError where it is not a maximum
+    likelihood SLAM, MAP-ml."""
+    robot = make(variant, start, seed)
+    if not isinstance(robot, MaximumLikelihood):
+        raise InputError(f"a map is continued by a variant MAP-ml, such as hmm-ml, got {variant!r}")
+    return robot
+
+
+def continued(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
+    """A SLAM of that name which knows the session's map, and stands at `start` in it. Raises
+    InputError as `empty`."""
+    robot = empty(variant, start, seed)
+    robot.remember(session.keyframes())
+    robot.place(start)
+    return robot
+
+
+def localiser(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
+    """The same, but nothing enters the map any more."""
+    robot = continued(session, variant, start, seed)
+    robot.freeze()
+    return robot
+
+
+def _reading(session: Session) -> Endpoint:
+    """A map of the session, made ready to be matched with."""
+    grid: MapModel = Clamped()
+    changed = [grid.integrate(scan, pose) for scan, pose in session.keyframes()]
+    reading = Endpoint()
+    reading.refresh(grid, np.unique(np.concatenate(changed)))
+    return reading
+
+
+def _panorama(episode: Episode) -> Scan:
+    """The echoes of the first metres of an episode, as one scan's, taken at its first pose."""
+    front = MaximumLikelihood()
+    local, last = LocalMap([], episode.scans[0]), None
+    scans = zip(episode.motions()[:MOST], episode.scans, strict=False)
+    for motion, scan in scans:
+        front.update(motion, scan)
+        if last is not None and front.keyframe is not last:
+            local.add(scan, front.pose)
+        last = front.keyframe
+        if local.way >= WAY:
+            break
+    return local.panorama()

@@ -1,0 +1,81 @@
+"""Sessions: what was mapped once, to be continued another day, or to be localised in."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Array, Pose2
+from slam.io.arrays import UNREADABLE, read_arrays
+from slam.io.files import replacing
+from slam.io.one_line import told
+from slam.io.scan_arrays import packed_scans, unpacked_scans
+from slam.motion.threshold import KEYFRAMES
+from slam.scan import Scan
+
+FORMAT = "dynslam-session-1"
+WHAT = "a map saved by dynslam"
+
+
+@dataclass(frozen=True)
+class Session:
+    """Scans, and where each was taken: of these, any map can be made again.
+
+    scans  in the order in which they were taken; of several recordings, one after the other
+    poses  (n, 3) the robot at each scan, in the map's frame
+    """
+
+    scans: tuple[Scan, ...]
+    poses: Array
+
+    def __post_init__(self) -> None:
+        if not len(self.scans) or self.poses.shape != (len(self.scans), 3):
+            raise InputError(
+                f"a session has a pose (x, y, theta) for each of its scans, got poses "
+                f"{self.poses.shape} for {len(self.scans)} scans"
+            )
+        if not np.isfinite(self.poses).all():
+            raise InputError("a session has finite poses, got NaN or infinity")
+
+    def keyframes(self) -> Iterator[tuple[Scan, Pose2]]:
+        """The scans that a map is made of: as far apart as a SLAM's keyframes."""
+        last, when = Pose2(), -np.inf
+        for scan, row in zip(self.scans, self.poses.tolist(), strict=True):
+            pose = Pose2(*row)
+            waited = scan.time - when
+            if waited < 0 or KEYFRAMES.due(last.between(pose), waited):
+                last, when = pose, scan.time
+                yield scan, pose
+
+    def followed_by(self, scans: Sequence[Scan], poses: Array) -> Session:
+        """This session and what was mapped onto it."""
+        return Session((*self.scans, *scans), np.vstack([self.poses, poses]))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write to `path` (.npz), whole or not at all. Raises InputError."""
+        with replacing(path) as file:
+            np.savez_compressed(
+                file, allow_pickle=False, format=FORMAT, poses=self.poses,
+                **packed_scans(self.scans),
+            )  # fmt: skip
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Session:
+        """Read what `save` wrote. Raises InputError for anything else; never runs a pickle."""
+        data = read_arrays(path, WHAT)
+        try:
+            if str(data["format"]) != FORMAT:
+                raise InputError(f"format {told(data['format'], 60)}, expected {FORMAT}")
+            return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
+        except UNREADABLE as error:
+            raise InputError(f"{path}: not {WHAT} ({told(error)})") from error
+
+
+def session_of(episode: Episode, poses: Array) -> Session:
+    """What a SLAM made of the first n scans of an episode: poses (n, 3)."""
+    return Session(episode.scans[: len(poses)], np.asarray(poses, dtype=np.float64))

@@ -1,0 +1,75 @@
+import math
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from dynslam_env import Corridor, Door, DoorCorridorEnv, Layout
+from dynslam_env.worlds.layout import Generator
+from slam import InputError, Pose2
+
+DOOR = Door((1.0, 2.0), 0.0, 1, 0.898, 0.04)
+ROOM = [(0, 0, 4, 0), (4, 0, 4, 2), (4, 2, 0, 2), (0, 2, 0, 0)]
+GIVEN = {"walls": ROOM, "doors": [DOOR], "start": (1, 1, 0), "path": [(1, 1), (3, 1)]}
+
+
+def test_a_world_given_as_lists():
+    layout = Layout(**{**GIVEN, "routes": [[(1, 1.5), (3, 1.5)]]})
+    assert layout.walls.dtype == layout.path.dtype == np.float64
+    assert layout.walls.shape == (4, 4)
+    assert layout.start == Pose2(1.0, 1.0, 0.0)
+    assert layout.doors == (DOOR,)
+    assert [route.tolist() for route in layout.routes] == [[[1.0, 1.5], [3.0, 1.5]]]
+
+
+def test_a_layout_draws_itself():
+    layout = Layout(**GIVEN)
+    assert isinstance(layout, Generator)
+    assert layout.layout(np.random.default_rng(0)) is layout
+
+
+@pytest.mark.parametrize("world", [Layout(**GIVEN), Corridor(people=2)])
+def test_an_environment_takes_it(world):
+    env = gym.make("DoorCorridor-v0", world=world)
+    env.reset(seed=0)
+    inner = env.unwrapped
+    assert isinstance(inner, DoorCorridorEnv)
+    assert inner.layout.walls.shape[1] == 4
+    env.step(np.zeros(2, dtype=np.float32))
+
+
+def test_what_was_given_is_copied():
+    walls = np.array(ROOM, dtype=float)
+    layout = Layout(**{**GIVEN, "walls": walls})
+    walls[:] = 9.0
+    assert layout.walls.max() == 4.0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"walls": [(0, 0, 1)]}, r"Layout\.walls must have shape \(n, 4\), got \(1, 3\)"),
+        ({"walls": [(0, 0, 1, 1), (0, 0)]}, r"Layout\.walls must have shape \(n, 4\)"),
+        ({"walls": [(0, 0, 1, "1")]}, r"Layout\.walls must hold finite numbers only"),
+        ({"walls": None}, r"Layout\.walls must have shape \(n, 4\)"),
+        ({"path": [(0.0, math.nan)]}, r"Layout\.path must hold finite numbers only"),
+        ({"path": np.empty((0, 2))}, r"Layout\.path needs at least one waypoint"),
+        ({"start": (1.0, 1.0)}, r"Layout\.start must be three numbers x, y, theta"),
+        ({"start": 3.0}, r"Layout\.start must be three numbers"),
+        ({"start": (1.0, 1.0, math.inf)}, r"Layout\.start must hold finite"),
+        ({"doors": [(1.0, 2.0)]}, r"Layout\.doors\[0\] must be a Door"),
+        ({"doors": [DOOR, DOOR._replace(width=0.0)]}, r"Layout\.doors\[1\]\.width .* above 0"),
+        ({"doors": [DOOR._replace(thickness=-0.1)]}, r"Layout\.doors\[0\]\.thickness .* above 0"),
+        ({"doors": [DOOR._replace(swing=0)]}, r"Layout\.doors\[0\]\.swing must be one of 1, -1"),
+        ({"doors": [DOOR._replace(closed=math.nan)]}, r"door of Layout\.doors must hold finite"),
+        ({"doors": [DOOR._replace(hinge=(1.0,))]}, r"Layout\.doors\[0\]\.hinge must be two"),
+        ({"doors": [DOOR._replace(hinge=None)]}, r"Layout\.doors\[0\]\.hinge must be two"),
+        ({"routes": [[(1.0, 1.0)]]}, r"Layout\.routes\[0\] needs at least two waypoints"),
+        ({"routes": [[(1, 1), (1, 1), (2, 1)]]}, r"Layout\.routes\[0\] .* another than the one"),
+        ({"routes": [[(1, 1, 1), (2, 1, 1)]]}, r"Layout\.routes\[0\] must have shape \(n, 2\)"),
+        ({"routes": [[(1, 1), (2, math.nan)]]}, r"Layout\.routes\[0\] must hold finite"),
+    ],
+)
+def test_what_cannot_be_is_refused(wrong, message):
+    with pytest.raises(InputError, match=message):
+        Layout(**{**GIVEN, **wrong})

@@ -1,0 +1,150 @@
+# pyright: reportMissingImports=false
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from dynslam_cli.mapping.live import FRAME, MAP, Live, _span
+
+import slam
+from dynslam_env.drawing.colours import BLUE, GREEN, VERMILION
+from dynslam_env.drawing.render import pixels
+from slam.benchmark.run import Playback
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.grid import OccupancyGrid
+from slam.interface import Slam
+
+VARIANT = "dynamic-ml"
+
+
+class Clock:
+    """Moves when it is told to."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Counted:
+    """A SLAM that counts how often its map is asked for."""
+
+    def __init__(self, inner: Slam):
+        self.inner, self.pose, self.maps = inner, inner.pose, 0
+
+    def update(self, motion, scan):
+        return self.inner.update(motion, scan)
+
+    def map(self) -> OccupancyGrid:
+        self.maps += 1
+        return self.inner.map()
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def live(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> Iterator[Live]:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    window = Live("a drive", clock)
+    yield window
+    window.close()
+
+
+def shown(live: Live) -> np.ndarray:
+    return pixels(live._screen)
+
+
+def count(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
+    return int((picture[:-40] == colour).all(axis=2).sum())
+
+
+def test_map_robot_echoes_and_how_sure_it_is_are_seen(
+    live: Live, clock: Clock, short_episode: Episode
+) -> None:
+    playback, n = Playback(slam.make(VARIANT), short_episode), len(short_episode.scans)
+    for k, estimate in enumerate(playback, 1):
+        clock.now += 0.1
+        live.show(k, n, estimate, short_episode.scans[k - 1], playback.slam)
+    picture = shown(live)
+    assert count(picture, VERMILION) > 200
+    assert count(picture, GREEN) > 100
+    assert count(picture, BLUE) > 10
+    assert count(picture, (0, 0, 0)) > 100  # walls
+    assert count(picture, (255, 255, 255)) > 10_000
+
+
+def test_pictures_and_maps_come_no_more_often_than_they_should(
+    live: Live, clock: Clock, short_episode: Episode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import pygame
+
+    drawn = []
+    monkeypatch.setattr(pygame.display, "flip", lambda: drawn.append(clock.now))
+    robot = Counted(slam.make(VARIANT))
+    for k, estimate in enumerate(Playback(robot, short_episode), 1):
+        clock.now += 0.01
+        live.show(k, 1000, estimate, short_episode.scans[k - 1], robot)
+    gone = 0.01 * len(short_episode.scans)
+    assert len(drawn) == pytest.approx(gone / FRAME, abs=2)
+    assert robot.maps == pytest.approx(gone / MAP, abs=1.1)
+
+
+def test_a_map_that_takes_long_is_drawn_rarely(
+    live: Live, clock: Clock, short_episode: Episode
+) -> None:
+    class Slow(Counted):
+        def map(self) -> OccupancyGrid:
+            clock.now += 1.0
+            return super().map()
+
+    robot, began = Slow(slam.make(VARIANT)), clock.now
+    for k, estimate in enumerate(Playback(robot, short_episode), 1):
+        clock.now += 1.0
+        live.show(k, 1000, estimate, short_episode.scans[k - 1], robot)
+    assert robot.maps / (clock.now - began) < 0.1
+
+
+def test_closing_the_window_leaves_the_run_going(
+    live: Live, clock: Clock, short_episode: Episode
+) -> None:
+    import pygame
+
+    playback = Playback(slam.make(VARIANT), short_episode)
+    for k, estimate in enumerate(playback, 1):
+        clock.now += 0.1
+        if k == 10:
+            pygame.event.post(pygame.event.Event(pygame.QUIT))
+        live.show(k, 80, estimate, short_episode.scans[k - 1], playback.slam)
+        assert live.closed == (k >= 10)
+    assert not pygame.display.get_init()
+    assert playback.done == len(short_episode.scans)
+
+
+def test_a_revised_past_is_drawn_as_it_is_believed_now(
+    live: Live, clock: Clock, short_episode: Episode
+) -> None:
+    class Revising(Counted):
+        def trajectory(self) -> np.ndarray:
+            return np.full((self.maps + 1, 3), 0.5)
+
+        def finish(self) -> None: ...
+
+    robot = Revising(slam.make(VARIANT))
+    estimate = next(iter(Playback(robot, short_episode)))
+    live.show(1, 80, estimate, short_episode.scans[0], robot)
+    assert [tuple(pose) for pose in live._poses] == [(0.5, 0.5, 0.5)]
+
+
+def test_without_a_display_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    with pytest.raises(InputError, match="--live needs a display"):
+        Live("a drive")
+
+
+def test_spans() -> None:
+    assert [_span(s) for s in (0, 59.6, 61, 3661)] == ["0:00", "1:00", "1:01", "1:01:01"]

@@ -1,0 +1,132 @@
+# pyright: reportMissingImports=false
+import json
+
+import numpy as np
+import pytest
+from dynslam_cli import main
+from dynslam_cli.recordings.record import numbers
+from rosbags.highlevel import AnyReader
+
+from agents import record_corridor
+from slam.errors import InputError
+from slam.io.carmen.reader import read_carmen
+from slam.io.episode_file import load_episode
+from slam.io.tum import read_tum
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    out = tmp_path_factory.mktemp("episodes")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DYNSLAM_CACHE", str(tmp_path_factory.mktemp("cache")))
+        assert main.status(["record", "DoorCorridor-v0", "--seeds", "5,7", "--out", str(out)]) == 0
+    return out
+
+
+def test_every_seed_is_there_in_every_format(recorded):
+    for seed in (5, 7):
+        names = {path.name for path in recorded.glob(f"DoorCorridor-v0-{seed}*")}
+        stem = f"DoorCorridor-v0-{seed}"
+        assert names == {stem, f"{stem}.npz", f"{stem}.log.gz", f"{stem}.tum"}
+
+
+def test_all_formats_tell_of_one_drive(recorded):
+    stem = recorded / "DoorCorridor-v0-5"
+    whole = load_episode(stem.with_suffix(".npz"))
+    expected = record_corridor(5)
+    assert whole.truth is not None
+    assert expected.truth is not None
+    assert (whole.truth.poses == expected.truth.poses).all()
+    log, _ = read_carmen(stem.with_suffix(".log.gz"))
+    assert log.times == pytest.approx(whole.times, abs=1e-6)
+    assert np.array(log.motions()) == pytest.approx(np.array(whole.motions()), abs=2e-5)
+    truth = read_tum(stem.with_suffix(".tum"))
+    assert truth.poses == pytest.approx(whole.truth.poses, abs=1e-8)
+
+
+def test_a_bag_holds_what_ros_expects(recorded):
+    whole = load_episode(recorded / "DoorCorridor-v0-5.npz")
+    assert whole.truth is not None
+    with AnyReader([recorded / "DoorCorridor-v0-5"]) as bag:
+        latched = {c.topic for c in bag.connections if getattr(c.ext, "offered_qos_profiles", None)}
+        messages = {}
+        for connection, stamp, raw in bag.messages():
+            message = bag.deserialize(raw, connection.msgtype)
+            messages.setdefault(connection.topic, []).append((stamp, message))
+    assert {topic: len(found) for topic, found in messages.items()} == {
+        "/scan": len(whole.scans), "/odom": len(whole.scans), "/tf": len(whole.scans),
+        "/ground_truth": len(whole.scans), "/tf_static": 1,
+    }  # fmt: skip
+    for k, (stamp, scan) in enumerate(messages["/scan"]):
+        own = whole.scans[k]
+        assert stamp == scan.header.stamp.sec * 10**9 + scan.header.stamp.nanosec
+        assert stamp == pytest.approx(1e9 * own.time, abs=1)
+        assert scan.ranges.dtype == np.float32
+        assert scan.ranges[own.hit] == pytest.approx(own.ranges[own.hit], rel=1e-6)
+        assert np.isinf(scan.ranges[own.no_echo]).all()
+        angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+        assert angles == pytest.approx(own.angles, abs=1e-5)
+    for topic, poses in (("/odom", whole.odometry.poses), ("/ground_truth", whole.truth.poses)):
+        for k in (0, 100, -1):
+            pose = messages[topic][k][1].pose.pose
+            turn = 2 * np.arctan2(pose.orientation.z, pose.orientation.w)
+            assert (pose.position.x, pose.position.y) == pytest.approx(tuple(poses[k, :2]))
+            assert np.cos(turn - poses[k, 2]) == pytest.approx(1.0)
+    assert latched == {"/tf_static"}  # tf2 listens to nothing else
+    mounting = messages["/tf_static"][0][1].transforms[0]
+    assert (mounting.header.frame_id, mounting.child_frame_id) == ("base_link", "laser")
+    moving = messages["/tf"][-1][1].transforms[0]
+    assert (moving.header.frame_id, moving.child_frame_id) == ("odom", "base_link")
+    assert moving.transform.translation.x == messages["/odom"][-1][1].pose.pose.position.x
+
+
+def test_a_bag_is_not_overwritten(recorded, capsys):
+    arguments = ["record", "DoorCorridor-v0", "--seeds", "5", "--formats", "mcap"]
+    assert main.status([*arguments, "--out", str(recorded)]) == 2
+    assert "is there already" in capsys.readouterr().err
+
+
+def test_what_is_recorded_can_be_mapped_and_scored(recorded, tmp_path, capsys):
+    stem = recorded / "DoorCorridor-v0-7"
+    log, npz = f"{stem}.log.gz", f"{stem}.npz"
+    assert main.status(["run", log, "--slam", "static-ml", "--out", str(tmp_path)]) == 0
+    capsys.readouterr()
+    files = [npz, str(tmp_path / "trajectory.tum"), str(tmp_path / "map.yaml")]
+    assert main.status(["score", *files, "--json"]) == 0
+    scores = json.loads(capsys.readouterr().out)
+    whole = load_episode(npz)
+    assert scores["scans"] == len(whole.scans)
+    assert 0.002 < scores["ate"] < 0.05
+    assert scores["f1_5cm"] > 0.8
+    assert main.status(["score", *files[:2]]) == 0
+    told = capsys.readouterr().out
+    assert f"ATE: {1e3 * scores['ate']:.1f} mm" in told
+    assert "F1" not in told  # there was no map
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("5000", [5000]), ("1-3", [1, 2, 3]), ("7,1-2,7", [7, 1, 2]), (" 4 , 5-5 ", [4, 5])],
+)
+def test_seeds_are_numbers_and_ranges(text, expected):
+    assert numbers(text) == expected
+
+
+@pytest.mark.parametrize("text", ["", "a", "3-1", "1,,2", "-5", "1-", "1-2-3"])
+def test_other_seeds_are_refused(text):
+    with pytest.raises(InputError, match="seeds must be like"):
+        numbers(text)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["Door-v0"], "env must be one of 'DoorCorridor-v0'"),
+        (["DoorCorridor-v0", "--formats", "bag"], "unknown format 'bag'; known: all, npz"),
+        (["DoorCorridor-v0", "--doors", "ajar"], "doors must be one of 'moving', 'static'"),
+    ],
+)
+def test_mistakes_are_told(arguments, told, capsys, tmp_path):
+    assert main.status(["record", *arguments, "--out", str(tmp_path)]) == 2
+    assert told in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,253 @@
+# pyright: reportMissingImports=false
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dynslam_cli import main
+from dynslam_cli.training.patrol_jobs import BUDGETS, Patrol
+from dynslam_cli.training.patrol_scorer import PatrolJudge, coverage
+from dynslam_cli.training.summary import told
+from PIL import Image
+
+import agents
+from agents import registry
+from dynslam_env import Layout
+from dynslam_env.patrol.env import DoorPatrolEnv
+from slam import GridSpec, OccupancyGrid, Pose2
+
+SMALL = ("random", "scripted-path", "--steps", "20", "--first", "7000", "--jobs", "1")
+
+
+def evaluate(out: Path, *arguments: str) -> int:
+    return main.status(["evaluate", *arguments, "--out", str(out)])
+
+
+def rows_of(out: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("evaluated")
+    assert evaluate(out, *SMALL, "--episodes", "2", "--no-films") == 0
+    return out
+
+
+def test_a_row_for_each_agent_and_seed(done):
+    rows = rows_of(done)
+    runs = {(row["variant"], row["seed"]) for row in rows}
+    assert runs == {(name, seed) for name in ("random", "scripted-path") for seed in (7000, 7001)}
+    assert len({row["run"] for row in rows}) == 4
+    for row in rows:
+        assert row["error"] is None
+        assert (row["world"], row["slam"], row["suite"]) == ("corridor", "hmm-ml", "evaluate")
+        assert row["duration"] == 8.0
+        assert 0 < row["coverage"] < 1
+        assert 0 <= row["door_brier"] <= 1
+
+
+def test_agents_are_judged_on_the_same_episodes(done):
+    episodes = {(row["variant"], row["seed"]): row["episode"] for row in rows_of(done)}
+    for seed in (7000, 7001):
+        assert episodes["random", seed] == episodes["scripted-path", seed]
+    assert len(set(episodes.values())) == 2
+
+
+def test_a_page_is_written_and_no_film_that_nobody_asked_for(done):
+    page = (done / "report.html").read_text()
+    assert "scripted-path" in page
+    assert "<h1>dynslam evaluate</h1>" in page
+    assert "4 runs of 2 agents on 2 episodes" in page
+    assert "variant" not in page.partition("<body>")[2].partition("<script")[0]
+    assert not (done / "films").exists()
+
+
+def test_what_is_there_is_not_run_again(done, monkeypatch, capsys):
+    before = (done / "results.jsonl").read_bytes()
+    assert evaluate(done, *SMALL, "--episodes", "2", "--no-films") == 2
+    assert "go on with it by --resume" in capsys.readouterr().err
+    assert evaluate(done, *SMALL, "--episodes", "2", "--no-films", "--resume") == 0
+    assert (done / "results.jsonl").read_bytes() == before
+
+
+def test_what_is_there_is_not_mixed_with_other_patrols(done, tmp_path, capsys):
+    before = (done / "results.jsonl").read_bytes()
+    longer = ("random", "--steps", "30", "--first", "7001", "--episodes", "1", "--resume")
+    assert evaluate(done, *longer) == 2
+    assert "another episode as world corridor, slam hmm-ml, seed 7001" in capsys.readouterr().err
+    assert (done / "results.jsonl").read_bytes() == before
+    rows = [json.dumps({**row, "suite": "paper"}) + "\n" for row in rows_of(done)]
+    (tmp_path / "results.jsonl").write_text("".join(rows))
+    assert evaluate(tmp_path, "random", "--resume") == 2
+    assert "holds the suite paper" in capsys.readouterr().err
+
+
+def test_the_table_tells_whole_names(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    names = [f"out/train/DoorPatrol-v0-corridor-ppo-{k}/best.zip" for k in (1, 2)]
+    rows = [Patrol("corridor", "hmm-ml", name, 7000, 20).row() for name in names]
+    scores = ("door_brier", "f1_over_time", "ate", "slam_brier", "coverage", "path_length",
+              "contact", "reward")  # fmt: skip
+    told([row | dict.fromkeys(scores, 0.1) for row in rows], names)
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    first = "".join(words[0] for words in lines if words)
+    assert all(name in first for name in names)
+
+
+def test_a_row_is_what_the_job_gives_in_this_process(done):
+    patrol = Patrol("corridor", "hmm-ml", "random", 7001, 20)
+    row = next(row for row in rows_of(done) if row["run"] == patrol.name)
+    mine = patrol().row
+    for name in ("reward", "door_brier", "ate", "coverage", "path_length", "contact"):
+        assert mine[name] == row[name], name
+
+
+def test_the_run_that_is_pictured_is_the_one_that_was_judged():
+    done = Patrol("corridor", "hmm-ml", "lookout", 7000, 20, pictured=True)()
+    assert done.example is not None
+    away = np.hypot(*(done.example.online - done.example.truth)[:, :2].T)
+    assert len(away) == 1 + 2 * 20  # a scan each 0.2 s, of which every other ends a step
+    assert np.sqrt(np.mean(away[2::2] ** 2)) == pytest.approx(done.row["ate"], abs=1e-9)
+
+
+def test_an_unknown_agent_is_told_with_the_known_ones(tmp_path, capsys):
+    assert evaluate(tmp_path / "out", "random", "wizard") == 2
+    told = capsys.readouterr().err
+    assert "unknown agent 'wizard'" in told
+    assert all(name in told for name in agents.names())
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--worlds", "moon"), "unknown world 'moon'; known: all, corridor, loop, office, crowd"),
+        (("--slam", "magic"), "unknown variant 'magic'"),
+        (("--episodes", "0"), "episodes must be a whole number of at least 1"),
+        (("--first", "-1"), "first must be a whole number"),
+        (("--steps", "0"), "steps must be a whole number of at least 1"),
+        (("--jobs", "0"), "jobs must be at least 1"),
+        (("--limit", "0"), "limit must be a finite number"),
+    ],
+)
+def test_mistakes_are_told_and_nothing_is_written(tmp_path, capsys, arguments, told):
+    assert evaluate(tmp_path / "out", "random", *arguments) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+class Raises:
+    def predict(self, *given, **named):
+        raise ZeroDivisionError("nothing to divide by")
+
+
+class Lost:
+    def predict(self, *given, **named):
+        return np.array([np.nan, 0.0], np.float32), None
+
+
+@pytest.mark.parametrize(("agent", "told"), [(Raises, "nothing to divide by"), (Lost, "finite")])
+def test_an_agent_that_fails_is_a_row(monkeypatch, agent, told):
+    monkeypatch.setitem(registry._AGENTS, "broken", lambda env, seed: agent())
+    row = Patrol("corridor", "odometry", "broken", 7000, 5)().row
+    assert row["failed"]
+    assert told in row["error"]
+    assert (row["variant"], row["seed"]) == ("broken", 7000)
+
+
+def test_an_agent_that_fails_stops_nothing(tmp_path, capsys):
+    path = tmp_path / "bad.py"
+    path.write_text("def build(env, seed):\n    raise OSError('no such robot')\n")
+    bad, out = f"{path}:build", tmp_path / "out"
+    arguments = (bad, "random", "--steps", "5", "--episodes", "1", "--no-films", "--jobs", "1")
+    assert evaluate(out, *arguments) == 0
+    errors = {row["variant"]: row["error"] for row in rows_of(out)}
+    assert "no such robot" in errors[bad]
+    assert errors["random"] is None
+    assert "failed: " in capsys.readouterr().err
+    assert (out / "report.html").exists()
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_film_of_a_patrol(tmp_path, suffix):
+    if suffix == ".mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    path = tmp_path / "films" / f"one{suffix}"
+    row = Patrol("corridor", "odometry", "random", 7000, 4, film=path)().row
+    assert row["error"] is None
+    assert path.stat().st_size > 1000
+    if suffix == ".gif":
+        with Image.open(path) as image:
+            assert getattr(image, "n_frames", 1) == 4
+
+
+def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
+    from dynslam_cli.training.evaluate import Evaluate
+
+    names = []
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "best.zip").touch()
+        names.append(str(tmp_path / folder / "best.zip"))
+    asked = Evaluate(agents=(*names, "random"), worlds="all", slam="odometry,static-ml", episodes=2)
+    patrols = asked._patrols([*names, "random"])
+    filmed = [patrol for patrol in patrols if patrol.film]
+    assert len(filmed) == 3 * len(BUDGETS)
+    assert {(patrol.seed, patrol.slam) for patrol in filmed} == {(7000, "odometry")}
+    assert len({patrol.film for patrol in filmed}) == len(filmed)
+    assert len({patrol.name for patrol in patrols}) == len(patrols)
+
+
+def boxed(width: float) -> Layout:
+    walls = [(0, 0, width, 0), (width, 0, width, 2), (width, 2, 0, 2), (0, 2, 0, 0)]
+    walls += [(10, 0, 11, 0), (11, 0, 11, 1), (11, 1, 10, 1), (10, 1, 10, 0)]  # nobody gets there
+    return Layout(np.array(walls, float), (), Pose2(1.0, 1.0, 0.0), np.array([(1.0, 1.0)]))
+
+
+def seen(left: float, right: float) -> OccupancyGrid:
+    """A map that has seen all from x = left to right."""
+    spec = GridSpec(0.05, -20, -20, 100, 300)
+    x = (spec.col0 + np.arange(spec.cols) + 0.5) * spec.resolution
+    observed = np.tile((x > left) & (x < right), (spec.rows, 1))
+    return OccupancyGrid(spec, np.full(spec.shape, 0.5), observed)
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "share"), [(-1, 14, 1.0), (0, 2, 0.5), (3, 4, 0.25), (9, 14, 0.0), (5, 5, 0)]
+)
+def test_coverage_is_the_share_of_the_floor_that_can_be_reached(left, right, share):
+    assert coverage(seen(left, right), boxed(4.0)) == pytest.approx(share, abs=0.02)
+
+
+def test_coverage_counts_what_a_small_map_holds():
+    spec = GridSpec(0.05, 0, 0, 40, 40)  # of the first 2 m alone
+    grid = OccupancyGrid(spec, np.zeros(spec.shape), np.ones(spec.shape, dtype=bool))
+    assert coverage(grid, boxed(4.0)) == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_judge_adds_up():
+    env = DoorPatrolEnv(slam="odometry")
+    env.reset(seed=0)
+    judge = PatrolJudge(env)
+    for k, (brier, error) in enumerate([(0.1, 3.0), (0.3, 4.0)]):
+        info = {"collision": 0.5 * k, "door_brier": brier, "slam": {"position_error": error}}
+        judge.step(2.0, info)
+    scores = judge.scores()
+    assert scores["reward"] == 4.0
+    assert scores["door_brier"] == pytest.approx(0.2)
+    assert scores["ate"] == pytest.approx(12.5**0.5)
+    assert scores["contact"] == pytest.approx(0.2)
+    assert scores["failed"]
+    assert scores["f1_over_time"] is None
+    assert scores["path_length"] == 0.0
+
+
+def test_a_place_without_doors_has_no_score_of_doors():
+    env = DoorPatrolEnv(slam="odometry", world=boxed(4.0))
+    _, info = env.reset(seed=0)
+    judge = PatrolJudge(env)
+    judge.step(0.0, {**info, "collision": 0.0})
+    assert judge.scores()["door_brier"] is None
+    json.dumps(judge.scores(), allow_nan=False)

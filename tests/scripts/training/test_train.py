@@ -1,0 +1,122 @@
+# pyright: reportMissingImports=false
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from dynslam_cli import main
+from dynslam_cli.training.patrol_jobs import Patrol
+
+TINY = """
+DoorPatrol-v0:
+  n_envs: 2
+  n_timesteps: 32
+  policy: MultiInputPolicy
+  n_steps: 16
+  batch_size: 16
+  n_epochs: 1
+  policy_kwargs: "dict(net_arch=dict(pi=[8], vf=[8]))"
+"""
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """Runs `dynslam train` on next to nothing."""
+    path = tmp_path / "tiny.yml"
+    path.write_text(TINY)
+
+    def run(*arguments: str, out: Path = tmp_path / "out") -> int:
+        given = ["--slam", "odometry", "--workers", "1", "--hyperparameters", str(path)]
+        return main.status(["train", *given, *arguments, "--out", str(out)])
+
+    return run
+
+
+def lines(out: Path) -> list[dict]:
+    return [json.loads(line) for line in (out / "progress.jsonl").read_text().splitlines()]
+
+
+def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert tiny() == 0
+    assert "compare it: dynslam evaluate" in capsys.readouterr().out
+    assert [row["steps"] for row in lines(out)] == [0, 32]
+    for name in ("best.zip", "checkpoint.zip", "config.json"):
+        assert (out / name).stat().st_size > 100
+    assert list(out.glob("tensorboard*/events*"))
+    assert tiny() == 2
+    assert "--resume goes on, --out takes another" in capsys.readouterr().err
+    assert tiny("--resume", "--seed", "3") == 2
+    assert "seed is 0 there, not 3" in capsys.readouterr().err
+    assert tiny("--resume", "--steps", "64") == 0
+    assert [row["steps"] for row in lines(out)] == [0, 32, 64]
+    row = Patrol("corridor", "odometry", str(out / "best.zip"), 7000, 3)().row
+    assert row["error"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--algo", "dqn"), "algo must be one of 'ppo', 'recurrent-ppo', got 'dqn'"),
+        (("--env", "DoorPatrols-v0"), "DoorPatrols"),
+        (("--env", "DoorCorridor-v0"), "DoorCorridor-v0 is no patrol"),
+        (("--world", "moon"), "moon"),
+        (("--slam", "magic"), "unknown SLAM variant 'magic'"),
+        (("--workers", "0"), "workers must be a whole number of at least 1"),
+        (("--workers", "3"), "num_envs must be a multiple of workers, got 2 and 3"),
+        (("--seed", "-1"), "seed must be a whole number of at least 0"),
+        (("--steps", "0"), "steps must be a whole number of at least 1"),
+        (("--hyperparameters", "/nowhere.yml"), "/nowhere.yml"),
+    ],
+)
+def test_mistakes_are_told_in_one_line_and_nothing_is_written(
+    tiny, tmp_path, capsys, arguments, told
+):
+    assert tiny(*arguments) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert len(error.strip().splitlines()) == 1
+    assert not (tmp_path / "out" / "config.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("normalize: true", "no ppo can be made of its settings"),
+        ("policy_kwargs: dict(many=1)", "no ppo can be made of its settings"),
+        ("n_steps: 1.5", "n_steps must be a whole number"),
+        ("n_timesteps: many", "n_timesteps must be a finite number of at least 1"),
+    ],
+)
+def test_hyperparameters_that_are_none_can_be_put_right_in_the_same_folder(
+    tiny, tmp_path, capsys, line, told
+):
+    path = tmp_path / "tiny.yml"
+    path.write_text(TINY + f"  {line}\n")
+    assert tiny() == 2
+    assert told in capsys.readouterr().err
+    path.write_text(TINY)
+    assert tiny("--steps", "1") == 0
+
+
+def test_ctrl_c_is_told_and_keeps_what_is_there(tiny, tmp_path, monkeypatch, capsys):
+    from agents.vec_env import NativeVecEnv
+
+    step, left = NativeVecEnv.step_wait, 260
+
+    def interrupted(self):
+        nonlocal left
+        left -= 1
+        if not left:
+            raise KeyboardInterrupt
+        return step(self)
+
+    monkeypatch.setattr(NativeVecEnv, "step_wait", interrupted)
+    assert tiny() == 130
+    assert "with --resume goes on" in capsys.readouterr().err
+    assert (tmp_path / "out" / "checkpoint.zip").exists()
+    assert [row["steps"] for row in lines(tmp_path / "out")] == [0]
+    assert tiny("--resume") == 0
+    assert [row["steps"] for row in lines(tmp_path / "out")] == [0, 32]

@@ -1,0 +1,73 @@
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.gaussian import OdometryMotion
+
+SURE = np.zeros((3, 3))
+WIDE = math.radians(120.0)
+
+
+def taught(error_per_m: float, step: float = 0.1, way: float = 10.0) -> AdaptiveOdometry:
+    model = AdaptiveOdometry()
+    for k in range(round(way / step)):
+        sign = 1.0 if k % 2 else -1.0
+        model.learn(Pose2(step, 0.0, 0.0), Pose2(step, 0.0, sign * error_per_m * step), SURE)
+    return model
+
+
+def rate(model: AdaptiveOdometry, step: float = 1.0) -> float:
+    """rad/m of deviation that is due to the way alone."""
+    still = model.deviations(Pose2())[2]
+    return math.sqrt(model.deviations(Pose2(step, 0.0, 0.0))[2] ** 2 - still**2) / step
+
+
+def test_it_begins_as_wide_as_the_papers_odometry_needs() -> None:
+    assert rate(AdaptiveOdometry()) == pytest.approx(WIDE)
+    np.testing.assert_array_equal(
+        AdaptiveOdometry().deviations(Pose2(0.3, 0.1, 0.5)),
+        OdometryMotion().deviations(Pose2(0.3, 0.1, 0.5)),
+    )
+
+
+def test_it_narrows_to_the_least_where_the_odometry_is_good() -> None:
+    assert rate(taught(0.0, way=20.0)) == pytest.approx(math.radians(8.0))
+
+
+def test_it_stays_wide_where_the_odometry_is_bad() -> None:
+    assert rate(taught(math.radians(60.0))) > math.radians(100.0)
+    assert rate(taught(math.radians(1000.0))) == pytest.approx(WIDE)
+
+
+def test_it_follows_what_was_found_lately() -> None:
+    model = taught(0.0, way=20.0)
+    for _ in range(30):
+        model.learn(Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.0, math.radians(6.0)), SURE)
+    assert rate(model) > math.radians(80.0)
+
+
+def test_the_rate_is_that_of_the_errors_between_the_limits() -> None:
+    model = taught(math.radians(30.0), step=0.5, way=40.0)
+    floor = OdometryMotion().rotation_floor
+    found = math.sqrt((math.radians(15.0) ** 2 - floor**2) / 0.25)
+    assert model.rate == pytest.approx(found, rel=1e-3)
+    assert rate(model) == pytest.approx(2.0 * found, rel=1e-3)
+
+
+def test_no_displacement_is_corrected_and_turns_on_the_spot_teach_nothing() -> None:
+    model = taught(math.radians(60.0))
+    assert model.corrected(Pose2(0.1, 0.2, 0.3)) == Pose2(0.1, 0.2, 0.3)
+    before = model.rate
+    model.learn(Pose2(0.0, 0.0, 1.0), Pose2(0.0, 0.0, 0.2), SURE)
+    assert model.rate == before
+
+
+@pytest.mark.parametrize("bad", [{"least": 0.0}, {"width": -1.0}, {"memory": math.inf}])
+def test_bad_parameters_are_refused(bad: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=rf"AdaptiveOdometry\.{next(iter(bad))}"):
+        AdaptiveOdometry(**bad)

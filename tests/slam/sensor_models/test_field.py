@@ -1,0 +1,162 @@
+"""The field of `Endpoint`, kept up to date bit by bit, against the field built at once."""
+
+import math
+
+import numpy as np
+import pytest
+
+from slam.errors import InputError
+from slam.geometry import Pose2
+from slam.maps.histogram import Histogram
+from slam.maps.static import Static
+from slam.maps.tiles import TILE
+from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.field import H_HIGH, H_LOW, MOVED, NO_ECHO, TURNED
+from tests.slam import naive
+from tests.slam.sensor_models.rooms import dense, mapped, observed
+from tests.slam.worlds import FAN, ROOM, beam, scan_at
+
+TABLE = 1.5e-3  # half a step of the logarithm's table, log(50) / 4095 / 2, and float32
+
+
+def rebuilt(grid, endpoint: Endpoint) -> np.ndarray:
+    """The field anew, from h (in 1/255) and centroids (in 1/256 of a cell) as noted."""
+    tiles, resolution = grid.cells.tiles, grid.cells.tiles.resolution
+    moved = tiles.dense(endpoint._moved)
+    known = np.dstack([tiles.dense(endpoint._level) / 255, moved / 256 * resolution])
+    return naive.field(known, moved[..., 0] != NO_ECHO, resolution, endpoint.sigma,
+                       endpoint.z_hit, endpoint.z_rand)  # fmt: skip
+
+
+def assert_up_to_date(grid, endpoint: Endpoint) -> None:
+    tiles = grid.cells.tiles
+    field = tiles.dense(endpoint.field(0))
+    np.testing.assert_allclose(field, rebuilt(grid, endpoint), atol=TABLE)
+    assert not endpoint._stale.values.any()
+    for level in (1, 2):
+        side = TILE >> level
+        mean = field.reshape(len(field) >> level, 1 << level, -1, 1 << level).mean(axis=(1, 3))
+        np.testing.assert_allclose(dense(tiles, endpoint.field(level), side), mean, atol=1e-5)
+
+
+def assert_noted(grid, endpoint: Endpoint) -> None:
+    """What was noted is the map's, as far as it is followed."""
+    tiles, cells = grid.cells.tiles, grid.cells
+    echoes = tiles.dense(cells.centroids.count) > 0
+    h = np.clip(tiles.dense(cells.occupied) * 255, H_LOW, H_HIGH)
+    level, moved = tiles.dense(endpoint._level).astype(float), tiles.dense(endpoint._moved)
+    np.testing.assert_array_equal(moved[..., 0] != NO_ECHO, echoes)
+    offset = tiles.dense(cells.centroids.offset) / 256
+    assert np.abs(moved - offset)[echoes].max() <= MOVED + 1
+    assert np.abs(level - h)[echoes].max() <= TURNED
+    bare = tiles.dense(cells.observed) & ~echoes
+    prior = round(255 * cells.prior)
+    free = tiles.dense(cells.occupied) < cells.prior - 0.01
+    assert (level[bare & free] == H_LOW).all()
+    assert set(np.unique(level[bare & ~free])) <= {float(prior), float(H_LOW)}
+
+
+@pytest.mark.parametrize("model", [Static, Histogram])
+@pytest.mark.parametrize("sigma", [0.04, 0.08])
+def test_the_field_kept_up_to_date_is_the_field_rebuilt(model, sigma: float) -> None:
+    grid, endpoint = mapped(model(), Endpoint(sigma=sigma), noise=0.01)
+    assert_up_to_date(grid, endpoint)
+    assert_noted(grid, endpoint)
+
+
+def test_after_many_scans_the_field_is_that_of_the_final_map() -> None:
+    grid, endpoint = mapped(Static(), Endpoint(), noise=0.01)
+    fresh = Endpoint()
+    fresh.refresh(grid, observed(grid))
+    assert_up_to_date(grid, fresh)
+    tiles = grid.cells.tiles
+    apart = np.abs(tiles.dense(endpoint.field(0)) - tiles.dense(fresh.field(0)))
+    assert apart.max() < 0.15  # MOVED / 256 of a cell, at the steepest, and TURNED of h
+    assert apart.mean() < 0.005
+    poses = np.array([[0.1, 0.2, 0.3], [0.4, -0.1, 2.0]])
+    scan = scan_at(Pose2(0.1, 0.2, 0.3))
+    known = fresh.log_likelihood(scan, poses)
+    np.testing.assert_allclose(endpoint.log_likelihood(scan, poses), known, atol=0.5)
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (-7.3, 11.1), (3.2, -3.2)])
+def test_it_follows_a_map_that_grows_every_way(shift: tuple[float, float]) -> None:
+    grid, endpoint = Static(), Endpoint()
+    for x, y, theta in [(0, 0, 0), (3, 0, 1), (0, 3, 2), (-3, 0, 3), (0, -3, 4), (0, 0, 5)]:
+        scan = scan_at(Pose2(0.1, 0.1))
+        pose = Pose2(x + shift[0], y + shift[1], theta)
+        endpoint.refresh(grid, grid.integrate(scan, pose))
+        assert_up_to_date(grid, endpoint)
+    assert_noted(grid, endpoint)
+
+
+@pytest.mark.parametrize("x", [3.15, 3.199, 3.2, 3.201, 3.25, 0.05, 0.001, -0.001, -3.2])
+@pytest.mark.parametrize("y", [0.52, 3.19, -0.01])
+def test_echoes_about_a_tiles_border_reach_over_it(x: float, y: float) -> None:
+    grid, endpoint = Static(), Endpoint(sigma=0.07)
+    for k in range(4):
+        endpoint.refresh(grid, grid.integrate(beam(0.5, k), Pose2(x - 0.5, y)))
+        assert_up_to_date(grid, endpoint)
+    field = grid.cells.tiles.dense(endpoint.field(0))
+    assert (field > endpoint.unknown + 0.1).sum() > 8
+
+
+def test_an_echo_far_out_is_looked_around_within_what_the_map_spans() -> None:
+    """A block by the border of all tiles: a former read beyond the end of the array."""
+    for k in range(64):
+        grid, endpoint = Static(), Endpoint(sigma=0.05)
+        endpoint.refresh(grid, grid.integrate(beam(1.0), Pose2(0.05 * k, 0.05 * k, math.pi / 2)))
+        endpoint.refresh(grid, grid.integrate(beam(1.0), Pose2(0.05 * k, -0.05 * k, math.pi)))
+        reach = 2 * endpoint._radius + 8
+        spec, (rows, cols) = grid.cells.tiles.spec, np.nonzero(
+            grid.cells.tiles.dense(grid.cells.centroids.count)
+        )  # fmt: skip
+        assert min(rows.min(), cols.min()) >= reach
+        assert rows.max() + reach < spec.rows
+        assert cols.max() + reach < spec.cols
+        assert_up_to_date(grid, endpoint)
+
+
+def test_unknown_space_counts_as_the_prior_and_seen_space_as_free() -> None:
+    grid, endpoint = mapped(Static(), Endpoint())
+    tiles = grid.cells.tiles
+    field, seen = tiles.dense(endpoint.field(0)), tiles.dense(grid.cells.observed)
+    assert endpoint.unknown == pytest.approx(math.log(0.9 * 0.2 + 0.1))
+    assert field[~seen].min() >= endpoint.unknown - TABLE
+    assert field[0, 0] == np.float32(endpoint.unknown)
+    row, col = tiles.spec.cells(np.array([[0.0, 0.0]]))[0]
+    assert field[row, col] == pytest.approx(math.log(0.9 * H_LOW / 255 + 0.1), abs=TABLE)
+
+
+@pytest.mark.parametrize(("sigma", "resolution"), [(0.101, 0.05), (1.0, 0.05), (0.2, 0.09)])
+def test_a_sigma_too_large_for_the_cells_is_refused(sigma: float, resolution: float) -> None:
+    grid = Static(resolution)
+    changed = grid.integrate(beam(1.0), Pose2())
+    most = f"Endpoint.sigma may be {2 * resolution:g} m at most with cells of {resolution:g} m"
+    with pytest.raises(InputError, match=most):
+        Endpoint(sigma=sigma).refresh(grid, changed)
+
+
+def test_the_largest_sigma_works() -> None:
+    grid, endpoint = mapped(Static(), Endpoint(sigma=0.1))
+    assert_up_to_date(grid, endpoint)
+
+
+def test_cells_of_a_metre_are_as_good_as_others() -> None:
+    grid, endpoint = Static(1.0), Endpoint(sigma=1.0)
+    endpoint.refresh(grid, grid.integrate(beam(3.0), Pose2(0.5, 0.5)))
+    assert_up_to_date(grid, endpoint)
+
+
+def test_another_map_begins_anew() -> None:
+    _, endpoint = mapped(Static(), Endpoint())
+    shifted = ROOM + np.tile((0.1, 0.07), 2)
+    other = Histogram()
+    scan = scan_at(Pose2(), walls=shifted)
+    endpoint.refresh(other, other.integrate(scan, Pose2()))
+    assert_up_to_date(other, endpoint)
+    alone = Endpoint()
+    alone.refresh(other, observed(other))
+    poses = np.zeros((1, 3))
+    scan = scan_at(Pose2(), angles=FAN)
+    assert endpoint.log_likelihood(scan, poses) == alone.log_likelihood(scan, poses)
