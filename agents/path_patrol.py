@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.pilot import Pilot
-from dynslam_env.navigation.site import Site
+from dynslam_env.navigation.site import PatrolView
 from slam.errors import InputError
 from slam.geometry import Array
 
@@ -25,7 +25,7 @@ class PathPatrol:
     seed  of the recoveries
     """
 
-    def __init__(self, site: Site, path: Array, seed: int = 0):
+    def __init__(self, site: PatrolView, path: Array, seed: int = 0):
         self._path = np.asarray(path, dtype=np.float64)
         if self._path.ndim != 2 or self._path.shape[1:] != (2,) or not len(self._path):
             raise InputError(f"path has shape (p, 2), p >= 1, got {self._path.shape}")

@@ -11,16 +11,16 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from agents.goal_choosers.doors import DoorChoice, LongestUnseen, RoundRobin
-from agents.goal_choosers.frontiers import ExploreLite, FrontierChoice, nearest
-from agents.goal_choosers.goal_agent import Choice, GoalAgent
-from agents.goal_choosers.information import InformationChoice, laser_of, with_pose
-from agents.goal_choosers.lookout import LookoutChoice
-from agents.goal_choosers.oracle import OracleChoice, TrueDoors
+from agents.goal_choosers.doors import DoorChooser, LongestUnseen, RoundRobin
+from agents.goal_choosers.frontiers import ExploreLite, FrontierChooser, nearest
+from agents.goal_choosers.goal_agent import GoalAgent, GoalChooser
+from agents.goal_choosers.information import InformationChooser, laser_of, with_pose
+from agents.goal_choosers.lookout import LookoutChooser
+from agents.goal_choosers.oracle import OracleChooser, TrueDoors
 from agents.path_patrol import PathPatrol
 from agents.random_agent import RandomAgent
 from agents.wall_follower import WallFollower
-from dynslam_env.navigation.site import Site
+from dynslam_env.navigation.site import PatrolView
 from dynslam_env.record import Driver
 from slam.errors import InputError
 
@@ -40,7 +40,7 @@ def make(name: str, env: Env, seed: int = 0) -> Driver:
 
     name  one of `names()`; the file of a policy that `dynslam train` wrote (best.zip); or
           FILE.py:NAME, where NAME is a class or function (env, seed) -> agent in that file
-    env   a patrol environment after `reset`; its `unwrapped` is the `Site`, and its
+    env   a patrol environment after `reset`; its `unwrapped` is the `PatrolView`, and its
           `unwrapped.place` is the world: "scripted-path" is shown the path of its layout, "oracle"
           its layout and doors, and no other agent anything of it
     seed  of the agent's own randomness: the same seed, the same actions
@@ -96,7 +96,9 @@ def _training() -> ModuleType:
     return trained
 
 
-def _chooser(choice: Callable[[Site, np.random.Generator], Choice]) -> Callable[[Env, int], Driver]:
+def _chooser(
+    choice: Callable[[PatrolView, np.random.Generator], GoalChooser],
+) -> Callable[[Env, int], Driver]:
     def build(env: Env, seed: int) -> Driver:
         site: Any = env.unwrapped
         ours, recovery = np.random.SeedSequence(seed).spawn(2)
@@ -121,20 +123,20 @@ def _wall_follower(env: Env, seed: int) -> Driver:
 
 def _oracle(env: Env, seed: int) -> Driver:
     site: Any = env.unwrapped
-    return GoalAgent(site, OracleChoice(TrueDoors(site.place)), seed)
+    return GoalAgent(site, OracleChooser(TrueDoors(site.place)), seed)
 
 
 _AGENTS: dict[str, Callable[[Env, int], Driver]] = {
     "random": _random,
     "scripted-path": _scripted_path,
     "wall-follower": _wall_follower,
-    "nearest-frontier": _chooser(lambda site, rng: FrontierChoice(nearest)),
-    "frontier": _chooser(lambda site, rng: FrontierChoice(ExploreLite())),
-    "information-gain": _chooser(lambda site, rng: InformationChoice(rng, laser_of(site))),
+    "nearest-frontier": _chooser(lambda site, rng: FrontierChooser(nearest)),
+    "frontier": _chooser(lambda site, rng: FrontierChooser(ExploreLite())),
+    "information-gain": _chooser(lambda site, rng: InformationChooser(rng, laser_of(site))),
     "information-gain-pose": _chooser(with_pose),
-    "round-robin": _chooser(lambda site, rng: DoorChoice(RoundRobin())),
-    "longest-unseen": _chooser(lambda site, rng: DoorChoice(LongestUnseen())),
-    "lookout": _chooser(lambda site, rng: LookoutChoice(rng, site.scan.max_range)),
+    "round-robin": _chooser(lambda site, rng: DoorChooser(RoundRobin())),
+    "longest-unseen": _chooser(lambda site, rng: DoorChooser(LongestUnseen())),
+    "lookout": _chooser(lambda site, rng: LookoutChooser(rng, site.scan.max_range)),
     "oracle": _oracle,
     "ppo": lambda env, seed: _trained(POLICIES / "ppo.zip", env),
 }

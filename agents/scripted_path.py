@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env import DoorCorridorEnv, Doors, Robot, record
+from dynslam_env import Doors, DoorWorldEnv, Robot, record
 from dynslam_env.navigation.pursuit import arc_to
 from slam.episode import Episode
 from slam.errors import InputError
@@ -110,7 +110,7 @@ def record_path(
     env = gym.make(f"dynslam_env:{env_id}", **given)
     env.reset(seed=seed)  # to learn the path; `record` begins this very episode again
     place = env.unwrapped
-    assert isinstance(place, DoorCorridorEnv)
+    assert isinstance(place, DoorWorldEnv)
     driver = ScriptedPath(place.layout.path, lambda: place.pose, place.robot, speed)
     return record(env, driver, seed)
 

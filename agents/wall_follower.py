@@ -13,7 +13,7 @@ from dynslam_env.navigation.guard import free_length, guarded
 from dynslam_env.navigation.pilot import action
 from dynslam_env.navigation.pursuit import Command
 from dynslam_env.navigation.recovery import Recovery
-from dynslam_env.navigation.site import Site
+from dynslam_env.navigation.site import PatrolView
 from slam.geometry import Array
 from slam.scan import Scan
 
@@ -38,7 +38,7 @@ class WallFollower:
     seed  decides the hand, and the recoveries
     """
 
-    def __init__(self, site: Site, seed: int = 0):
+    def __init__(self, site: PatrolView, seed: int = 0):
         rng = np.random.default_rng(seed)
         self._site, self._recovery = site, Recovery(rng)
         self._side = 1.0 if rng.random() < 0.5 else -1.0  # 1: the wall is at the left

@@ -1,17 +1,17 @@
 """Gymnasium environments of places that change."""
 
-from dynslam_env.env import DoorCorridorEnv
+from dynslam_env.env import DoorWorldEnv
 from dynslam_env.record import Driver, Recorder, record
 from dynslam_env.registration import PATROLS, WORLDS
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
 from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.laws import Coupled, Exponential, Periodic, Scripted, Static, Uniform
+from dynslam_env.simulation.laws import Coupled, Exponential, Fixed, Periodic, Scripted, Uniform
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
 from dynslam_env.slam_wrapper import SlamWrapper
-from dynslam_env.vector import DoorCorridorVectorEnv
+from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Door, Layout
 from dynslam_env.worlds.loop import Loop
@@ -23,11 +23,12 @@ __all__ = [
     "Corridor",
     "Coupled",
     "Door",
-    "DoorCorridorEnv",
-    "DoorCorridorVectorEnv",
+    "DoorWorldEnv",
+    "DoorWorldVectorEnv",
     "Doors",
     "Driver",
     "Exponential",
+    "Fixed",
     "Laser",
     "Layout",
     "Loop",
@@ -39,7 +40,6 @@ __all__ = [
     "Robot",
     "Scripted",
     "SlamWrapper",
-    "Static",
     "Task",
     "Uniform",
     "record",

@@ -38,7 +38,7 @@ ALONE = np.zeros(1, dtype=np.int64)  # the rows of a fleet of one
 TRAIL = 6000  # poses that are kept to be drawn
 
 
-class DoorCorridorEnv(gym.Env[Observation, NDArray[np.float32]]):
+class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     """A mobile robot with a laser in a place whose doors open and close.
 
     ## Description

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import gymnasium as gym
 import numpy as np
 
-from dynslam_env.env import DoorCorridorEnv
+from dynslam_env.env import DoorWorldEnv
 from slam.episode import Episode, Truth
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
@@ -32,7 +32,7 @@ class Driver(Protocol):
 class Recorder:
     """Takes down one episode of `env`, from its reset on."""
 
-    def __init__(self, env: DoorCorridorEnv):
+    def __init__(self, env: DoorWorldEnv):
         self._env = env
         self._scans: list[Scan] = []
         self._odometry: list[Pose2] = [Pose2()]
@@ -58,10 +58,10 @@ class Recorder:
         return Episode(tuple(self._scans), odometry, truth, meta)
 
 
-class Recorded(gym.Wrapper[Any, Any, Any, Any]):
+class RecordingWrapper(gym.Wrapper[Any, Any, Any, Any]):
     """A world each of whose steps is taken down, for whoever drives it by several at a time."""
 
-    def __init__(self, env: DoorCorridorEnv):
+    def __init__(self, env: DoorWorldEnv):
         """From where `env` is now on."""
         super().__init__(env)
         self.recorder = Recorder(env)
@@ -80,8 +80,8 @@ def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> E
     The same seed and driver, the same episode.
     """
     world = env.unwrapped
-    instance("env.unwrapped", world, DoorCorridorEnv)
-    assert isinstance(world, DoorCorridorEnv)
+    instance("env.unwrapped", world, DoorWorldEnv)
+    assert isinstance(world, DoorWorldEnv)
     observation, _ = env.reset(seed=seed)
     recorder, state, start, ended = Recorder(world), None, np.ones(1, dtype=bool), False
     while not ended:

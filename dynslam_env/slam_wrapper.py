@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import slam as slam_library
 from dynslam_env.drawing.scene import Belief
-from dynslam_env.env import DoorCorridorEnv, Observation
+from dynslam_env.env import DoorWorldEnv, Observation
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
@@ -77,7 +77,7 @@ class SlamWrapper(
         )  # fmt: skip
         super().__init__(env)
         world = env.unwrapped
-        if not isinstance(world, DoorCorridorEnv):
+        if not isinstance(world, DoorWorldEnv):
             raise InputError(f"SlamWrapper needs an environment of dynslam_env, got {world}")
         whole_number("score_every", score_every, 0)
         whole_number("scan_every", scan_every, 1)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import scene
-from dynslam_env.env import DoorCorridorEnv, Observation
+from dynslam_env.env import DoorWorldEnv, Observation
 from dynslam_env.reset_options import reset_mask, start_of
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
@@ -37,12 +37,12 @@ Stepped = tuple[Observation, NDArray[np.float64], Bools, Bools, Infos]
 MODES = tuple(mode.value for mode in AutoresetMode)
 
 
-class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
+class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
     """n environments of one kind, stepped side by side in one process: `gym.make_vec(ID, n)`.
 
     Step by step and bit for bit what `gymnasium.vector.SyncVectorEnv` of n single environments
     gives, observations, rewards, ends and infos alike, at a fraction of the overhead. Spaces,
-    rewards, infos and arguments are those of `DoorCorridorEnv`, and further:
+    rewards, infos and arguments are those of `DoorWorldEnv`, and further:
 
     | argument            | type, default         | what                                           |
     |---------------------|-----------------------|------------------------------------------------|
@@ -85,7 +85,7 @@ class DoorCorridorVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         own = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
-        self.metadata = DoorCorridorEnv.metadata | own
+        self.metadata = DoorWorldEnv.metadata | own
         self.single_action_space = self.setup.action_space()
         self.single_observation_space = self.setup.observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)

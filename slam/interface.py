@@ -87,7 +87,7 @@ class Slope(NamedTuple):
     curvature: Array
 
 
-class Perception(Protocol):
+class SensorModel(Protocol):
     """One reading of log p(scan | pose, h).
 
     levels  how many resolutions it can be read at; 0 is the finest, the reading itself
@@ -119,7 +119,7 @@ class Perception(Protocol):
 class Posterior:
     """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant: what a search climbs."""
 
-    def __init__(self, perception: Perception, scan: Scan, prediction: Prediction):
+    def __init__(self, perception: SensorModel, scan: Scan, prediction: Prediction):
         self.perception = perception
         self.scan = scan
         self.prediction = prediction
@@ -136,7 +136,7 @@ class Posterior:
         return Slope(scan.value + value, scan.gradient + gradient, scan.curvature + curvature)
 
 
-class Motion(Protocol):
+class MotionModel(Protocol):
     """What the odometry says, and how far it may be off."""
 
     def corrected(self, motion: Pose2) -> Pose2:

@@ -24,7 +24,8 @@ class Scan:
     min_range  m, below it a reading is not to be trusted
     time       s
     mount      the sensor on the robot (robot_from_sensor)
-    beam_time  s from a beam to the next; `time` is the first one's (see `slam.preprocessing.deskewing`)
+    beam_time  s from a beam to the next; `time` is the first one's
+               (see `slam.preprocessing.deskewing`)
     """
 
     ranges: Array

@@ -15,7 +15,7 @@ UNSEEN = -1
 
 
 @dataclass(frozen=True)
-class Stage:
+class MapSnapshot:
     """A SLAM's belief after one of its scans.
 
     poses   (scan + 1, 3) at each scan up to this one, as believed then
@@ -28,10 +28,10 @@ class Stage:
     packed: bytes
 
     @staticmethod
-    def of(poses: Array, grid: OccupancyGrid) -> Stage:
+    def of(poses: Array, grid: OccupancyGrid) -> MapSnapshot:
         """Pack a map that was believed together with poses (n, 3), n >= 1."""
         percent = np.where(grid.observed, np.rint(100.0 * grid.occupied), UNSEEN).astype(np.int8)
-        return Stage(poses, grid.spec, zlib.compress(percent.tobytes(), FAST))
+        return MapSnapshot(poses, grid.spec, zlib.compress(percent.tobytes(), FAST))
 
     @property
     def scan(self) -> int:

@@ -6,7 +6,7 @@ import pytest
 import slam
 from agents import record_corridor
 from slam.benchmark.run import run, true_start
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 
 SEEDS = (0, 1, 2, 3)
 
@@ -18,7 +18,7 @@ def scores():
     for seed in SEEDS:
         for doors in ("static", "moving"):
             episode = record_corridor(seed, doors)
-            judge = Judge(episode)
+            judge = EpisodeScorer(episode)
             for variant in ("static-ml/beta1", "dynamic-ml/beta1", "odometry"):
                 done = run(slam.make(variant, true_start(episode), seed), episode)
                 row = judge.scores(done.poses, done.grid)

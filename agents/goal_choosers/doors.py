@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
-from agents.goal_choosers.frontiers import FrontierChoice, nearest
+from agents.goal_choosers.frontiers import FrontierChooser, nearest
 from agents.goal_choosers.goal_agent import look_around
 from dynslam_env.navigation.blacklist import FORGET, LOOKED, Blacklist
 from dynslam_env.navigation.doors_found import FoundDoor, doors_found
 from dynslam_env.navigation.goal import Goal, look_at
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 
 SPEED = 0.5  # m/s, that a way takes
 TURN_TIME = 3.0  # s, for turning and speeding up, on any way
@@ -95,19 +95,19 @@ class LongestUnseen:
         return look.door.age / look.time * (KEEP if _any_near(look.goal.target, last) else 1.0)
 
 
-class DoorChoice:
+class DoorChooser:
     """Looks at the doors found in some order; explores the nearest frontiers until it knows some.
 
     order  which door comes next
     """
 
     def __init__(self, order: Order):
-        self._order, self._explore = order, FrontierChoice(nearest)
+        self._order, self._explore = order, FrontierChooser(nearest)
         self._blacklist = Blacklist()
         self._exploring = True
 
-    def goal(self, survey: Survey) -> Goal | None:
-        """See `Choice`."""
+    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+        """See `GoalChooser`."""
         looks = self._looks(survey)
         picked = self._order.pick(looks, survey.time) if len(looks) >= ENOUGH else None
         goal = picked.goal if picked else self._explore.goal(survey)
@@ -118,14 +118,14 @@ class DoorChoice:
         return max(looks, key=lambda look: look.door.age / look.time).goal
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `Choice`."""
+        """See `GoalChooser`."""
         if self._exploring:
             self._explore.ended(goal, reached, time)
             return
         self._order.ended(goal, time)
         self._blacklist.add(goal.target, time, LOOKED if reached else FORGET)
 
-    def _looks(self, survey: Survey) -> list[Look]:
+    def _looks(self, survey: PlanningSnapshot) -> list[Look]:
         looks = []
         for door in doors_found(survey.beliefs):
             goal = look_at(survey, door.centre)
@@ -134,7 +134,7 @@ class DoorChoice:
         return looks
 
 
-def time_to(goal: Goal, survey: Survey) -> float:
+def time_to(goal: Goal, survey: PlanningSnapshot) -> float:
     """s that it takes to get there."""
     return float(survey.plan.length[goal.cell]) / SPEED + TURN_TIME
 

@@ -10,7 +10,7 @@ from agents.goal_choosers.goal_agent import look_around
 from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.frontiers import Frontier, frontiers
 from dynslam_env.navigation.goal import Goal, explore
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from slam.validation import positive, within
 
 SHIFT = 1.5  # m, by which the centroid of a frontier may move as it is driven to
@@ -52,7 +52,7 @@ class ExploreLite:
         return self.potential_scale * frontier.distance - self.gain_scale * size
 
 
-class FrontierChoice:
+class FrontierChooser:
     """The frontier of least `cost`; where there is none, the robot stands still until there is.
 
     While frontiers are left but no way leads to any, as behind a door that closed, it turns on the
@@ -67,8 +67,8 @@ class FrontierChoice:
         self._blacklist = Blacklist()
         self._last: tuple[float, float] | None = None
 
-    def goal(self, survey: Survey) -> Goal | None:
-        """See `Choice`."""
+    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+        """See `GoalChooser`."""
         found = frontiers(survey.costmap, survey.plan, survey.position, self._smallest)
         best, least = None, math.inf
         for frontier in found:
@@ -84,7 +84,7 @@ class FrontierChoice:
         return best
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `Choice`: what it stood at and still is a frontier is none that can be explored."""
+        """See `GoalChooser`: what it stood at and still is a frontier is none that can be explored."""
         self._blacklist.add(goal.target, time)
         self._last = None
 

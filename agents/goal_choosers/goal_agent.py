@@ -1,4 +1,4 @@
-"""GoalAgent: drives to where a `Choice` says, on the SLAM's map."""
+"""GoalAgent: drives to where a `GoalChooser` says, on the SLAM's map."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from dynslam_env.navigation.goal import NOTHING, Goal
 from dynslam_env.navigation.pilot import REPLAN, Pilot
-from dynslam_env.navigation.site import Site
-from dynslam_env.navigation.survey import Survey, survey
+from dynslam_env.navigation.site import PatrolView
+from dynslam_env.navigation.survey import PlanningSnapshot, survey
 
 
-class Choice(Protocol):
+class GoalChooser(Protocol):
     """One way to choose goals. It is asked about once a second; one object an episode."""
 
-    def goal(self, survey: Survey) -> Goal | None:
+    def goal(self, survey: PlanningSnapshot) -> Goal | None:
         """Where to go now; None to stand still."""
         ...
 
@@ -31,12 +31,14 @@ class GoalAgent:
 
     One object an episode; its clock is the site's.
 
-    site    the environment; see `Site`
+    site    the environment; see `PatrolView`
     choice  where to go
     seed    of the recoveries
     """
 
-    def __init__(self, site: Site, choice: Choice, seed: int | np.random.SeedSequence = 0):
+    def __init__(
+        self, site: PatrolView, choice: GoalChooser, seed: int | np.random.SeedSequence = 0
+    ):
         self._site, self._choice = site, choice
         self._pilot = Pilot(site, np.random.default_rng(seed))
         self._next = -math.inf  # s, when to choose again
@@ -83,18 +85,18 @@ class GoalAgent:
         else:
             self._pilot.go(goal, seen)
 
-    def _kept(self, seen: Survey) -> Goal | None:
+    def _kept(self, seen: PlanningSnapshot) -> Goal | None:
         """The present goal, where a leaf may sweep: that is no place to think again."""
         return self._pilot.goal_in(seen) if _in_the_way(seen) else None
 
 
-def _in_the_way(survey: Survey) -> bool:
+def _in_the_way(survey: PlanningSnapshot) -> bool:
     """Whether the robot is where a leaf may sweep."""
     here = survey.costmap.spec.cells(np.array([survey.position]))[0]
     return bool(survey.costmap.swept[tuple(here)])
 
 
-def _leave(survey: Survey) -> Goal | None:
+def _leave(survey: PlanningSnapshot) -> Goal | None:
     """Out of where a leaf may sweep, if the robot is there: that is no place to stand still."""
     if not _in_the_way(survey):
         return None
@@ -105,7 +107,7 @@ def _leave(survey: Survey) -> Goal | None:
     return Goal((int(row), int(col)), None, NOTHING)
 
 
-def look_around(survey: Survey) -> Goal | None:
+def look_around(survey: PlanningSnapshot) -> Goal | None:
     """Turn by a quarter, in the widest place that can be reached: there it is seen soonest when a
     door opens, and no leaf comes."""
     fit = survey.plan.reached & ~survey.costmap.swept

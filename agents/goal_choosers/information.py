@@ -12,8 +12,8 @@ from agents.goal_choosers.pose_information import PoseInformation
 from dynslam_env.navigation.frontiers import frontiers
 from dynslam_env.navigation.goal import Goal
 from dynslam_env.navigation.information import expected_bits
-from dynslam_env.navigation.site import Site
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.site import PatrolView
+from dynslam_env.navigation.survey import PlanningSnapshot
 from slam.geometry import Array
 
 SAMPLES = 40  # viewpoints drawn from all that can be reached
@@ -26,7 +26,7 @@ LEAST = 5.0  # bits: for less nothing is worth a way
 class PoseTerm(Protocol):
     """What a viewpoint brings besides what its scan shows of the map."""
 
-    def follow(self, survey: Survey) -> None:
+    def follow(self, survey: PlanningSnapshot) -> None:
         """Take notice of where the robot is."""
         ...
 
@@ -42,7 +42,7 @@ class PoseTerm(Protocol):
 class NoPoseTerm:
     """The map alone."""
 
-    def follow(self, survey: Survey) -> None:
+    def follow(self, survey: PlanningSnapshot) -> None:
         """See `PoseTerm`."""
 
     def places(self) -> Array:
@@ -54,7 +54,7 @@ class NoPoseTerm:
         return np.zeros(len(points))
 
 
-class InformationChoice:
+class InformationChooser:
     """Of sampled viewpoints, the one with the most expected bits a second of way.
 
     A next-best view (Gonzalez-Banos and Latombe 2002) with the expected information of a scan as
@@ -75,8 +75,8 @@ class InformationChoice:
         self._rng, self._laser, self._pose = rng, laser, pose or NoPoseTerm()
         self._last: tuple[float, float] | None = None
 
-    def goal(self, survey: Survey) -> Goal | None:
-        """See `Choice`."""
+    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+        """See `GoalChooser`."""
         self._pose.follow(survey)
         cells, kept = self._candidates(survey)
         if not len(cells):
@@ -97,10 +97,10 @@ class InformationChoice:
         return Goal((row, col), float(headings[best]), self._last)
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `Choice`."""
+        """See `GoalChooser`."""
         self._last = None
 
-    def _candidates(self, survey: Survey) -> tuple[NDArray[np.int64], bool]:
+    def _candidates(self, survey: PlanningSnapshot) -> tuple[NDArray[np.int64], bool]:
         """(n, 2) cells that can be reached, and whether the first is the last goal."""
         reached = np.argwhere(survey.plan.reached & ~survey.costmap.swept)
         if not len(reached):
@@ -118,12 +118,12 @@ class InformationChoice:
         return np.concatenate([wanted[fits], np.array(gates, int).reshape(-1, 2), drawn]), kept
 
 
-def laser_of(site: Site) -> tuple[float, float]:
+def laser_of(site: PatrolView) -> tuple[float, float]:
     """Field of view, rad, and range, m, of a site's scans."""
     angles = site.scan.angles
     return min(float(angles[-1] - angles[0]), math.tau), site.scan.max_range
 
 
-def with_pose(site: Site, rng: np.random.Generator) -> InformationChoice:
+def with_pose(site: PatrolView, rng: np.random.Generator) -> InformationChooser:
     """The map's bits and the pose's."""
-    return InformationChoice(rng, laser_of(site), PoseInformation(site))
+    return InformationChooser(rng, laser_of(site), PoseInformation(site))

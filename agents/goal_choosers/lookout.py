@@ -9,7 +9,7 @@ import numpy as np
 from agents.goal_choosers.goal_agent import look_around
 from dynslam_env.navigation.goal import NOTHING, Goal
 from dynslam_env.navigation.information import seen_around
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 
 AHEAD = 2.5  # rad that it wants to turn on: it is asked again long before it has
 ROOM = 0.3  # m to the next wall, where it stands
@@ -18,7 +18,7 @@ SAMPLES = 60  # places that are tried
 TURN = 5.0  # s, of turning between two thoughts of another place
 
 
-class LookoutChoice:
+class LookoutChooser:
     """Turns round on the spot where most of what it knows is in sight, as far as the laser reaches.
 
     Not out of a paper: in a place where most doors are seen from one spot, to drive on is to turn
@@ -33,8 +33,8 @@ class LookoutChoice:
         self._place: tuple[float, float] | None = None
         self._again = -math.inf
 
-    def goal(self, survey: Survey) -> Goal | None:
-        """See `Choice`."""
+    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+        """See `GoalChooser`."""
         fit = survey.plan.reached & ~survey.costmap.swept & (survey.costmap.clearance > ROOM)
         if not fit.any():
             return look_around(survey)
@@ -51,4 +51,4 @@ class LookoutChoice:
         return Goal((row, col), math.remainder(survey.pose.theta + AHEAD, math.tau), NOTHING)
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `Choice`."""
+        """See `GoalChooser`."""

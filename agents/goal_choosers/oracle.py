@@ -1,4 +1,4 @@
-"""OracleChoice: knows the doors and how they stand, and looks where the belief is most wrong."""
+"""OracleChooser: knows the doors and how they stand, and looks where the belief is most wrong."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Protocol
 import numpy as np
 
 from agents.goal_choosers.doors import time_to
-from agents.goal_choosers.frontiers import FrontierChoice, nearest
-from dynslam_env.env import DoorCorridorEnv
+from agents.goal_choosers.frontiers import FrontierChooser, nearest
+from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.blacklist import FORGET, Blacklist
 from dynslam_env.navigation.goal import Goal, look_at
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from dynslam_env.worlds.layout import Door, Layout
 from slam.geometry import Array
 
@@ -26,7 +26,7 @@ ACROSS = (-1.0, 0.0, 1.0)  # cells beside it: a pose that is a little off is no 
 UNKNOWN = 0.5  # P(occupied) where nothing was seen
 
 
-class Truth(Protocol):
+class TruthView(Protocol):
     """What the oracle alone is shown."""
 
     @property
@@ -43,21 +43,21 @@ class Truth(Protocol):
 class TrueDoors:
     """The truth of a simulated world."""
 
-    def __init__(self, place: DoorCorridorEnv):
+    def __init__(self, place: DoorWorldEnv):
         self._place = place
 
     @property
     def layout(self) -> Layout:
-        """See `Truth`."""
+        """See `TruthView`."""
         return self._place.layout
 
     @property
     def door_angles(self) -> Array:
-        """See `Truth`."""
+        """See `TruthView`."""
         return self._place.physics.openings.copy()
 
 
-class OracleChoice:
+class OracleChooser:
     """The door of which the belief is most wrong, for each second that it takes to get there.
 
     How wrong: |P(closed) - closed|, P(closed) as the map has it along the closed leaf. It plans on
@@ -66,13 +66,13 @@ class OracleChoice:
     truth  the world as it is
     """
 
-    def __init__(self, truth: Truth):
+    def __init__(self, truth: TruthView):
         self._truth = truth
-        self._explore, self._blacklist = FrontierChoice(nearest), Blacklist()
+        self._explore, self._blacklist = FrontierChooser(nearest), Blacklist()
         self._last: tuple[float, float] | None = None
 
-    def goal(self, survey: Survey) -> Goal | None:
-        """See `Choice`."""
+    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+        """See `GoalChooser`."""
         best, most = None, 0.0
         for door, angle in zip(self._truth.layout.doors, self._truth.door_angles, strict=True):
             wrong = abs(believed_closed(survey.beliefs, door) - (angle < CLOSED))
@@ -90,7 +90,7 @@ class OracleChoice:
         return best
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `Choice`."""
+        """See `GoalChooser`."""
         if self._last is None:
             self._explore.ended(goal, reached, time)
         else:

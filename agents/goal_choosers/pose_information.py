@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from dynslam_env.navigation.site import Site
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.site import PatrolView
+from dynslam_env.navigation.survey import PlanningSnapshot
 from slam.geometry import Array
 
 DRIFT = 1e-4  # m^2 a metre: of the position, by scan matching in new places (1 cm after 1 m)
@@ -30,13 +30,13 @@ class PoseInformation:
     site  whose SLAM tells its covariance
     """
 
-    def __init__(self, site: Site):
+    def __init__(self, site: PatrolView):
         self._site = site
         self._places: list[tuple[float, float]] = []
         self._variances: list[float] = []
         self._variance = MATCH
 
-    def follow(self, survey: Survey) -> None:
+    def follow(self, survey: PlanningSnapshot) -> None:
         """Take the variance from the SLAM; keep the place, if it is a new one."""
         here, position = survey.position, self._site.covariance[:2, :2]
         self._variance = MATCH + math.sqrt(max(float(np.linalg.det(position)), 0.0))

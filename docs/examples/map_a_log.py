@@ -3,8 +3,8 @@
     python docs/examples/map_a_log.py --seed 5000 --out out/map-a-log
 
 Writes map.pgm + map.yaml, as ROS takes them, of three variants, and prints how much of the doors
-is left in each map. For a log of your own: `episode, _ = slam.io.carmen.reader.read_carmen(path)`; such an
-episode has no truth, so that there is nothing to count the doors with.
+is left in each map. For a log of your own: `episode, _ = slam.io.formats.read_log(path)`; it
+has no truth, so that there is nothing to count the doors with.
 """
 
 from dataclasses import dataclass

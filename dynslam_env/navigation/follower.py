@@ -8,8 +8,8 @@ from enum import Enum
 import numpy as np
 
 from dynslam_env.navigation.guard import guarded, pressed
-from dynslam_env.navigation.pursuit import Command, Way, arc_to
-from dynslam_env.navigation.site import Site
+from dynslam_env.navigation.pursuit import Command, PathProgress, arc_to
+from dynslam_env.navigation.site import PatrolView
 from slam.geometry import Array, Pose2
 
 NEAREST = 0.4  # m, lookahead at a standstill; it grows with the speed
@@ -39,9 +39,9 @@ class Follower:
     state  what the last command was for
     """
 
-    def __init__(self, site: Site):
+    def __init__(self, site: PatrolView):
         self._site = site
-        self._way: Way | None = None
+        self._way: PathProgress | None = None
         self._heading: float | None = None
         self._clearance = np.empty(0)
         self._v = 0.0
@@ -50,7 +50,7 @@ class Follower:
     def follow(self, points: Array, heading: float | None, clearance: Array) -> None:
         """Take the path (n, 2) m from now on, and turn to `heading`, rad, at its end (None: as it
         is); `clearance` (n,) m is that of the costmap along the path."""
-        self._way, self._heading, self._clearance = Way(points), heading, clearance
+        self._way, self._heading, self._clearance = PathProgress(points), heading, clearance
 
     def halt(self) -> None:
         """Stand still from now on."""
@@ -104,7 +104,7 @@ class Follower:
         slower = min(1.0, TURNING * turn / max(abs(omega), 1e-9))
         return Command(v * slower, omega * slower)
 
-    def _speed(self, way: Way, fastest: float) -> float:
+    def _speed(self, way: PathProgress, fastest: float) -> float:
         """m/s that the clearance along the path and the way left allow."""
         at = int(np.searchsorted(way.along, way.at))
         near = self._clearance[at : at + round(1.0 / 0.1)]
@@ -125,7 +125,7 @@ class Follower:
     def _aside(self, heading: float) -> float:
         return math.remainder(heading - self._pose.theta, math.tau)
 
-    def _at_end(self, way: Way) -> bool:
+    def _at_end(self, way: PathProgress) -> bool:
         x, y = way.points[-1]
         if way.left > 2 * REACH:
             return False  # the path only passes by its end here

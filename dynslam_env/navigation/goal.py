@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from dynslam_env.navigation.frontiers import Frontier
 from dynslam_env.navigation.sight import viewpoint
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from slam.geometry import Array
 
 HIDES = 0.5  # m around a door's centre, in which its own leaf does not count as hiding it
@@ -27,7 +27,7 @@ class Goal(NamedTuple):
     target: tuple[float, float]
 
 
-def explore(survey: Survey, frontier: Frontier) -> Goal | None:
+def explore(survey: PlanningSnapshot, frontier: Frontier) -> Goal | None:
     """Stand before a frontier and look beyond it; None where no way leads there."""
     if frontier.cell is None:
         return None
@@ -35,7 +35,7 @@ def explore(survey: Survey, frontier: Frontier) -> Goal | None:
     return Goal(frontier.cell, heading, _target(frontier.centroid))
 
 
-def look_at(survey: Survey, centre: Array) -> Goal | None:
+def look_at(survey: PlanningSnapshot, centre: Array) -> Goal | None:
     """Stand where a door's `centre` (2,), m, is seen at the least cost, and look at it; None where
     no such place can be reached."""
     cell = viewpoint(survey.costmap, survey.plan, centre, HIDES)
@@ -44,7 +44,7 @@ def look_at(survey: Survey, centre: Array) -> Goal | None:
     return Goal(cell, _bearing(survey, cell, centre), _target(centre))
 
 
-def _bearing(survey: Survey, cell: tuple[int, int], place: Array) -> float:
+def _bearing(survey: PlanningSnapshot, cell: tuple[int, int], place: Array) -> float:
     x, y = (place - survey.centre(cell)).tolist()
     return math.atan2(y, x)
 

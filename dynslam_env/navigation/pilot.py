@@ -9,8 +9,8 @@ from dynslam_env.navigation.follower import Follower
 from dynslam_env.navigation.goal import Goal
 from dynslam_env.navigation.pursuit import Command
 from dynslam_env.navigation.recovery import Recovery
-from dynslam_env.navigation.site import Site
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.site import PatrolView
+from dynslam_env.navigation.survey import PlanningSnapshot
 
 REPLAN = 1.0  # s, between two looks at the map
 
@@ -25,14 +25,14 @@ class Pilot:
     stuck     whether the last action began a recovery: it does not get there
     """
 
-    def __init__(self, site: Site, rng: np.random.Generator):
+    def __init__(self, site: PatrolView, rng: np.random.Generator):
         self.follower = Follower(site)
         self.goal: Goal | None = None
         self.stuck = False
         self._site, self._recovery = site, Recovery(rng)
         self._at = np.zeros(2)  # m, where the goal is: a map that grows numbers its cells anew
 
-    def go(self, goal: Goal, survey: Survey) -> None:
+    def go(self, goal: Goal, survey: PlanningSnapshot) -> None:
         """Drive from now on to a goal that can be reached, by the map of `survey`."""
         path = survey.plan.path(goal.cell)
         clearance = survey.costmap.clearance[tuple(survey.costmap.spec.cells(path).T)]
@@ -44,14 +44,14 @@ class Pilot:
         self.goal = None
         self.follower.halt()
 
-    def goal_in(self, survey: Survey) -> Goal | None:
+    def goal_in(self, survey: PlanningSnapshot) -> Goal | None:
         """The present goal on a later map; None where there is none, or no way leads there now."""
         if self.goal is None:
             return None
         row, col = survey.costmap.spec.cells(self._at[None])[0].tolist()
         return self.goal._replace(cell=(row, col)) if survey.plan.reached[row, col] else None
 
-    def replan(self, survey: Survey) -> None:
+    def replan(self, survey: PlanningSnapshot) -> None:
         """Drive on to the same goal by a later map; stand still where no way leads there now."""
         goal = self.goal_in(survey)
         if goal is None:
@@ -83,6 +83,6 @@ class Pilot:
         return self._recovery.begin(now) if self.stuck else command
 
 
-def action(command: Command, site: Site) -> NDArray[np.float32]:
+def action(command: Command, site: PatrolView) -> NDArray[np.float32]:
     """A command in m/s and rad/s as an action (2,) in -1 .. 1."""
     return np.clip(np.divide(command, site.limits), -1.0, 1.0).astype(np.float32)

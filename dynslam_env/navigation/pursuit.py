@@ -29,7 +29,7 @@ def arc_to(pose: Pose2, target: tuple[float, float], v: float, lookahead: float)
     return Command(v, 2.0 * v * math.sin(aside) / lookahead)
 
 
-class Way:
+class PathProgress:
     """A path and how far along it the robot is.
 
     points  (n, 2) m, n >= 1

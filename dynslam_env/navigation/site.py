@@ -11,7 +11,7 @@ from slam.interface import Slam
 from slam.scan import Scan
 
 
-class Site(Protocol):
+class PatrolView(Protocol):
     """A patrol environment as a classical agent sees it."""
 
     @property

@@ -9,11 +9,11 @@ import numpy as np
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.costmap import Costmap, Inflation, costmap
 from dynslam_env.navigation.planner import Plan, plan
-from dynslam_env.navigation.site import Site
+from dynslam_env.navigation.site import PatrolView
 from slam.geometry import Array, Pose2
 
 
-class Survey(NamedTuple):
+class PlanningSnapshot(NamedTuple):
     """The estimated pose, the maps, and the ways from there.
 
     time  s since the episode began
@@ -35,9 +35,9 @@ class Survey(NamedTuple):
         return self.costmap.spec.centres(np.array([cell]))[0]
 
 
-def survey(site: Site, inflation: Inflation = Inflation()) -> Survey:
+def survey(site: PatrolView, inflation: Inflation = Inflation()) -> PlanningSnapshot:
     """Look at the maps, and plan to everywhere."""
     pose, beliefs = Pose2.of(site.slam.pose), site.beliefs()
     grid, scan = site.slam.map(), site.scan
     costs = costmap(grid, beliefs, scan, pose, site.robot.radius, inflation)
-    return Survey(site.time, pose, beliefs, costs, plan(costs, pose))
+    return PlanningSnapshot(site.time, pose, beliefs, costs, plan(costs, pose))

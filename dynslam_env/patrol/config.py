@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.patrol.rewards import Pay
+from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.simulation.fleet import actions_of
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
@@ -20,7 +20,7 @@ NO_TASK = Task(reward={}, ends=())  # the patrol pays, and time alone ends it
 
 
 @dataclass(frozen=True)
-class Orders:
+class PatrolConfig:
     """How a patrol is driven and paid.
 
     slam        name of the SLAM variant
@@ -36,7 +36,7 @@ class Orders:
     turn: float = 1.5
     hold: int = 4
     scan_every: int = 2
-    pay: Pay = field(default_factory=Pay)
+    pay: RewardWeights = field(default_factory=RewardWeights)
 
     def __post_init__(self) -> None:
         positive(self, "speed", "turn")
@@ -47,7 +47,7 @@ class Orders:
                 f"an agent acts on the last scan: hold must be a multiple of scan_every, "
                 f"got {self.hold} and {self.scan_every}"
             )
-        instance("pay", self.pay, Pay)
+        instance("pay", self.pay, RewardWeights)
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dynslam_env.patrol.memory import CELL, Memory
+from dynslam_env.patrol.memory import CELL, DynamicMap
 from dynslam_env.worlds.layout import Door, Layout
 from slam.geometry import Array
 
@@ -21,12 +21,12 @@ class DoorsKnown:
         self._points = np.array([_points(door) for door in layout.doors]).reshape(-1, 2)
         self._shape = len(layout.doors), len(ALONG), len(ACROSS)
 
-    def near(self, memory: Memory, time: float) -> Array:
+    def near(self, memory: DynamicMap, time: float) -> Array:
         """(d, ALONG, ACROSS) P(occupied at `time`) along the closed leaves and beside them; NaN
         where nothing was seen."""
         return memory.occupied(self._points, time).reshape(self._shape)
 
-    def brier(self, memory: Memory, time: float, openings: Array) -> float:
+    def brier(self, memory: DynamicMap, time: float, openings: Array) -> float:
         """See the function."""
         return float(brier(self.near(memory, time), openings))
 

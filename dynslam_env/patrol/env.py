@@ -9,13 +9,13 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from dynslam_env.env import DoorCorridorEnv
+from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.patrol.config import NO_TASK, Orders
+from dynslam_env.patrol.config import NO_TASK, PatrolConfig
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.patrol.perception import observation_space
-from dynslam_env.patrol.rewards import Pay
+from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
 from dynslam_env.simulation.doors import Doors
@@ -58,7 +58,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `correlations` | (3,) float32 | of across and along, heading and along, heading and across | -1 .. 1 |
 
     ## Rewards
-    A weighted sum of named terms (`Pay`), each in `info["reward_terms"]`, already weighted:
+    A weighted sum of named terms (`RewardWeights`), each in `info["reward_terms"]`, already weighted:
 
     | term          | weight | what                                                              | unit |
     |---------------|--------|-------------------------------------------------------------------|------|
@@ -81,7 +81,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     `SlamWrapper`).
 
     ## Arguments
-    Those of `DoorCorridorEnv` except `task`, and:
+    Those of `DoorWorldEnv` except `task`, and:
 
     | argument      | default    | what                                                            |
     |---------------|------------|-----------------------------------------------------------------|
@@ -96,13 +96,13 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     v0: first.
     """  # noqa: E501
 
-    metadata = DoorCorridorEnv.metadata
+    metadata = DoorWorldEnv.metadata
 
     def __init__(
         self,
         *,
         slam: str = "hmm-ml",
-        pay: Pay | None = None,
+        pay: RewardWeights | None = None,
         speed: float = 0.8,
         turn: float = 1.5,
         hold: int = 4,
@@ -116,8 +116,8 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         people: People | None = None,
         render_mode: str | None = None,
     ):
-        self.orders = Orders(slam, speed, turn, hold, scan_every, pay or Pay())
-        self.place = DoorCorridorEnv(
+        self.orders = PatrolConfig(slam, speed, turn, hold, scan_every, pay or RewardWeights())
+        self.place = DoorWorldEnv(
             world=world, doors=doors, robot=robot, laser=laser, odometry=odometry, people=people,
             task=NO_TASK, render_mode=render_mode,
         )  # fmt: skip
@@ -209,7 +209,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         return self._observation(), sum(terms.values()), False, False, told
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
-        """The world, and the SLAM's map beside it; see `DoorCorridorEnv`."""
+        """The world, and the SLAM's map beside it; see `DoorWorldEnv`."""
         return self.place.render()
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from dynslam_env.navigation.blacklist import FORGET, LOOKED, Blacklist
 from dynslam_env.navigation.doors_found import doors_found
 from dynslam_env.navigation.frontiers import frontiers
 from dynslam_env.navigation.goal import NOTHING, Goal, explore, look_at
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from dynslam_env.patrol.perception import FADES, OFTEN
 
 FRONTIERS, DOORS = 4, 4
@@ -25,7 +25,7 @@ FAR = 10.0  # m, of a way that is shown as 1
 LARGE = 200.0  # cells, of a frontier that is shown as 1
 
 
-class Offer(NamedTuple):
+class GoalCandidate(NamedTuple):
     """Something to choose.
 
     size   cells of the frontier; 1 where it is none
@@ -41,20 +41,20 @@ class Offer(NamedTuple):
     rest: float
 
 
-class Menu(NamedTuple):
+class GoalOptions(NamedTuple):
     """What there is to choose, `SLOTS` of them: a turn on the spot, which there always is, then
     frontiers, the nearest by the way first, then doors, those unseen longest first; None in a slot
     that is empty."""
 
-    survey: Survey
-    offers: tuple[Offer | None, ...]
+    survey: PlanningSnapshot
+    offers: tuple[GoalCandidate | None, ...]
 
     @property
     def mask(self) -> NDArray[np.bool_]:
         """(SLOTS,) whether there is something."""
         return np.array([offer is not None for offer in self.offers])
 
-    def chosen(self, slot: int) -> Offer:
+    def chosen(self, slot: int) -> GoalCandidate:
         """What is in a slot; in an empty one the turn."""
         offer = self.offers[slot] or self.offers[0]
         assert offer is not None
@@ -69,40 +69,40 @@ class Menu(NamedTuple):
         return rows
 
 
-def menu(survey: Survey, blacklist: Blacklist) -> Menu:
+def menu(survey: PlanningSnapshot, blacklist: Blacklist) -> GoalOptions:
     """What there is now; nothing that the blacklist holds."""
 
-    def first(found: Iterator[Offer], slots: int) -> list[Offer | None]:
+    def first(found: Iterator[GoalCandidate], slots: int) -> list[GoalCandidate | None]:
         fit = (offer for offer in found if not blacklist.holds(offer.goal.target, survey.time))
         taken = list(islice(fit, slots))
         return [*taken, *[None] * (slots - len(taken))]
 
     explored, revisited = first(_frontiers(survey), FRONTIERS), first(_doors(survey), DOORS)
-    return Menu(survey, (_turn(survey), *explored, *revisited))
+    return GoalOptions(survey, (_turn(survey), *explored, *revisited))
 
 
-def _turn(survey: Survey) -> Offer:
+def _turn(survey: PlanningSnapshot) -> GoalCandidate:
     row, col = survey.costmap.spec.cells(np.array([survey.position]))[0].tolist()
     heading = math.remainder(survey.pose.theta + ROUND, math.tau)
-    return Offer(Goal((row, col), heading, NOTHING), 1.0, 0.0, 0.0, 0.0)
+    return GoalCandidate(Goal((row, col), heading, NOTHING), 1.0, 0.0, 0.0, 0.0)
 
 
-def _frontiers(survey: Survey) -> Iterator[Offer]:
+def _frontiers(survey: PlanningSnapshot) -> Iterator[GoalCandidate]:
     found = frontiers(survey.costmap, survey.plan, survey.position)
     for frontier in sorted(found, key=lambda frontier: frontier.length):
         goal = explore(survey, frontier)
         if goal is not None:
-            yield Offer(goal, frontier.size, math.inf, 0.0, FORGET)
+            yield GoalCandidate(goal, frontier.size, math.inf, 0.0, FORGET)
 
 
-def _doors(survey: Survey) -> Iterator[Offer]:
+def _doors(survey: PlanningSnapshot) -> Iterator[GoalCandidate]:
     for door in sorted(doors_found(survey.beliefs), key=lambda door: -door.age):
         goal = look_at(survey, door.centre)
         if goal is not None:
-            yield Offer(goal, 1.0, door.age, door.flips, LOOKED)
+            yield GoalCandidate(goal, 1.0, door.age, door.flips, LOOKED)
 
 
-def _row(survey: Survey, offer: Offer) -> tuple[float, ...]:
+def _row(survey: PlanningSnapshot, offer: GoalCandidate) -> tuple[float, ...]:
     x, y = offer.goal.target
     bearing = math.atan2(y - survey.pose.y, x - survey.pose.x) - survey.pose.theta
     aside = (math.cos(bearing), math.sin(bearing)) if offer.goal.target != NOTHING else (0.0, 0.0)

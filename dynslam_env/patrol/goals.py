@@ -14,7 +14,7 @@ from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.pilot import REPLAN, Pilot
 from dynslam_env.navigation.survey import survey
 from dynslam_env.patrol.env import DoorPatrolEnv, Observation
-from dynslam_env.patrol.goal_options import FEATURES, SLOTS, Menu, Offer, menu
+from dynslam_env.patrol.goal_options import FEATURES, SLOTS, GoalCandidate, GoalOptions, menu
 from dynslam_env.patrol.perception import observation_space
 from slam.errors import InputError
 from slam.validation import positive_number
@@ -124,10 +124,10 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
                 "action_mask": spaces.MultiBinary(SLOTS),
             }
         )
-        self._menu: Menu | None = None
+        self._menu: GoalOptions | None = None
 
     @property
-    def menu(self) -> Menu:
+    def menu(self) -> GoalOptions:
         """What there is to choose now."""
         if self._menu is None:
             raise gym.error.ResetNeeded("there is nothing to choose before reset()")
@@ -167,7 +167,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         told = _summed(infos) | {"reached": reached}
         return self._shown(observation), sum(rewards), False, self._steps >= self._budget, told
 
-    def _onward(self, chosen: Offer, steps: int) -> bool:
+    def _onward(self, chosen: GoalCandidate, steps: int) -> bool:
         """Whether there is more to drive, after so many steps of a decision."""
         pilot = self._pilot
         if pilot.stuck:

@@ -26,7 +26,7 @@ ASIDE = 0.05  # m: ... if it passed it this closely
 WATCHED = 10.0  # s that a cell counts as watched at least: one change at once is no rate
 
 
-class Memory:
+class DynamicMap:
     """An HMM map in coarse cells (Meyer-Delius, Beinhofer and Burgard 2012), whatever the SLAM.
 
     Cells that never changed are taken to stay as they are; one that did is less and less sure while

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from dynslam_env.patrol.memory import Memory
+from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.perception import observe
-from dynslam_env.patrol.rewards import Gains, pose_bits
+from dynslam_env.patrol.rewards import RewardTerms, pose_bits
 from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.scan import Scan
@@ -24,7 +24,7 @@ class Patroller:
 
     def __init__(self, first: Estimate, scan: Scan):
         """The SLAM made `first` of the first `scan`."""
-        self.memory = Memory()
+        self.memory = DynamicMap()
         self.memory.look(scan, first.pose)
         self.estimate = first
         self._sure = pose_bits(first.covariance)
@@ -45,13 +45,15 @@ class Patroller:
         self._velocity = np.array([moved.x, moved.theta]) / (scan.time - self._looked)
         self.estimate, self._looked = estimate, scan.time
 
-    def gains(self, time: float) -> Gains:
+    def gains(self, time: float) -> RewardTerms:
         """What there was to be gained since this was last asked; it is `time` s now."""
         freshness = self.memory.freshness(time) * (time - self._time)
         self._time = time
         before, self._sure = self._sure, pose_bits(self.estimate.covariance)
         collision = self._touched / max(self._moments, 1)
-        gains = Gains(self._information, freshness, before - self._sure, self._distance, collision)
+        gains = RewardTerms(
+            self._information, freshness, before - self._sure, self._distance, collision
+        )
         self._information, self._distance, self._touched, self._moments = 0.0, 0.0, 0, 0
         return gains
 

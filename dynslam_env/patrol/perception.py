@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numba import njit
 
-from dynslam_env.patrol.memory import CELL, Memory
+from dynslam_env.patrol.memory import CELL, DynamicMap
 from slam.geometry import Array, Pose2
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
@@ -37,7 +37,7 @@ def observation_space() -> spaces.Dict:
     )
 
 
-def draw_map(memory: Memory, pose: Pose2, time: float, image: np.ndarray) -> None:
+def draw_map(memory: DynamicMap, pose: Pose2, time: float, image: np.ndarray) -> None:
     """The layers of the map around `pose` into `image` (layers, SIDE, SIDE): ahead is up."""
     known = memory.map
     cells = known.cells
@@ -67,7 +67,7 @@ def certainty(pose: Pose2, covariance: Array) -> tuple[np.ndarray, np.ndarray]:
 
 
 def observe(
-    memory: Memory, pose: Pose2, covariance: Array, scan: Scan, velocity: Array,
+    memory: DynamicMap, pose: Pose2, covariance: Array, scan: Scan, velocity: Array,
     limits: tuple[float, float],
 ) -> dict[str, Any]:  # fmt: skip
     """All of it; `velocity` (2,) in m/s and rad/s, of which `limits` are drawn as 1."""

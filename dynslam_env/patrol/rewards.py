@@ -16,7 +16,7 @@ SURE = np.diag([0.005, 0.005, math.radians(0.2)]) ** 2
 """No pose is worth more than this covariance (m, m, rad): what is better is not needed."""
 
 
-class Gains(NamedTuple):
+class RewardTerms(NamedTuple):
     """What one step brought, each in its own unit; the terms of the reward.
 
     information  bits by which scans made the dynamic map surer: what was never seen, and what was
@@ -38,10 +38,10 @@ class Gains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Pay:
+class RewardWeights:
     """A weighted sum of named terms.
 
-    weights  name -> weight, of the fields of `Gains`. What is not named does not count
+    weights  name -> weight, of the fields of `RewardTerms`. What is not named does not count
     """
 
     weights: Mapping[str, float] = field(
@@ -56,10 +56,10 @@ class Pay:
         instance("Pay.weights", self.weights, Mapping)
         object.__setattr__(self, "weights", dict(self.weights))  # nobody else's to change
         for name, weight in self.weights.items():
-            one_of("a name in Pay.weights", name, Gains._fields)
+            one_of("a name in Pay.weights", name, RewardTerms._fields)
             number(f"Pay.weights[{name!r}]", weight)
 
-    def terms(self, gains: Gains) -> dict[str, float]:
+    def terms(self, gains: RewardTerms) -> dict[str, float]:
         """The weighted terms; the reward is their sum."""
         return {name: w * getattr(gains, name) for name, w in self.weights.items()}
 

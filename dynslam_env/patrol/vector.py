@@ -10,11 +10,11 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 import slam as slam_library
-from dynslam_env.patrol.config import NO_TASK, Orders
+from dynslam_env.patrol.config import NO_TASK, PatrolConfig
 from dynslam_env.patrol.doors_known import DoorsKnown, brier
 from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.patrol.perception import observation_space
-from dynslam_env.patrol.rewards import Pay
+from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
 from dynslam_env.simulation.doors import Doors
@@ -23,7 +23,7 @@ from dynslam_env.simulation.laws import Law
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.world import CONTROL_DT
-from dynslam_env.vector import Bools, DoorCorridorVectorEnv, Infos, masked
+from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, masked
 from dynslam_env.worlds.layout import Generator
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
@@ -32,14 +32,14 @@ from slam.scan import Scan
 Observation = dict[str, Any]
 
 
-class DoorPatrolVectorEnv(DoorCorridorVectorEnv):
+class DoorPatrolVectorEnv(DoorWorldVectorEnv):
     """n patrols of one kind: `gym.make_vec("DoorPatrol-v0", n)`.
 
     Observations, rewards and ends are those of n `DoorPatrolEnv`, bit for bit, and so are
     `reward_terms`, `pose`, `door_angles`, `collision`, `time` and `door_brier` in the infos; the
     scores of the SLAM's map are the single environment's. Arguments are those of `DoorPatrolEnv`
     without `score_every`, and `num_envs`, `max_episode_steps`, `autoreset_mode` and `threads` of
-    `DoorCorridorVectorEnv`. It draws no pictures.
+    `DoorWorldVectorEnv`. It draws no pictures.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class DoorPatrolVectorEnv(DoorCorridorVectorEnv):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int = 1,
         slam: str = "hmm-ml",
-        pay: Pay | None = None,
+        pay: RewardWeights | None = None,
         speed: float = 0.8,
         turn: float = 1.5,
         hold: int = 4,
@@ -63,7 +63,7 @@ class DoorPatrolVectorEnv(DoorCorridorVectorEnv):
         people: People | None = None,
         render_mode: None = None,
     ):
-        self.orders = Orders(slam, speed, turn, hold, scan_every, pay or Pay())
+        self.orders = PatrolConfig(slam, speed, turn, hold, scan_every, pay or RewardWeights())
         super().__init__(
             num_envs, max_episode_steps=max_episode_steps, autoreset_mode=autoreset_mode,
             threads=threads, world=world, doors=doors, robot=robot, laser=laser,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from dynslam_env.simulation.laws import Coupled, Law, Static, Uniform
+from dynslam_env.simulation.laws import Coupled, Fixed, Law, Uniform
 from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
 from slam.validation import instance, positive, within
@@ -21,7 +21,7 @@ class Doors:
     """How doors behave.
 
     law         when they flip: `Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`; with
-                `Static` they never do, and leaves are fixed
+                `Fixed` they never do, and leaves are fixed
     open_share  probability that a door is open at the beginning
     open_angle  rad, of an open door
     swing_time  s, from closed to open at full speed
@@ -48,7 +48,7 @@ class Doors:
         law = self.law
         while isinstance(law, Coupled):
             law = law.law
-        return isinstance(law, Static)
+        return isinstance(law, Fixed)
 
     @property
     def speed(self) -> float:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from dynslam_env.sensors.laser import Scanner
 from dynslam_env.sensors.odometry import Slips
-from dynslam_env.simulation.robot import Drive
+from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.setup import Setup
-from dynslam_env.simulation.task import Judge
+from dynslam_env.simulation.task import TaskProgress
 from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.starts import check_inside, check_start
@@ -43,8 +43,8 @@ class Fleet:
     def __init__(self, setup: Setup, n: int, threads: int = 1):
         self.setup = setup
         self._threads = Threads(threads)
-        self.drive = Drive(setup.robot, n, CONTROL_DT, PHYSICS_DT)
-        self.judge = Judge(setup.task, n)
+        self.drive = DifferentialDrive(setup.robot, n, CONTROL_DT, PHYSICS_DT)
+        self.judge = TaskProgress(setup.task, n)
         self.motions, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
         self.odometry = np.zeros((n, 3), dtype=np.float32)
         self.ranges = np.zeros((n, setup.laser.beams))

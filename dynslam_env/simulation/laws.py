@@ -6,7 +6,7 @@
 | `Exponential` | Exp(mean), memoryless: a Poisson process, the two-state Markov chain's own  |
 | `Periodic`    | always the same, from a random phase: what can be learnt perfectly          |
 | `Scripted`    | as written down, to the bit: for tests, and for one story told many times   |
-| `Static`      | there is none: leaves are fixed                                             |
+| `Fixed`      | there is none: leaves are fixed                                             |
 | `Coupled`     | another law's, but doors flip in pairs: cells that are not independent      |
 """
 
@@ -162,7 +162,7 @@ class Scripted:
 
 
 @dataclass(frozen=True)
-class Static:
+class Fixed:
     """No door ever flips, and leaves are fixed: they do not give way either.
 
     `Scripted()` without flips has doors that nobody moves, but that can be pushed.

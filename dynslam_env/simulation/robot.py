@@ -50,7 +50,7 @@ class Robot:
         return _feasible(float(v), float(omega), self.max_speed, self.wheel_base)
 
 
-class Drive:
+class DifferentialDrive:
     """The wheels of n robots of one kind: what they make of commands, and how they then moved.
 
     Within a control step a robot's velocity keeps one direction, the arc's chord, while it turns.

@@ -12,7 +12,7 @@ from gymnasium import spaces
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import MAX_STEP, Odometry
 from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.laws import Law, Static
+from dynslam_env.simulation.laws import Fixed, Law
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
@@ -22,7 +22,7 @@ from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 from slam.validation import instance, one_of
 
-NAMED_DOORS = {"moving": Doors(), "static": Doors(law=Static())}
+NAMED_DOORS = {"moving": Doors(), "static": Doors(law=Fixed())}
 NAMED_WORLDS = {"corridor": Corridor(), "loop": Loop(), "office": Office(),
                 "crowd": Corridor(people=6)}  # fmt: skip
 

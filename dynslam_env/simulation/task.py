@@ -51,7 +51,7 @@ class Task:
             one_of("a name in Task.ends", name, ENDS)
 
 
-class Judge:
+class TaskProgress:
     """How far along their layouts' paths n robots have come, what that pays, and what is over.
 
     A leg ends where a robot comes within reach of its waypoint; its way is measured by the foot of

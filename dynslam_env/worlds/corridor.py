@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.row import Frame, Site, build, draw_row
+from dynslam_env.worlds.row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.walks import check_rooms, draw_routes
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -65,8 +65,8 @@ class Corridor:
         check_rooms(self.people, self.room_depth, self.door_width)
 
     @property
-    def _frame(self) -> Frame:
-        return Frame(self.door_width, self.clearance, self.partition)
+    def _frame(self) -> RoomDimensions:
+        return RoomDimensions(self.door_width, self.clearance, self.partition)
 
     def layout(self, rng: np.random.Generator) -> Layout:
         """Each side has gaps of its own between its doors, and hinges left or right."""
@@ -84,7 +84,7 @@ class Corridor:
         for side in (1, -1):
             row = draw_row(rng, self.length, self.doors_per_side, self._frame)
             near = side * half + side * self.wall_thickness
-            site = Site(True, 0.0, near, near + side * self.room_depth)
+            site = RowPlacement(True, 0.0, near, near + side * self.room_depth)
             rooms, doors = build(row, site, 0, len(spaces), self.door_width)
             spaces, doorways = spaces + rooms, doorways + doors
         return FloorPlan(tuple(spaces), tuple(doorways), self.door_thickness)

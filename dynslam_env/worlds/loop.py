@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.row import Frame, Site, build, draw_row
+from dynslam_env.worlds.row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.walks import check_rooms, draw_routes
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -93,8 +93,8 @@ class Loop:
         check_rooms(self.people, min(depths), self.door_width)
 
     @property
-    def _frame(self) -> Frame:
-        return Frame(self.door_width, self.clearance, self.partition)
+    def _frame(self) -> RoomDimensions:
+        return RoomDimensions(self.door_width, self.clearance, self.partition)
 
     @property
     def _block(self) -> Rect:
@@ -146,19 +146,19 @@ class Loop:
         ]
         return corridors, joints
 
-    def _sides(self) -> list[tuple[int, Site, float, int]]:
+    def _sides(self) -> list[tuple[int, RowPlacement, float, int]]:
         """Corridor, site, length in m and number of doors of every row of rooms."""
         wall, deep, block = self.wall_thickness, self.wall_thickness + self.room_depth, self._block
         outer, inner = self.outer_doors, self.inner_doors
         begin, far = block.left + wall, wall + self._inner_depth
         x, y = self.length, self.breadth
         return [
-            (SOUTH, Site(True, 0.0, -wall, -deep), block.right, outer),
-            (EAST, Site(False, 0.0, x + wall, x + deep), block.top, outer),
-            (NORTH, Site(True, block.left, y + wall, y + deep), x - block.left, outer),
-            (WEST, Site(False, block.bottom, -wall, -deep), y - block.bottom, outer),
-            (SOUTH, Site(True, begin, block.bottom + wall, block.bottom + far),
+            (SOUTH, RowPlacement(True, 0.0, -wall, -deep), block.right, outer),
+            (EAST, RowPlacement(False, 0.0, x + wall, x + deep), block.top, outer),
+            (NORTH, RowPlacement(True, block.left, y + wall, y + deep), x - block.left, outer),
+            (WEST, RowPlacement(False, block.bottom, -wall, -deep), y - block.bottom, outer),
+            (SOUTH, RowPlacement(True, begin, block.bottom + wall, block.bottom + far),
              self._inner_length, inner),
-            (NORTH, Site(True, begin, block.top - wall, block.top - far),
+            (NORTH, RowPlacement(True, begin, block.top - wall, block.top - far),
              self._inner_length, inner),
         ]  # fmt: skip

@@ -10,7 +10,7 @@ from dynslam_env.worlds.floor_plan import Doorway
 from dynslam_env.worlds.outline import Rect
 
 
-class Frame(NamedTuple):
+class RoomDimensions(NamedTuple):
     """What the rooms of a row have in common, m.
 
     door_width  of the openings
@@ -27,7 +27,7 @@ class Frame(NamedTuple):
         return length - count * (self.door_width + 2 * self.clearance)
 
 
-class Row(NamedTuple):
+class RoomRow(NamedTuple):
     """Rooms along a wall, m from its beginning.
 
     starts    where the openings begin
@@ -40,7 +40,7 @@ class Row(NamedTuple):
     rooms: list[tuple[float, float]]
 
 
-def draw_row(rng: np.random.Generator, length: float, count: int, frame: Frame) -> Row:
+def draw_row(rng: np.random.Generator, length: float, count: int, frame: RoomDimensions) -> RoomRow:
     """Rooms from end to end of a wall, with doors at uneven spacing, hinged at random."""
     gaps = frame.spare(length, count) * rng.dirichlet(np.full(count + 1, 2.0))[:count]
     pitch = frame.door_width + 2 * frame.clearance
@@ -50,10 +50,10 @@ def draw_row(rng: np.random.Generator, length: float, count: int, frame: Frame) 
     middles = [(a + b) / 2 for a, b in zip(stops, starts[1:], strict=False)]
     lefts = [0.0, *(m + frame.partition / 2 for m in middles)]
     rights = [*(m - frame.partition / 2 for m in middles), length]
-    return Row(starts, at_start, list(zip(lefts[:count], rights[:count], strict=True)))
+    return RoomRow(starts, at_start, list(zip(lefts[:count], rights[:count], strict=True)))
 
 
-class Site(NamedTuple):
+class RowPlacement(NamedTuple):
     """Where a row of rooms stands.
 
     level   its wall runs along x, else along y
@@ -69,7 +69,7 @@ class Site(NamedTuple):
 
 
 def build(
-    row: Row, site: Site, passage: int, first: int, width: float
+    row: RoomRow, site: RowPlacement, passage: int, first: int, width: float
 ) -> tuple[list[Rect], list[Doorway]]:
     """The rooms of a row, numbered from `first`, and their doorways from the space `passage`."""
     low, high = sorted((site.near, site.far))

@@ -17,20 +17,20 @@ from slam.validation import number, one_of, whole_number
 from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import output_directory
 from ..console.progress import progress_bar
-from ..console.selection import chosen
+from ..console.selection import parse_selection
 from ..report.summary import Condition, read_rows
 from ..report.write import write_report
 from ..trials import cache
 from ..trials.example import save
-from ..trials.jobs import Done, Recording, Trial
+from ..trials.jobs import Done, RecordEpisode, Trial
 from ..trials.pool import check_workers, here, on_cluster
-from ..trials.sources import Drive
+from ..trials.sources import SimulatedDrive
 from .suites import SUITES, Suite, known_variants, logs
 from .user_suite import read_suite
 
 
 @dataclass
-class Bench:
+class BenchCommand:
     """Run SLAM variants on the same episodes; write results.jsonl, results.csv and report.html.
 
     Every finished run is one line of results.jsonl, at once: a bench that was killed goes on with
@@ -63,7 +63,9 @@ class Bench:
     def __call__(self) -> int:
         """Run, write, print."""
         suite = self._suite()
-        chosen_ones = chosen("variant", self.variants or ",".join(suite.variants), known_variants())
+        chosen_ones = parse_selection(
+            "variant", self.variants or ",".join(suite.variants), known_variants()
+        )
         seeds = suite.seeds if self.seeds is None else self.seeds
         whole_number("seeds", seeds, 1)
         whole_number("first", self.first, 0)
@@ -184,12 +186,14 @@ def check_episodes(
             )
 
 
-def _recordings(todo: Sequence[Trial]) -> list[Recording]:
+def _recordings(todo: Sequence[Trial]) -> list[RecordEpisode]:
     """What is not in the cache, each once."""
-    drives = {t.source.key: t.source for t in todo if isinstance(t.source, Drive)}
+    drives = {t.source.key: t.source for t in todo if isinstance(t.source, SimulatedDrive)}
     limit = max((t.limit for t in todo), default=0.0)
     return [
-        Recording(drive, limit) for drive in drives.values() if not cache.path_of(drive).exists()
+        RecordEpisode(drive, limit)
+        for drive in drives.values()
+        if not cache.path_of(drive).exists()
     ]
 
 

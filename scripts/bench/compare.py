@@ -61,7 +61,7 @@ class Change(NamedTuple):
 
 
 @dataclass
-class Compare:
+class CompareCommand:
     """Compare two benches of the same suite: the same variants on the same episodes, before and
     after a change of the code.
 

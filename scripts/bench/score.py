@@ -19,7 +19,7 @@ from ..report.scores import QUALITY, present
 
 
 @dataclass
-class Score:
+class ScoreCommand:
     """Score a trajectory, and a map if there is one, against the truth of a recorded episode.
 
     The scores are those of `dynslam bench`, at the scans that the trajectory reaches.

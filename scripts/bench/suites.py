@@ -19,13 +19,13 @@ from slam.registry import builder_of
 
 from ..trials.jobs import Trial
 from ..trials.scoring import ENDINGS, stem
-from ..trials.sources import Drive, LogFile, Source
+from ..trials.sources import LogFile, SimulatedDrive, Source
 
 Factors = Mapping[str, str | float]
 
 
 @dataclass(frozen=True)
-class Case:
+class SuiteCase:
     """One condition, and the episode of a seed under it."""
 
     condition: Factors
@@ -43,7 +43,7 @@ class Suite:
     """
 
     name: str
-    cases: Sequence[Case]
+    cases: Sequence[SuiteCase]
     variants: Sequence[str]
     seeds: int
 
@@ -80,21 +80,21 @@ SWEPT = ("static-ml", "dynamic-ml", "hmm-ml", "dynamic-graph")
 
 
 def drive(env: str, seed: int, every: int = 1, **parameters: Any) -> Source:
-    """A `Drive`, its parameters as keywords."""
-    return Drive(env, seed, parameters, every)
+    """A `SimulatedDrive`, its parameters as keywords."""
+    return SimulatedDrive(env, seed, parameters, every)
 
 
 def paper() -> Suite:
     """The paper's experiment: one passage, doors that stand or move."""
     corridor = partial(drive, "DoorCorridor-v0")
-    cases = [Case({"doors": d}, partial(corridor, doors=d)) for d in ("static", "moving")]
+    cases = [SuiteCase({"doors": d}, partial(corridor, doors=d)) for d in ("static", "moving")]
     variants = (*MATCHERS, "dynamic-graph", "dynamic-pf", "odometry")
     return Suite("paper", cases, variants, seeds=30)
 
 
 def worlds() -> Suite:
     """All environments, each along its path."""
-    cases = [Case({"world": env}, partial(drive, env)) for env in WORLDS]
+    cases = [SuiteCase({"world": env}, partial(drive, env)) for env in WORLDS]
     return Suite("worlds", cases, (*MATCHERS, "dynamic-graph", "odometry"), seeds=10)
 
 
@@ -116,18 +116,18 @@ def change() -> Suite:
             share = round(100 * n * wall.door_width / wall.length)
             condition = {"plane": "doors", "flips a minute": flips, "doors, % of the wall": share}
             make = partial(corridor, doors=flipping(flips), world=Corridor(doors_per_side=n))
-            cases.append(Case(condition, make))
+            cases.append(SuiteCase(condition, make))
     for error in ODOMETRY_ERROR:
         for every in INTERVAL:
             condition = {"plane": "odometry", "odometry error, times": error,
                          "scan interval, s": SCAN_TIME * every}  # fmt: skip
             make = partial(corridor, every=every, odometry=worse(error))
-            cases.append(Case(condition, make))
+            cases.append(SuiteCase(condition, make))
     for reach in LASER_RANGE:
         for flips in FLIPS:
             condition = {"plane": "laser", "laser range, m": reach, "flips a minute": flips}
             make = partial(corridor, doors=flipping(flips), laser=Laser(max_range=reach))
-            cases.append(Case(condition, make))
+            cases.append(SuiteCase(condition, make))
     return Suite("change", cases, SWEPT, seeds=10)
 
 
@@ -159,7 +159,9 @@ def logs(folder: Path) -> Suite:
             files[stem(path.name)] = path.resolve()
     if not files:
         raise InputError(f"{folder}: no log in it; its name ends with {', '.join(ENDINGS)}")
-    cases = [Case({"log": name}, partial(LogFile, path)) for name, path in sorted(files.items())]
+    cases = [
+        SuiteCase({"log": name}, partial(LogFile, path)) for name, path in sorted(files.items())
+    ]
     return Suite("logs", cases, ("static-ml", "dynamic-ml", "dynamic-graph", "odometry"), seeds=1)
 
 

@@ -20,8 +20,8 @@ from dynslam_env.simulation.setup import NAMED_DOORS, NAMED_WORLDS
 from slam.errors import InputError
 from slam.validation import instance, one_of, whole_number
 
-from ..trials.sources import Drive, LogFile, Source
-from .suites import Case, Suite
+from ..trials.sources import LogFile, SimulatedDrive, Source
+from .suites import Suite, SuiteCase
 
 TOP = ("name", "variants", "seeds", "case")
 OF_CASE = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot", "laser",
@@ -72,7 +72,7 @@ def _suite(given: dict[str, Any], path: Path) -> Suite:
     return Suite(name, made, variants, seeds)
 
 
-def _case(given: dict[str, Any], number: int, folder: Path) -> Case:
+def _case(given: dict[str, Any], number: int, folder: Path) -> SuiteCase:
     _only("entry", given, OF_CASE)
     name = given.get("name", given.get("env", given.get("log", f"case {number}")))
     instance("name", name, str)
@@ -82,19 +82,19 @@ def _case(given: dict[str, Any], number: int, folder: Path) -> Case:
         path = (folder / given["log"]).resolve()
         if not path.is_file():
             raise InputError(f"{path}: no such file")
-        return Case({"case": name}, partial(LogFile, path))
+        return SuiteCase({"case": name}, partial(LogFile, path))
     env = given.get("env", "DoorCorridor-v0")
     one_of("env", env, tuple(WORLDS))
     every = given.get("every", 1)
     whole_number("every", every, 1)
     parameters = _parameters(given, env)
-    case = Case({"case": name}, partial(_drive, env, every, parameters))
+    case = SuiteCase({"case": name}, partial(_drive, env, every, parameters))
     case.source(0).plain()  # what the environment says to its parameters, it says now
     return case
 
 
 def _drive(env: str, every: int, parameters: Mapping[str, Any], seed: int) -> Source:
-    return Drive(env, seed, parameters, every)
+    return SimulatedDrive(env, seed, parameters, every)
 
 
 def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:

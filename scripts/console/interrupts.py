@@ -10,7 +10,7 @@ from types import FrameType
 
 
 @contextmanager
-def patience() -> Iterator[Callable[[], None]]:
+def deferred_interrupt() -> Iterator[Callable[[], None]]:
     """Gives what is to be called between two steps: it raises the KeyboardInterrupt that came in
     the meantime. Who presses Ctrl-C twice does not wait.
 

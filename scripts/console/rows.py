@@ -11,7 +11,7 @@ Row = dict[str, Any]
 T = TypeVar("T")
 
 
-class Track(Protocol):
+class ProgressTracker(Protocol):
     """Hands on what it is given, and shows how far that has come."""
 
     def __call__(self, items: Sequence[T], description: str) -> Iterable[T]:

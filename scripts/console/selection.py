@@ -8,15 +8,19 @@ from slam.errors import InputError
 ALL, PLAIN = "all", "plain"
 
 
-def chosen_variants(names: str) -> list[str]:
+def parse_variants(names: str) -> list[str]:
     """SLAM variants by name; `plain` are those without a slash in their name: one a map, each with
     the reading, search and motion model that it is meant to have."""
     known = slam.variants()
     plain = ",".join(name for name in known if "/" not in name)
-    return chosen("variant", plain if names.strip() == PLAIN else names, known, [ALL, PLAIN])
+    return parse_selection(
+        "variant", plain if names.strip() == PLAIN else names, known, [ALL, PLAIN]
+    )
 
 
-def chosen(kind: str, names: str, known: list[str], words: list[str] | None = None) -> list[str]:
+def parse_selection(
+    kind: str, names: str, known: list[str], words: list[str] | None = None
+) -> list[str]:
     """Some of the `known`, each once; or all of them, if that is the one word.
 
     Raises InputError that lists the known ones (and `words` that stand for several) for any other

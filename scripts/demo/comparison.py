@@ -8,7 +8,7 @@ from typing import NamedTuple
 from slam.benchmark.results import Result
 from slam.benchmark.statistics import Paired, median, paired
 
-from ..report.scores import ATE, BRIER, F1, Score, told_p
+from ..report.scores import ATE, BRIER, F1, Score, format_p
 from ..report.summary import FEWEST_PAIRS
 
 COMPARED = ("static", "dynamic")  # maps
@@ -17,7 +17,7 @@ COMPARED = ("static", "dynamic")  # maps
 SCORES = (ATE, F1, BRIER)
 
 
-class Case(NamedTuple):
+class VariantCase(NamedTuple):
     """A variant under a door law."""
 
     variant: str
@@ -28,7 +28,7 @@ def findings(results: Sequence[Result]) -> str:
     """What the paper claims, for both weights of the beams: plain text, empty without results."""
     blocks = []
     for tail in ("", "/beta1"):
-        static, dynamic = (Case(f"{kind}-ml{tail}", "moving") for kind in COMPARED)
+        static, dynamic = (VariantCase(f"{kind}-ml{tail}", "moving") for kind in COMPARED)
         for a, b, scores in (
             (static, dynamic, SCORES),
             (static, static._replace(doors="static"), SCORES[:1]),
@@ -49,7 +49,7 @@ def times_the_bound(results: Sequence[Result]) -> list[str]:
     The bound is of localization in a known place; a SLAM need not reach it.
     """
     lines = []
-    for case in (Case(f"{m}-ml", doors) for m in COMPARED for doors in ("static", "moving")):
+    for case in (VariantCase(f"{m}-ml", doors) for m in COMPARED for doors in ("static", "moving")):
         ratios = [
             row["ate"] / row["ate_bound"]
             for row in results
@@ -64,7 +64,7 @@ def times_the_bound(results: Sequence[Result]) -> list[str]:
 
 
 def comparison(
-    results: Sequence[Result], a: Case, b: Case, scores: Sequence[Score] = SCORES
+    results: Sequence[Result], a: VariantCase, b: VariantCase, scores: Sequence[Score] = SCORES
 ) -> list[str]:
     """`a` minus `b`, seed by seed, one line a score; none where a score is missing."""
     lines = []
@@ -77,7 +77,7 @@ def comparison(
     return lines
 
 
-def _series(results: Sequence[Result], case: Case, score: Score) -> dict[int, float]:
+def _series(results: Sequence[Result], case: VariantCase, score: Score) -> dict[int, float]:
     return {
         row["seed"]: value
         for row in results
@@ -89,4 +89,4 @@ def _line(score: Score, found: Paired, pairs: int) -> str:
     value, low, high = (f"{number:+.{score.digits}f}" for number in found.difference)
     if pairs < FEWEST_PAIRS:
         return f"{score.name} {value}{score.unit} ({pairs} pairs, too few to judge)"
-    return f"{score.name} {value}{score.unit} ({low} to {high}), {told_p(found.p)}"
+    return f"{score.name} {value}{score.unit} ({low} to {high}), {format_p(found.p)}"

@@ -17,7 +17,7 @@ from ..bench.suites import paper
 from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import output_directory
 from ..console.progress import progress_bar
-from ..console.selection import chosen_variants
+from ..console.selection import parse_variants
 from ..trials.pool import here
 from .album import write_album
 from .comparison import findings
@@ -31,7 +31,7 @@ LIMIT = 600.0  # s, for one run
 
 
 @dataclass
-class Demo:
+class DemoCommand:
     """The paper's experiment: paired drives past static and moving doors, all variants on each.
 
     Takes one to two minutes on two cores; the first time longer, while kernels compile.
@@ -54,7 +54,7 @@ class Demo:
                 f"demo needs seeds >= 1 and jobs >= 1 (or -1), "
                 f"got seeds={self.seeds} and jobs={self.jobs}"
             )
-        variants = chosen_variants(self.variants)
+        variants = parse_variants(self.variants)
         out = output_directory(self.out)
         console = Console()
         collected: list[Result] = []

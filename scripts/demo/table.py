@@ -34,7 +34,7 @@ LEGEND = (
 )
 
 
-class Row(NamedTuple):
+class TableRow(NamedTuple):
     """The figures of one variant under one door law."""
 
     variant: str
@@ -52,7 +52,7 @@ class Row(NamedTuple):
         return 1 if self.variant == BOUND else 0
 
 
-def summary(results: Sequence[Result]) -> list[Row]:
+def summary(results: Sequence[Result]) -> list[TableRow]:
     """One row a variant and door law, in the order in which they first came up."""
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
@@ -62,7 +62,7 @@ def summary(results: Sequence[Result]) -> list[Row]:
     return [_row(*key, groups[key]) for key in keys] + _bounds(results)
 
 
-def _bounds(results: Sequence[Result]) -> list[Row]:
+def _bounds(results: Sequence[Result]) -> list[TableRow]:
     """One row a door law: the median of the episodes' bounds, each episode once."""
     episodes = {(row["doors"], row["seed"]): row.get("ate_bound") for row in results}
     nothing = median([])
@@ -71,17 +71,17 @@ def _bounds(results: Sequence[Result]) -> list[Row]:
         bounds = [1e3 * b for (doors, _), b in episodes.items() if doors == law and b is not None]
         if bounds:
             ate = median(bounds)
-            rows.append(Row(BOUND, law, ate, nothing, nothing, nothing, nothing, nothing))
+            rows.append(TableRow(BOUND, law, ate, nothing, nothing, nothing, nothing, nothing))
     return rows
 
 
-def _row(variant: str, doors: str, group: Sequence[Result]) -> Row:
+def _row(variant: str, doors: str, group: Sequence[Result]) -> TableRow:
     def of(score: Score) -> Interval:
         values = [score.of(row) for row in group]
         return median([math.nan if value is None else value for value in values])
 
     failed = share([row["failed"] for row in group])
-    return Row(
+    return TableRow(
         variant,
         doors,
         of(ATE),

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import gymnasium as gym
 import numpy as np
 
-from dynslam_env import DoorCorridorEnv
+from dynslam_env import DoorWorldEnv
 from dynslam_env.drawing.colours import SOLID
 from dynslam_env.drawing.picture import Painter
 from dynslam_env.drawing.render import LIVE
 from dynslam_env.drawing.scene import Belief, Scene, belief_between, scene_between
 
 from . import overlay
-from .keys import COMMANDS, Drive, drive
+from .keys import COMMANDS, DriveCommand, drive
 from .lens import Lens
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Cockpit:
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None):
         world = env.unwrapped
-        assert isinstance(world, DoorCorridorEnv)
+        assert isinstance(world, DoorWorldEnv)
         self._env, self._world = env, world
         self._painter = Painter(LIVE)
         self._lens = Lens()
@@ -52,7 +52,7 @@ class Cockpit:
         """A new episode."""
         observation, info = self._env.reset(seed=seed)
         self._held: set[str] = set()
-        self._drive = Drive()
+        self._drive = DriveCommand()
         self._due, self._pace, self._fresh = 0.0, 1.0, True
         self._took(observation, info, arrived=False)
         self._before = self._now

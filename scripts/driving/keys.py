@@ -38,7 +38,7 @@ HELP = (
 LINE = "arrows drive   space stop   + - zoom   F follow   M map   R new   P pause   H help   Q quit"
 
 
-class Drive(NamedTuple):
+class DriveCommand(NamedTuple):
     """What the driver wants.
 
     speed  m/s, forward
@@ -55,7 +55,7 @@ class Drive(NamedTuple):
         return self.speed / robot.max_speed, self.turn / robot.max_turn
 
 
-def drive(held: Set[str], before: Drive, speed: float, robot: Robot) -> Drive:
+def drive(held: Set[str], before: DriveCommand, speed: float, robot: Robot) -> DriveCommand:
     """What is wanted while keys are `held`; `speed` is the robot's now, m/s.
 
     The robot's own acceleration makes it faster for as long as a key is held.
@@ -63,7 +63,7 @@ def drive(held: Set[str], before: Drive, speed: float, robot: Robot) -> Drive:
     turn = TURN * (bool(LEFT & held) - bool(RIGHT & held))
     ahead = bool(AHEAD & held) - bool(BACK & held)
     if STOP & held:
-        return Drive(0.0, turn, 0.0)
+        return DriveCommand(0.0, turn, 0.0)
     if ahead:
-        return Drive(ahead * robot.max_speed, turn, speed if abs(speed) > STILL else 0.0)
-    return Drive(before.kept, turn, before.kept)
+        return DriveCommand(ahead * robot.max_speed, turn, speed if abs(speed) > STILL else 0.0)
+    return DriveCommand(before.kept, turn, before.kept)

@@ -21,13 +21,13 @@ from .cockpit import Cockpit
 if TYPE_CHECKING:
     import pygame
 
-WORLD = "dynslam_env.env:DoorCorridorEnv"
+WORLD = "dynslam_env.env:DoorWorldEnv"
 FPS = 30  # pictures a second
 WINDOW = (1440, 640)  # pixels; less on a smaller display
 
 
 @dataclass
-class Play:
+class PlayCommand:
     """Drive the robot by keyboard: arrows or WASD; H shows all keys."""
 
     env: str = "DoorCorridor-v0"

@@ -27,7 +27,7 @@ GREYS = np.round(np.linspace(0, 255, 8)).astype(int)  # of a map: fewer make a s
 PALETTE = [*np.repeat(GREYS, 3).tolist(), *ImageColor.getrgb(UNKNOWN)]
 
 
-class Canvas:
+class MapCanvas:
     """The part `box` of the world, `width` pixels wide, below a strip of text."""
 
     def __init__(self, box: Box, width: int, image: Image.Image | None = None):
@@ -38,9 +38,9 @@ class Canvas:
         self.image = image or Image.new("RGB", (FINE * width, FINE * height), PAPER)
         self._draw = ImageDraw.Draw(self.image)
 
-    def copy(self) -> Canvas:
+    def copy(self) -> MapCanvas:
         """A canvas that begins as this one is."""
-        return Canvas(self.box, self.width, self.image.copy())
+        return MapCanvas(self.box, self.width, self.image.copy())
 
     def finished(self) -> Image.Image:
         """The picture at its own size."""
@@ -104,7 +104,7 @@ class Canvas:
 
     def shade_behind(self, walls: Array, inside: Pose2, colour: str) -> None:
         """Fill all that is not reached from `inside` without crossing a wall."""
-        barrier = Canvas(self.box, self.width)
+        barrier = MapCanvas(self.box, self.width)
         barrier.lines(walls, INK, 2)
         free = np.asarray(barrier.image)[:, :, 0] > 128
         regions = np.empty(free.shape, dtype=np.int32)

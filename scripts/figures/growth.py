@@ -14,9 +14,9 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2, transform_points
 from slam.io.files import AnyPath
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
-from .canvas import GREYS, Canvas
+from .canvas import GREYS, MapCanvas
 from .film import Colours, write_film
 from .map_panel import Box, MapPanel
 from .style import DYNAMIC, ESTIMATE, INK, PAPER, UNKNOWN
@@ -30,14 +30,14 @@ ECHOES = DYNAMIC
 def write_growth(
     path: AnyPath,
     episode: Episode,
-    stages: Sequence[Stage],
+    stages: Sequence[MapSnapshot],
     title: str,
     fps: float = 15.0,
     width: int = 800,
 ) -> None:
     """Write the film as `path` (.gif or .mp4): a frame a stage, each as believed at its time.
 
-    stages  of a run on `episode`, such as `Growth` keeps; all fit the view of the last one
+    stages  of a run on `episode`, such as `SnapshotRecorder` keeps; all fit the view of the last one
     title   what the strip above begins with
     fps     frames a second
     width   of the picture, pixels
@@ -53,9 +53,9 @@ def write_growth(
 class _Frames(Sequence[Image.Image]):
     """The pictures, drawn when they are asked for."""
 
-    def __init__(self, episode: Episode, stages: Sequence[Stage], title: str, width: int):
+    def __init__(self, episode: Episode, stages: Sequence[MapSnapshot], title: str, width: int):
         self._episode, self._stages, self._title = episode, stages, title
-        self._blank = Canvas(_view(stages[-1]), width)
+        self._blank = MapCanvas(_view(stages[-1]), width)
 
     def __len__(self) -> int:
         return len(self._stages)
@@ -73,7 +73,7 @@ class _Frames(Sequence[Image.Image]):
         return canvas.finished()
 
 
-def _view(last: Stage) -> Box:
+def _view(last: MapSnapshot) -> Box:
     """What the final map fits in, neither too flat nor too tall."""
     box = MapPanel("", last.grid, last.poses).box
     return box.shaped(min(max(box.height / box.width, FLATTEST), TALLEST))

@@ -26,7 +26,7 @@ CLOSE, FREE = 0.1, 0.3  # m and h: less likely than FREE within CLOSE of it, a c
 COLOURS = "viridis"
 
 
-class Surface(NamedTuple):
+class LikelihoodSurface(NamedTuple):
     """Likelihood per echo over x and y at the true heading.
 
     offsets  (n,) m from the true pose, of columns and rows
@@ -105,21 +105,21 @@ def _contradicted(grid: OccupancyGrid, scan: Scan, pose: Pose2) -> int:
     return int((grid.observed[rows, cols] & (nearby[rows, cols] < FREE)).sum())
 
 
-def _surface_at(variant: str, episode: Episode, moment: int) -> Surface:
+def _surface_at(variant: str, episode: Episode, moment: int) -> LikelihoodSurface:
     slam = mapped(variant, episode, until=moment)
     return surface(slam, episode.scans[moment], Pose2.of(known(episode).poses[moment]))
 
 
-def surface(slam: MaximumLikelihood, scan: Scan, pose: Pose2) -> Surface:
+def surface(slam: MaximumLikelihood, scan: Scan, pose: Pose2) -> LikelihoodSurface:
     """The likelihood of `scan` around `pose`, at its heading."""
     offsets = np.linspace(-REACH, REACH, 2 * round(REACH / STEP) + 1)
     dx, dy = (grid.ravel() for grid in np.meshgrid(offsets, offsets))
     poses = np.column_stack([pose.x + dx, pose.y + dy, np.full(dx.shape, pose.theta)])
     per_echo = slam.perception.log_likelihood(scan, poses) / max(len(scan.points), 1)
-    return Surface(offsets, np.exp(per_echo).reshape(len(offsets), len(offsets)))
+    return LikelihoodSurface(offsets, np.exp(per_echo).reshape(len(offsets), len(offsets)))
 
 
-def _draw_relief(axes: Axes3D, surface: Surface, top: float, title: str) -> None:
+def _draw_relief(axes: Axes3D, surface: LikelihoodSurface, top: float, title: str) -> None:
     x, y = np.meshgrid(surface.offsets, surface.offsets)
     shape = {"rstride": 2, "cstride": 2, "linewidth": 0.0, "antialiased": False}
     axes.plot_surface(x, y, surface.values, cmap=COLOURS, vmin=0.0, vmax=top, **shape)
@@ -129,7 +129,7 @@ def _draw_relief(axes: Axes3D, surface: Surface, top: float, title: str) -> None
     axes.set_title(title, fontsize=MEDIUM)
 
 
-def _draw_plan(axes: Axes, surface: Surface) -> None:
+def _draw_plan(axes: Axes, surface: LikelihoodSurface) -> None:
     offsets, peaks = surface.offsets, surface.peaks
     axes.pcolormesh(offsets, offsets, surface.values, cmap=COLOURS)
     axes.contour(offsets, offsets, surface.values, 8, colors=PAPER, linewidths=0.4, alpha=0.6)

@@ -13,7 +13,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.metrics.trajectory import ate
 
-from .canvas import GREYS, Canvas, fan
+from .canvas import GREYS, MapCanvas, fan
 from .film import Colours, write_film
 from .known_poses import known
 from .map_panel import Box
@@ -69,7 +69,7 @@ def _panels(
     """The panels of each frame, all of one size."""
     box = _shown(truth)
     columns = 1 if box.height < FLAT * box.width else len(runs) + 1
-    blank = Canvas(box, (width - GAP * (columns - 1)) // columns)
+    blank = MapCanvas(box, (width - GAP * (columns - 1)) // columns)
     floor = blank.copy()
     floor.shade_behind(truth.walls, Pose2.of(truth.poses[0]), SOLID)
     for index, scan in enumerate(scans):
@@ -85,7 +85,7 @@ def _shown(truth: Truth) -> Box:
     return Box(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
 
 
-def _true_world(canvas: Canvas, episode: Episode, truth: Truth, number: int) -> Image.Image:
+def _true_world(canvas: MapCanvas, episode: Episode, truth: Truth, number: int) -> Image.Image:
     scan, pose = episode.scans[number], Pose2.of(truth.poses[number])
     ranges = np.nan_to_num(scan.ranges, nan=0.0, posinf=scan.max_range)
     beams = fan(pose @ scan.mount, ranges, scan.angles)
@@ -100,7 +100,7 @@ def _true_world(canvas: Canvas, episode: Episode, truth: Truth, number: int) -> 
     return canvas.finished()
 
 
-def _belief(canvas: Canvas, truth: Truth, title: str, snapshot: Snapshot) -> Image.Image:
+def _belief(canvas: MapCanvas, truth: Truth, title: str, snapshot: Snapshot) -> Image.Image:
     estimated, true = snapshot.poses, truth.poses[: snapshot.scan + 1]
     canvas.grid(snapshot.grid)
     canvas.lines(truth.walls, WALLS, 1)

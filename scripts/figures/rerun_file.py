@@ -14,7 +14,7 @@ from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.interface import Estimate
 from slam.io.files import AnyPath, placing
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
 from .canvas import ROBOT_RADIUS
 from .ellipse import ellipses
@@ -47,7 +47,7 @@ def write_rrd(
     path: AnyPath,
     episode: Episode,
     estimates: Sequence[Estimate],
-    stages: Sequence[Stage],
+    stages: Sequence[MapSnapshot],
     layers: Mapping[str, Picture] | None = None,
 ) -> None:
     """Write .rrd, which `rerun FILE` opens (extra `viz`).
@@ -112,7 +112,7 @@ def _put_robot(
 
 
 def _put_stage(
-    rr: Any, out: rerun.RecordingStream, episode: Episode, stage: Stage, whole: bool
+    rr: Any, out: rerun.RecordingStream, episode: Episode, stage: MapSnapshot, whole: bool
 ) -> None:
     out.set_time("time", timestamp=episode.scans[stage.scan].time)
     out.set_time("scan", sequence=stage.scan)
@@ -148,7 +148,7 @@ def _grid_map(rr: Any, spec: GridSpec, cells: np.ndarray, colours: int, above: f
     )  # fmt: skip
 
 
-def _view(rr: Any, last: Stage) -> Any:
+def _view(rr: Any, last: MapSnapshot) -> Any:
     """The last map, from above; its layers are switched on by who wants them."""
     import rerun.blueprint as rrb
 

@@ -24,12 +24,12 @@ from ..console.progress import progress_bar
 from ..figures.film import suffix
 from ..figures.growth import write_growth
 from ..figures.map_figure import map_figure
-from .mapping_run import Mapping
+from .mapping_run import MappingRun
 
 LEFT_OUT = ("mcap", "rrd", "film")  # by choice
 
 
-class Takeaway:
+class MapExport:
     """Writes a run into a folder.
 
     mapping   the run
@@ -41,7 +41,7 @@ class Takeaway:
 
     def __init__(
         self,
-        mapping: Mapping,
+        mapping: MappingRun,
         out: Path,
         before: Session | None = None,
         mapped: bool = True,

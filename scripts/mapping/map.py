@@ -21,10 +21,10 @@ from slam.trajectory import Trajectory
 
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.output import output_directory
-from ..console.selection import chosen
-from ..recordings.source import Recording, compile_first, prepared, stem
-from .export import LEFT_OUT, Takeaway
-from .mapping_run import STAGES, Mapping, Window
+from ..console.selection import parse_selection
+from ..recordings.source import RecordingSource, compile_first, prepared, stem
+from .export import LEFT_OUT, MapExport
+from .mapping_run import STAGES, MappingRun, Window
 from .reference import reference
 
 RECOMMENDED, ONTO = "dynamic-graph", "hmm-ml"
@@ -32,7 +32,7 @@ LISTED = 10  # doors that are told
 
 
 @dataclass(kw_only=True)
-class Map(Recording):
+class MapCommand(RecordingSource):
     """Make a map of a recording, without ghosts of doors and people, and write all of it to a
     folder: map.yaml for ROS 2, layers, doors found, trajectory, MCAP, film, session.npz.
     """
@@ -61,7 +61,7 @@ class Map(Recording):
     def __call__(self) -> int:
         """Read, map, write, print."""
         variant = self._variant()
-        skip = tuple(chosen("part", self.skip, list(LEFT_OUT))) if self.skip else ()
+        skip = tuple(parse_selection("part", self.skip, list(LEFT_OUT))) if self.skip else ()
         (empty if self.onto else slam.make)(variant)  # a mistake is told before all work
         session = Session.load(self.onto) if self.onto else None
         truth = reference(self.truth, self.file) if self.truth else None
@@ -72,14 +72,14 @@ class Map(Recording):
         robot, start = self._robot(variant, session, episode)
         compile_first(variant, episode)
         stages = 1 if set(skip) == set(LEFT_OUT) else STAGES  # nobody looks at more
-        mapping = Mapping(robot, episode, variant, window, stages)
+        mapping = MappingRun(robot, episode, variant, window, stages)
         status = self._run(mapping)
         if not mapping.estimates:
             return status
         summary = self._summary(mapping, variant, start, truth, status) | {
             "warnings": [str(warning) for warning in log.warnings]
         }
-        summary = Takeaway(mapping, out, session, not self.localise, skip).write(summary)
+        summary = MapExport(mapping, out, session, not self.localise, skip).write(summary)
         _tell(summary, out)
         if self.json:
             print(json.dumps(summary))
@@ -123,7 +123,7 @@ class Map(Recording):
         make = localiser if self.localise else continued
         return make(session, variant, start, self.seed), start
 
-    def _run(self, mapping: Mapping) -> int:
+    def _run(self, mapping: MappingRun) -> int:
         """The exit status: Ctrl-C and a scan that no map can hold end it early, and what was done
         by then is kept."""
         try:
@@ -137,7 +137,7 @@ class Map(Recording):
         return 0
 
     def _summary(
-        self, mapping: Mapping, variant: str, start: Pose2, truth: Trajectory | None, status: int
+        self, mapping: MappingRun, variant: str, start: Pose2, truth: Trajectory | None, status: int
     ) -> dict[str, Any]:
         run = mapping.result
         summary: dict[str, Any] = {

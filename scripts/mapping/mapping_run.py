@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Protocol
 
 from slam.benchmark.run import Playback, Run
-from slam.benchmark.snapshots import Growth
+from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 from slam.interface import Estimate, Slam
 from slam.scan import Scan
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
-from ..console.interrupts import patience
+from ..console.interrupts import deferred_interrupt
 from ..console.progress import progress_bar
 
 STAGES = 150
@@ -25,7 +25,7 @@ class Window(Protocol):
         ...
 
 
-class Mapping:
+class MappingRun:
     """One run, kept as far as it went.
 
     window     shows it, if there is one
@@ -47,13 +47,13 @@ class Mapping:
         self.estimates: list[Estimate] = []
         self._window = window
         self._playback = Playback(slam, episode)
-        self._growth = Growth(self._playback, stages)
+        self._growth = SnapshotRecorder(self._playback, stages)
         self._result: Run | None = None
 
     def run(self) -> None:
         """All scans; whatever ends it early leaves what was done."""
         scans = self.episode.scans
-        with progress_bar() as progress, patience() as between_steps:
+        with progress_bar() as progress, deferred_interrupt() as between_steps:
             steps = progress.track(self._playback, len(scans), description=self.name)
             for k, estimate in enumerate(steps, 1):
                 self.estimates.append(estimate)
@@ -69,6 +69,6 @@ class Mapping:
             self._result = self._playback.result()
         return self._result
 
-    def stages(self) -> list[Stage]:
+    def stages(self) -> list[MapSnapshot]:
         """The map and the trajectory as believed every so many scans, and at the end."""
         return self._growth.stages()

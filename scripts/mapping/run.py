@@ -13,8 +13,7 @@ import numpy as np
 import slam
 from slam.benchmark.configuration import configuration
 from slam.benchmark.results import versions
-from slam.benchmark.run import Playback
-from slam.benchmark.run import Run as SlamRun
+from slam.benchmark.run import Playback, Run
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.relations import read_relations
@@ -24,17 +23,17 @@ from slam.metrics.relations import score_relations, within
 from slam.trajectory import Trajectory
 
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
-from ..console.interrupts import patience
+from ..console.interrupts import deferred_interrupt
 from ..console.output import output_directory, write_json, write_png
 from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
 from ..figures.cost_figure import cost_figure
 from ..figures.map_figure import map_figure
-from ..recordings.source import Recording, compile_first, prepared, stem
+from ..recordings.source import RecordingSource, compile_first, prepared, stem
 
 
 @dataclass(kw_only=True)
-class Run(Recording):
+class RunCommand(RecordingSource):
     """Run a SLAM variant on a recording and measure it: writes trajectory.tum, map.pgm + map.yaml,
     map.png, cost.png, metrics.json. (`dynslam map` is for the map itself.)
 
@@ -94,7 +93,7 @@ class Run(Recording):
     def _default_out(self) -> Path:
         return Path("out") / f"{stem(self.file)}-{self.slam.replace('/', '-')}"
 
-    def _run(self, robot: slam.Slam, episode: Episode) -> tuple[SlamRun, int]:
+    def _run(self, robot: slam.Slam, episode: Episode) -> tuple[Run, int]:
         """The run and the exit status: Ctrl-C and a scan that no map can hold end it early.
 
         What was done by then is kept.
@@ -102,7 +101,7 @@ class Run(Recording):
         playback = Playback(robot, episode)
         try:
             compile_first(self.slam, episode)
-            with progress_bar() as progress, patience() as between_steps:
+            with progress_bar() as progress, deferred_interrupt() as between_steps:
                 for _ in progress.track(playback, len(episode.scans), description=self.slam):
                     between_steps()
         except KeyboardInterrupt:
@@ -113,7 +112,7 @@ class Run(Recording):
             return playback.result(), EXIT_MISTAKE
         return playback.result(), 0
 
-    def _metrics(self, run: SlamRun) -> dict[str, Any]:
+    def _metrics(self, run: Run) -> dict[str, Any]:
         return {
             "log": self.file.name,
             "slam": self.slam,

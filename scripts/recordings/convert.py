@@ -10,11 +10,11 @@ import tyro
 from slam.errors import InputError
 from slam.io.formats import check_ending, write_log
 
-from .source import Recording
+from .source import RecordingSource
 
 
 @dataclass(kw_only=True)
-class Convert(Recording):
+class ConvertCommand(RecordingSource):
     """Write a recording in another format, which the ending of the new name says.
 
     .npz keeps all; .bag is ROS 1, .mcap and .db3 are ROS 2, no ending a ROS 2 bag in a folder; .log

@@ -12,9 +12,9 @@ import numpy as np
 
 from slam.episode import Episode
 from slam.io.formats import kind_of
-from slam.io.loaded_recording import Log
+from slam.io.loaded_recording import LoadedRecording
 
-from .source import Recording
+from .source import RecordingSource
 
 KINDS = {
     "bag": "ROS recording", "episode": "episode saved by dynslam", "npz": "arrays of scans",
@@ -24,7 +24,7 @@ MANY = 40  # topics that are listed
 
 
 @dataclass(kw_only=True)
-class Info(Recording):
+class InfoCommand(RecordingSource):
     """Tell what is in a recording: topics, laser, odometry, how long and how far, what is wrong."""
 
     json: bool = False
@@ -53,7 +53,7 @@ class Info(Recording):
         return 0
 
 
-def summary(log: Log) -> dict[str, Any]:
+def summary(log: LoadedRecording) -> dict[str, Any]:
     """What a log holds, as plain numbers and words."""
     episode = log.episode
     scans, times = episode.scans, episode.times

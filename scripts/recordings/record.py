@@ -21,9 +21,9 @@ from slam.validation import one_of
 
 from ..console.output import output_directory
 from ..console.progress import progress_bar
-from ..console.selection import chosen
+from ..console.selection import parse_selection
 from ..trials.cache import episode_of
-from ..trials.sources import Drive
+from ..trials.sources import SimulatedDrive
 
 
 def _npz(episode: Episode, path: Path) -> None:
@@ -54,7 +54,7 @@ FORMATS: dict[str, Callable[[Episode, Path], None]] = {
 
 
 @dataclass
-class Record:
+class RecordCommand:
     """Record drives along the path of a world, and write them for any SLAM system.
 
     npz: all, with the truth, for `dynslam score` and `dynslam bench logs`; carmen: a CARMEN log;
@@ -75,7 +75,7 @@ class Record:
     def __call__(self) -> int:
         """Record, write."""
         one_of("env", self.env, tuple(WORLDS))
-        formats = chosen("format", self.formats, list(FORMATS))
+        formats = parse_selection("format", self.formats, list(FORMATS))
         parameters = {}
         if self.doors is not None:
             one_of("doors", self.doors, tuple(NAMED_DOORS))
@@ -84,7 +84,7 @@ class Record:
         out = output_directory(self.out)
         with progress_bar() as bar:
             for seed in bar.track(seeds, description=self.env):
-                episode = episode_of(Drive(self.env, seed, parameters))
+                episode = episode_of(SimulatedDrive(self.env, seed, parameters))
                 for name in formats:
                     FORMATS[name](episode, out / f"{self.env}-{seed}")
         episodes = "1 episode" if len(seeds) == 1 else f"{len(seeds)} episodes"

@@ -15,7 +15,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.formats import read_log
-from slam.io.loaded_recording import Choice, Log
+from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.preprocessing.deskewing import standing
 from slam.preprocessing.laser_odometry import poses_by_laser, with_odometry
 
@@ -23,7 +23,7 @@ from ..console.progress import progress_bar
 
 
 @dataclass(kw_only=True)
-class Recording:
+class RecordingSource:
     """What a command reads."""
 
     file: tyro.conf.Positional[Path]
@@ -36,7 +36,7 @@ class Recording:
     """Where the laser stands on the robot: m ahead, m to the left, degrees; if not given, as the
     file says."""
 
-    def read(self) -> Log:
+    def read(self) -> LoadedRecording:
         """The recording as it is in the file. Raises InputError."""
         mount = None
         if self.mount is not None:
@@ -44,9 +44,9 @@ class Recording:
             if not all(map(math.isfinite, self.mount)):
                 raise InputError(f"--mount is three finite numbers, got {x} {y} {degrees}")
             mount = Pose2(x, y, math.radians(degrees))
-        return read_log(self.file, Choice(self.laser, self.odometry, mount))
+        return read_log(self.file, SourceSelection(self.laser, self.odometry, mount))
 
-    def told(self) -> Log:
+    def told(self) -> LoadedRecording:
         """The same; what was wrong with it is told on standard error."""
         log = self.read()
         for warning in log.warnings:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from slam.benchmark.statistics import median
 
 from ..figures.style import FAINT, INK, MEDIUM, SMALL, blank_figure, plain_axes
-from .scores import ATE, MEMORY, TIME, Score, told_p
+from .scores import ATE, MEMORY, TIME, Score, format_p
 from .summary import Condition, Group, Summary
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F4F24", "#6A3D9A",
@@ -88,7 +88,7 @@ def _ranks(summary: Summary, score: Score) -> Chart | None:
     _finish(axes)
     caption = (
         f"Mean rank over the {episodes} episodes that all {summary.wording.compared}s were run on, "
-        f"with bootstrap 95 % intervals; Friedman's test of no difference: {told_p(p)}."
+        f"with bootstrap 95 % intervals; Friedman's test of no difference: {format_p(p)}."
     )
     return Chart("ranks", "Ranks", caption, figure)
 

@@ -94,6 +94,6 @@ def main_score(rows: Sequence[Result]) -> Score | None:
     return next(iter(present(MAIN, rows)), None)
 
 
-def told_p(p: float) -> str:
+def format_p(p: float) -> str:
     """A p-value, as papers tell it."""
     return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"

@@ -21,8 +21,8 @@ from slam.geometry import Array, Pose2
 from slam.scan import Scan
 
 from ..console.process_memory import forget_peak, peak_mb, resident_mb
-from ..console.rows import Row, T, Track
-from .map_memory import held
+from ..console.rows import ProgressTracker, Row, T
+from .map_memory import map_memory
 
 ROOM, DEEP, CORRIDOR, DOORWAY = 10.0, 8.5, 3.0, 1.0  # m: width and depth of a room, widths
 BAND = 2 * DEEP + CORRIDOR  # m
@@ -74,7 +74,7 @@ def scans(place: Building, seed: int = 0) -> Iterator[tuple[Pose2, Scan]]:
         yield at, scanner.scan(ranges, number * STRIDE / SPEED)
 
 
-def building_rows(variants: Sequence[str], side: float, track: Track) -> list[Row]:
+def building_rows(variants: Sequence[str], side: float, track: ProgressTracker) -> list[Row]:
     """One row a kind of map and reading, by the first of the variants that has it."""
     place = building(side)
     return [survey(variant, place, track) for variant in different(variants)]
@@ -91,7 +91,7 @@ def different(variants: Sequence[str]) -> list[str]:
     return list(kinds.values())
 
 
-def survey(variant: str, place: Building, track: Track) -> Row:
+def survey(variant: str, place: Building, track: ProgressTracker) -> Row:
     """Map the building at the true poses; MB of the map alone, and with its reading beside.
 
     The reading is brought up to date once, at the end, when its layers take what they ever take.
@@ -101,9 +101,9 @@ def survey(variant: str, place: Building, track: Track) -> Row:
     before = resident_mb()
     forget_peak()
     robot, changed = _mapped(variant, place, track)
-    alone, peak_alone = held(robot.grid), peak_mb() - before
+    alone, peak_alone = map_memory(robot.grid), peak_mb() - before
     robot.perception.refresh(robot.grid, changed)
-    read, grid = held(robot.grid), robot.grid
+    read, grid = map_memory(robot.grid), robot.grid
     side = float(np.ptp(place.walls[:, 0]))
     return {
         "what": variant,
@@ -118,7 +118,9 @@ def survey(variant: str, place: Building, track: Track) -> Row:
     }
 
 
-def _mapped(variant: str, place: Building, track: Track) -> tuple[MaximumLikelihood, np.ndarray]:
+def _mapped(
+    variant: str, place: Building, track: ProgressTracker
+) -> tuple[MaximumLikelihood, np.ndarray]:
     """The SLAM with the building in its map, and the cells that changed last."""
     robot = slam.make(variant)
     assert isinstance(robot, MaximumLikelihood)
@@ -130,7 +132,7 @@ def _mapped(variant: str, place: Building, track: Track) -> tuple[MaximumLikelih
 
 
 def _unseen(items: Sequence[T], description: str) -> Sequence[T]:
-    """A `Track` that shows nothing."""
+    """A `ProgressTracker` that shows nothing."""
     return items
 
 

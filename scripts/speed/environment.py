@@ -13,11 +13,11 @@ import numpy as np
 from rich.box import HORIZONTALS
 from rich.table import Table
 
-from dynslam_env import Corridor, DoorCorridorEnv, DoorCorridorVectorEnv, Laser, Layout
+from dynslam_env import Corridor, DoorWorldEnv, DoorWorldVectorEnv, Laser, Layout
 from dynslam_env.simulation.chipmunk import States
 from dynslam_env.simulation.world import World
 
-from ..console.rows import Row, Track
+from ..console.rows import ProgressTracker, Row
 
 BEAMS = (91, 181, 361, 1081)
 DOORS = (0, 8, 20, 50, 200)
@@ -26,7 +26,7 @@ THREADS = (1, 2)
 STEPS = 640  # of an environment, a round
 
 
-def env_rows(num_envs: int, rounds: int, track: Track) -> list[Row]:
+def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Row]:
     """A floor (ten physics steps) and a step for each case, and a reset.
 
     The floor is measured on a twin, in the same worlds and on the same drive, round by round in
@@ -75,7 +75,7 @@ def _single(name: str, rounds: int, **parameters: Any) -> Row:
     def make() -> Made:
         env = gym.make("DoorCorridor-v0", max_episode_steps=10**9, **parameters)
         env.reset(seed=0)
-        assert isinstance(env.unwrapped, DoorCorridorEnv)
+        assert isinstance(env.unwrapped, DoorWorldEnv)
         return env, [env.unwrapped.physics]
 
     return {"what": name} | _against_floor((make(), make()), (), STEPS, rounds)
@@ -85,7 +85,7 @@ def _vector(num_envs: int, threads: int, rounds: int) -> Row:
     def make(threads: int) -> Made:
         env = gym.make_vec("DoorCorridor-v0", num_envs, max_episode_steps=10**9, threads=threads)
         env.reset(seed=0)
-        assert isinstance(env, DoorCorridorVectorEnv)
+        assert isinstance(env, DoorWorldVectorEnv)
         return env, env.physics
 
     name = f"one of {num_envs}, gym.make_vec" + (f", {threads} threads" if threads > 1 else "")
@@ -97,7 +97,7 @@ def _vector(num_envs: int, threads: int, rounds: int) -> Row:
 def _against_floor(pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, rounds: int) -> Row:
     """Time drives of `steps` steps, in turn with a twin of which the physics alone counts."""
     (env, worlds), (twin, twin_worlds) = pair
-    floors = [Floor(world.states) for world in twin_worlds]
+    floors = [PhysicsTimer(world.states) for world in twin_worlds]
     for world, floor in zip(twin_worlds, floors, strict=True):
         world.states = floor
     rng, pairs, count = np.random.default_rng(0), [], steps * len(worlds)
@@ -117,7 +117,7 @@ def _against_floor(pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, 
     }
 
 
-class Floor(States):
+class PhysicsTimer(States):
     """Lets time pass by pymunk's own `Space.step`, and adds up what that takes."""
 
     def __init__(self, states: States):

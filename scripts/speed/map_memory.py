@@ -8,7 +8,7 @@ from slam.interface import MapModel, Slam
 from slam.maps.tiles import AREA
 
 
-class Held(NamedTuple):
+class MapMemory(NamedTuple):
     """The memory of a map, with all layers that a reading of it keeps beside.
 
     nbytes    of the tiles in use, and of what the map model keeps outside of them
@@ -27,10 +27,10 @@ def map_of(robot: Slam) -> MapModel | None:
     return grid if hasattr(grid, "cells") else None
 
 
-def held(grid: MapModel) -> Held:
+def map_memory(grid: MapModel) -> MapMemory:
     """What `grid` holds now."""
     tiles = grid.cells.tiles
     in_use = tiles.references > 0
     observed = int(grid.cells.observed.values[in_use].sum())
     cells = (int(in_use.sum()) - 1) * AREA
-    return Held(getattr(grid, "nbytes", tiles.nbytes), observed, cells)
+    return MapMemory(getattr(grid, "nbytes", tiles.nbytes), observed, cells)

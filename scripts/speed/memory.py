@@ -14,13 +14,13 @@ from slam.benchmark.run import Playback, true_start
 from slam.episode import Episode, Truth
 from slam.trajectory import Trajectory
 
-from ..console.rows import Row, Track
-from .map_memory import held, map_of
+from ..console.rows import ProgressTracker, Row
+from .map_memory import map_memory, map_of
 
 LAPS = 4
 
 
-def memory_rows(variants: Sequence[str], episode: Episode, track: Track) -> list[Row]:
+def memory_rows(variants: Sequence[str], episode: Episode, track: ProgressTracker) -> list[Row]:
     """One row a variant with a map to show: its bytes after each of LAPS drives, to and fro."""
     long, ends = to_and_fro(episode, LAPS), len(episode.scans) - 1
     rows = []
@@ -30,7 +30,7 @@ def memory_rows(variants: Sequence[str], episode: Episode, track: Track) -> list
         if grid is None:
             continue
         series = [
-            held(grid).nbytes
+            map_memory(grid).nbytes
             for number, _ in enumerate(Playback(robot, long))
             if number and number % ends == 0
         ]

@@ -13,25 +13,25 @@ import numpy as np
 from rich.box import HORIZONTALS
 from rich.table import Table
 
-from dynslam_env.patrol.memory import Memory
+from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.simulation.fleet import Fleet
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 
-from ..console.rows import Row, Track
+from ..console.rows import ProgressTracker, Row
 
 WORLDS = 32
 STEPS = 50  # of all worlds at once, a round
 PARTS = (
     ("world: physics, laser, odometry", Fleet, "step"),
     ("SLAM", MaximumLikelihood, "update"),
-    ("dynamic map", Memory, "look"),
-    ("what was seen lately, for the reward", Memory, "freshness"),
+    ("dynamic map", DynamicMap, "look"),
+    ("what was seen lately, for the reward", DynamicMap, "freshness"),
     ("observation", Patroller, "observation"),
 )
 
 
-def patrol_rows(rounds: int, track: Track) -> list[Row]:
+def patrol_rows(rounds: int, track: ProgressTracker) -> list[Row]:
     """The parts of a step of `DoorPatrol-v0` with WORLDS worlds in one process and random actions,
     of the fastest round; and, with dynslam[train], of learning."""
     env = gym.make_vec("DoorPatrol-v0", WORLDS, autoreset_mode="SameStep")

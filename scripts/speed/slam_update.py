@@ -18,8 +18,8 @@ from slam.episode import Episode, Truth
 from slam.geometry import Array
 from slam.interface import Slam
 
-from ..console.rows import Row, Track
-from .map_memory import held, map_of
+from ..console.rows import ProgressTracker, Row
+from .map_memory import map_memory, map_of
 
 YARDSTICK = "static-ml"
 """The variant that the others' costs are compared with."""
@@ -60,7 +60,7 @@ class Costs(NamedTuple):
 
 
 def slam_rows(
-    variants: Sequence[str], episode: Episode, name: str, rounds: int, track: Track
+    variants: Sequence[str], episode: Episode, name: str, rounds: int, track: ProgressTracker
 ) -> list[Row]:
     """One row a variant; the variants take turns, round by round, so that what else the machine
     does hurts all alike.
@@ -191,7 +191,7 @@ def _memory(robot: Slam) -> Row:
     if grid is None:
         total = getattr(robot, "nbytes", None)
         return {"bytes": total, "bytes_per_observed_cell": None, "bytes_per_cell": None}
-    now = held(grid)
+    now = map_memory(grid)
     return {
         "bytes": now.nbytes,
         "bytes_per_observed_cell": now.nbytes / now.observed if now.observed else None,

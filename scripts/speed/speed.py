@@ -22,8 +22,8 @@ from slam.preprocessing.deskewing import standing
 from slam.validation import whole_number
 
 from ..console.progress import progress_bar
-from ..console.rows import Row, T, Track
-from ..console.selection import PLAIN, chosen, chosen_variants
+from ..console.rows import ProgressTracker, Row, T
+from ..console.selection import PLAIN, parse_selection, parse_variants
 from .building import building_rows, building_table
 from .environment import env_rows, env_table
 from .memory import memory_rows, memory_table
@@ -37,7 +37,7 @@ WHAT = ["env", "slam", "memory", "patrol", "building"]
 
 
 @dataclass
-class Speed:
+class SpeedCommand:
     """Measure what things cost: processor time and memory, each beside a yardstick.
 
     env: ten physics steps (the floor), one environment, the vector environment, resets.
@@ -87,8 +87,8 @@ class Speed:
 
     def _parts(self) -> list[Part]:
         """What is to be measured."""
-        asked = chosen("what", self.what, WHAT)
-        variants = chosen_variants(self.variants)
+        asked = parse_selection("what", self.what, WHAT)
+        variants = parse_variants(self.variants)
         if self.log and "slam" not in asked:
             raise InputError(f"a log is for --what slam, got --what {self.what}")
         parts = []
@@ -123,5 +123,5 @@ class Part(NamedTuple):
     """One table: its name, how its rows are measured, how they are shown."""
 
     name: str
-    measure: Callable[[Track], list[Row]]
+    measure: Callable[[ProgressTracker], list[Row]]
     table: Callable[[list[Row]], Table]

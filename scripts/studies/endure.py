@@ -14,7 +14,7 @@ from rich.box import HORIZONTALS
 from rich.console import Console
 from rich.table import Table
 
-from dynslam_env import WORLDS, DoorCorridorEnv
+from dynslam_env import WORLDS, DoorWorldEnv
 from dynslam_env.worlds.clearance import any_crossing
 from slam.geometry import Array
 from slam.validation import whole_number
@@ -31,7 +31,7 @@ WARM = 0.3  # share of the steps after which memory must have stopped growing
 
 
 @dataclass
-class Endure:
+class EndureCommand:
     """Drive at random through all worlds; report NaNs, escapes, memory and the slowest steps."""
 
     steps: int = 1_000_000
@@ -75,7 +75,7 @@ def drive(name: str, steps: int, seed: int, advance: Callable[[int], None]) -> E
     """Drive `steps` random steps in the environment `name`, episode after episode."""
     env = gym.make(name)
     world = env.unwrapped
-    assert isinstance(world, DoorCorridorEnv)
+    assert isinstance(world, DoorWorldEnv)
     rng, found, episodes = np.random.default_rng(seed), set(), 1
     env.reset(seed=seed)
     action, took = np.zeros(2, dtype=np.float32), np.empty(steps)
@@ -106,17 +106,17 @@ def drive(name: str, steps: int, seed: int, advance: Callable[[int], None]) -> E
     return Endured(name, steps, episodes, median, slowest, growth, sorted(found))
 
 
-def _places(world: DoorCorridorEnv) -> Array:
+def _places(world: DoorWorldEnv) -> Array:
     """(b, 2) m, where robot and people are."""
     return np.vstack([world.physics.robot[:2], world.physics.people])
 
 
-def _crossed(before: Array, world: DoorCorridorEnv) -> bool:
+def _crossed(before: Array, world: DoorWorldEnv) -> bool:
     """A centre of robot or people, at `before` (b, 2) m a step ago, has passed a wall."""
     return bool(any_crossing(np.hstack([before, _places(world)]), world.layout.walls))
 
 
-def _wrong(observation: dict[str, Any], reward: float, world: DoorCorridorEnv) -> set[str]:
+def _wrong(observation: dict[str, Any], reward: float, world: DoorWorldEnv) -> set[str]:
     """What must never be."""
     wrong = set()
     bodies = world.physics.bodies

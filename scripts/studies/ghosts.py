@@ -14,7 +14,7 @@ from joblib import Parallel, delayed
 from rich.console import Console
 
 from agents import record_path
-from dynslam_env import DoorCorridorEnv
+from dynslam_env import DoorWorldEnv
 from dynslam_env.worlds.loop import Loop
 from slam.benchmark.results import append
 from slam.benchmark.run import build, run
@@ -54,7 +54,7 @@ HEAD = ("world", "map", "ghosts per m", "median: times fewer", "mean: times fewe
 
 
 @dataclass
-class GhostsStudy:
+class GhostsCommand:
     """Count ghosts: occupied cells where nothing always stands.
 
     Static ML's own map, and the static layer at the poses of other variants, on the same drives
@@ -133,7 +133,7 @@ def true_doors(world: str, seed: int) -> Array:
     env = gym.make(f"dynslam_env:{env_id}", doors="moving", **parameters)
     env.reset(seed=seed)
     place = env.unwrapped
-    assert isinstance(place, DoorCorridorEnv)
+    assert isinstance(place, DoorWorldEnv)
     doors = place.layout.doors
     half = [0.5 * d.width * np.array([np.cos(d.closed), np.sin(d.closed)]) for d in doors]
     return np.array([d.hinge for d in doors]).reshape(-1, 2) + np.array(half).reshape(-1, 2)

@@ -22,14 +22,14 @@ from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
 from slam.interface import Slam
 from slam.io.files import replacing
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.trajectory import ate
 from slam.validation import one_of, whole_number
 
 from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import output_directory
 from ..console.progress import progress_bar
-from ..report.scores import told_p
+from ..report.scores import format_p
 from .cases import LAWS, STUDIES
 
 SETTLED = 20  # scans after which a covariance is judged: before, all is still exact
@@ -40,7 +40,7 @@ Row = dict[str, Any]
 
 
 @dataclass
-class Study:
+class StudyCommand:
     """Run a study, one thing varied at a time.
 
     Writes results.jsonl and table.md. Every case sees the drives of the same seeds.
@@ -93,7 +93,7 @@ class Study:
 def drive(study: str, seed: int) -> list[Row]:
     """All cases on the drives of one seed, each drive recorded once."""
     drives: dict[Any, Episode] = {}
-    judges: dict[Any, Judge] = {}
+    judges: dict[Any, EpisodeScorer] = {}
     rows = []
     for case in STUDIES[study]():
         key = case.env, case.doors, case.world
@@ -103,7 +103,7 @@ def drive(study: str, seed: int) -> list[Row]:
         grid = done.grid
         place = *key, grid.spec.resolution
         if place not in judges:
-            judges[place] = Judge(drives[key], grid.spec.resolution)
+            judges[place] = EpisodeScorer(drives[key], grid.spec.resolution)
         scores = judges[place].scores(done.poses, grid)
         kept = {name: scores[name] for name in KEPT}
         rows.append({"case": case.name, "doors": case.doors, "seed": seed, **kept, **row})
@@ -156,7 +156,7 @@ def _line(case: str, doors: str, group: list[Row], first: list[Row]) -> tuple[st
     if group is not first:
         found = paired([1e3 * r["ate"] for r in group], [1e3 * r["ate"] for r in first])
         value, low, high = found.difference
-        difference = f"{value:+.1f} ({low:+.1f} to {high:+.1f}), {told_p(found.p)}"
+        difference = f"{value:+.1f} ({low:+.1f} to {high:+.1f}), {format_p(found.p)}"
     return (
         case,
         doors,

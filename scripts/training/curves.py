@@ -22,7 +22,7 @@ SHOWN = (("reward", "sum of rewards"), ("door_brier", "Brier of doors over time"
 
 
 @dataclass
-class Curves:
+class CurvesCommand:
     """Draw what several trainings had learned by when: each as a thin line, their interquartile
     mean with its bootstrap 95 % interval (Agarwal et al. 2021)."""
 

@@ -18,7 +18,7 @@ from ..bench.bench import check_episodes, keep
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.output import output_directory
 from ..console.progress import progress_bar
-from ..console.selection import chosen
+from ..console.selection import parse_selection
 from ..figures.film import suffix
 from ..report.summary import Condition, Wording, read_rows
 from ..report.write import write_report
@@ -29,7 +29,7 @@ from .summary import told
 
 
 @dataclass
-class Evaluate:
+class EvaluateCommand:
     """Let agents patrol the same worlds; write results.jsonl, report.html and films.
 
     Agents: those of `agents.names()`, or files of policies that `dynslam train` wrote (best.zip).
@@ -86,8 +86,8 @@ class Evaluate:
         return asked
 
     def _patrols(self, names: list[str]) -> list[Patrol]:
-        worlds = chosen("world", self.worlds, list(BUDGETS))
-        systems = chosen("variant", self.slam, slam.variants())
+        worlds = parse_selection("world", self.worlds, list(BUDGETS))
+        systems = parse_selection("variant", self.slam, slam.variants())
         whole_number("episodes", self.episodes, 1)
         whole_number("first", self.first, 0)
         number("limit", self.limit, 1e-3)

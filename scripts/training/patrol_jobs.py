@@ -14,7 +14,7 @@ from PIL import Image
 
 import agents
 from dynslam_env.patrol.env import DoorPatrolEnv
-from dynslam_env.record import Recorded
+from dynslam_env.record import RecordingWrapper
 from slam.benchmark.results import Result, origin
 
 from ..figures.film import write_film
@@ -67,7 +67,7 @@ class Patrol:
         )  # fmt: skip
         observation, _ = env.reset(seed=self.seed)
         agent = agents.make(self.agent, env, self.seed)
-        judge, recorded = PatrolJudge(env), Recorded(env.place) if self.pictured else None
+        judge, recorded = PatrolJudge(env), RecordingWrapper(env.place) if self.pictured else None
         if recorded is not None:
             env.wrapped.env = recorded  # an action is held for several steps of the world
         frames: list[Image.Image] = []

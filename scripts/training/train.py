@@ -23,7 +23,7 @@ from ..console.progress import progress_bar
 
 
 @dataclass
-class Train:
+class TrainCommand:
     """Train a policy by PPO; the same seed gives the same policy, interrupted or not.
 
     Writes progress.jsonl (a line for each evaluation, on worlds that nothing is learned on),

@@ -11,7 +11,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.episode_file import load_episode, save_episode
 
-from .sources import Drive, Source
+from .sources import SimulatedDrive, Source
 
 FOLDER = "DYNSLAM_CACHE"
 MOST_BYTES = 4_000_000_000
@@ -31,7 +31,7 @@ def folder() -> Path:
 def episode_of(source: Source) -> Episode:
     """The episode of `source`, recorded, and kept if that can be, if it is not there. Logs are read
     as they are."""
-    if not isinstance(source, Drive):
+    if not isinstance(source, SimulatedDrive):
         return source.make()
     path = path_of(source)
     if path.exists():

@@ -54,7 +54,7 @@ class Done(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Recording:
+class RecordEpisode:
     """Have the episode in the cache."""
 
     source: Source

@@ -18,7 +18,7 @@ from slam.errors import InputError
 
 from .jobs import Done, Job, Trial, failure
 from .sources import code
-from .worker_process import Keepers
+from .worker_process import WorkerProcesses
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -35,7 +35,7 @@ def check_workers(workers: int) -> None:
 
 def here(jobs: Sequence[Job], workers: int) -> Iterator[Done]:
     """Done as they come, `workers` at a time (-1: one a core), each in a process of one thread."""
-    with Keepers() as keepers:
+    with WorkerProcesses() as keepers:
         run = Parallel(n_jobs=workers, backend="threading", return_as="generator_unordered")
         yield from run(delayed(keepers.do)(job) for job in jobs)  # pyright: ignore
 
@@ -100,7 +100,7 @@ def do(job: Trial) -> Done:
 
 
 @cache
-def _keepers() -> Keepers:
-    keepers = Keepers()
+def _keepers() -> WorkerProcesses:
+    keepers = WorkerProcesses()
     atexit.register(keepers.__exit__, None, None, None)
     return keepers

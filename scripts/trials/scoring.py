@@ -14,7 +14,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.relations import read_relations
 from slam.io.tum import read_tum
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.reference import score_reference
 from slam.metrics.relations import score_relations
 from slam.trajectory import Trajectory
@@ -33,7 +33,7 @@ def scorer(source: Source, episode: Episode) -> Scorer:
 
 
 class TruthScorer:
-    """Every score of `Judge`; the online trajectory's ATE; the bound of the episode.
+    """Every score of `EpisodeScorer`; the online trajectory's ATE; the bound of the episode.
 
     error_curve  m, RMS of the position's error in each of PARTS equal parts of the scans
     calibration  how often cells that h is said of are occupied: see `slam.metrics.change`
@@ -41,7 +41,7 @@ class TruthScorer:
 
     def __init__(self, episode: Episode):
         self._episode = episode
-        self._judges: dict[float, Judge] = {}
+        self._judges: dict[float, EpisodeScorer] = {}
         self._bound = _bound(episode)
 
     def __call__(self, run: Run) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class TruthScorer:
         assert truth is not None
         resolution = run.grid.spec.resolution
         if resolution not in self._judges:
-            self._judges[resolution] = Judge(self._episode, resolution)
+            self._judges[resolution] = EpisodeScorer(self._episode, resolution)
         judge = self._judges[resolution]
         errors = np.hypot(*(run.poses - truth.poses)[:, :2].T)
         return {

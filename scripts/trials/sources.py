@@ -48,7 +48,7 @@ class Source(ABC):
 
 
 @dataclass(frozen=True)
-class Drive(Source):
+class SimulatedDrive(Source):
     """A drive along the path of a world.
 
     env         id of the environment

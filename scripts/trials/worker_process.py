@@ -21,7 +21,7 @@ ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", 
 TOLD = 2000  # characters of a dead process's last words
 
 
-class Keeper:
+class WorkerProcess:
     """One child process, which is there when it is needed."""
 
     def __init__(self) -> None:
@@ -88,12 +88,12 @@ class Keeper:
         return self._words.read().decode(errors="replace").strip()
 
 
-class Keepers:
+class WorkerProcesses:
     """As many as are needed at once, by the threads that share this object; all end with it."""
 
     def __init__(self) -> None:
-        self._idle: list[Keeper] = []
-        self._all: list[Keeper] = []
+        self._idle: list[WorkerProcess] = []
+        self._all: list[WorkerProcess] = []
         self._lock = threading.Lock()
 
     def do(self, job: Job) -> Done:
@@ -102,14 +102,14 @@ class Keepers:
             if self._idle:
                 keeper = self._idle.pop()
             else:
-                keeper = Keeper()
+                keeper = WorkerProcess()
                 self._all.append(keeper)
         done = keeper.do(job)
         with self._lock:
             self._idle.append(keeper)
         return done
 
-    def __enter__(self) -> Keepers:
+    def __enter__(self) -> WorkerProcesses:
         return self
 
     def __exit__(

@@ -21,7 +21,7 @@ from slam.maps.clamped import Clamped
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.true_map import TrueMap, known_moments
-from slam.motion.threshold import KEYFRAMES, Spacing
+from slam.motion.threshold import KEYFRAMES, MotionThreshold
 from slam.scan import Scan
 
 ShownTruth = Callable[[Truth, np.random.Generator], Slam]
@@ -34,7 +34,9 @@ class MappingOnly:
     Scans go into the map at the same `keyframes` as those of the other algorithms.
     """
 
-    def __init__(self, truth: Truth, grid: MapModel | None = None, keyframes: Spacing = KEYFRAMES):
+    def __init__(
+        self, truth: Truth, grid: MapModel | None = None, keyframes: MotionThreshold = KEYFRAMES
+    ):
         self.grid = Histogram() if grid is None else grid
         self.keyframes = keyframes
         self.pose = self._keyframe = Pose2.of(truth.poses[0])

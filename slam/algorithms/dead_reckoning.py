@@ -10,14 +10,14 @@ from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate
 from slam.maps.static import Static
-from slam.motion.threshold import KEYFRAMES, Spacing
+from slam.motion.threshold import KEYFRAMES, MotionThreshold
 from slam.scan import Scan
 
 
 class DeadReckoning:
     """Adds up the odometry, and maps the scans where it says that they were taken."""
 
-    def __init__(self, start: Pose2 = Pose2(), keyframes: Spacing = KEYFRAMES):
+    def __init__(self, start: Pose2 = Pose2(), keyframes: MotionThreshold = KEYFRAMES):
         self.pose = start
         self.keyframes = keyframes
         self._since_keyframe = Pose2()

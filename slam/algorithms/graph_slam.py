@@ -21,7 +21,7 @@ from slam.graph.loops import Loops, Matcher
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.whole_map import WholeMap
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, MapModel, Motion, Perception, Search
+from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
 from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.scan import Scan
@@ -61,8 +61,8 @@ class GraphSlam:
         *,
         grid: Callable[[], MapModel] = Static,
         local: Callable[[], MapModel] = Static,
-        perception: Callable[[], Perception] = Endpoint,
-        motion: Motion | None = None,
+        perception: Callable[[], SensorModel] = Endpoint,
+        motion: MotionModel | None = None,
         search: Search | None = None,
         loops: Loops | None = None,
         stretch: float = 4.0,

@@ -7,20 +7,20 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from slam.algorithms.pose_covariance import Ground, fused, moved
+from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, MapModel, Motion, Perception, Posterior, Search
+from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
 from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
-from slam.motion.threshold import KEYFRAMES, Spacing
+from slam.motion.threshold import KEYFRAMES, MotionThreshold
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
 from slam.sensor_models.endpoint import Endpoint
 
-MATCHES = Spacing(distance=0.01, turn=math.radians(0.5), time=2.0)
+MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 LONG_AGO = -1e12  # s: before all scans
 NOTHING = np.empty(0, dtype=np.int64)  # ids of cells
 EXACT = np.zeros((3, 3))  # the covariance of what is given
@@ -42,11 +42,11 @@ class MaximumLikelihood:
         rng: np.random.Generator | None = None,
         *,
         grid: MapModel | None = None,
-        perception: Perception | None = None,
-        motion: Motion | None = None,
+        perception: SensorModel | None = None,
+        motion: MotionModel | None = None,
         search: Search | None = None,
-        matches: Spacing = MATCHES,
-        keyframes: Spacing = KEYFRAMES,
+        matches: MotionThreshold = MATCHES,
+        keyframes: MotionThreshold = KEYFRAMES,
     ):
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.grid = Static() if grid is None else grid
@@ -56,7 +56,7 @@ class MaximumLikelihood:
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
-        self._ground = Ground(self.grid.cells.tiles)
+        self._ground = MapUncertainty(self.grid.cells.tiles)
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._keyframe_at = self._matched_at = -math.inf
         self._since_keyframe = self._since_match = Pose2()

@@ -16,12 +16,12 @@ from slam.algorithms.resampling import effective, normalised, systematic
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose, wrap_angle
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, MapModel, Motion, Perception, Posterior, Slope
+from slam.interface import Estimate, MapModel, MotionModel, Posterior, SensorModel, Slope
 from slam.maps.static import Static
-from slam.maps.tiles import Branch
+from slam.maps.tiles import TileIndex
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
-from slam.motion.threshold import KEYFRAMES, Spacing
+from slam.motion.threshold import KEYFRAMES, MotionThreshold
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
@@ -53,14 +53,14 @@ class ParticleFilter:
         rng: np.random.Generator | None = None,
         *,
         grid: MapModel | None = None,
-        perception: Perception | None = None,
-        motion: Motion | None = None,
+        perception: SensorModel | None = None,
+        motion: MotionModel | None = None,
         search: Correlative | None = None,
         particles: int = 30,
         resample: float = 0.5,
         spread: float = 0.1,
-        matches: Spacing = MATCHES,
-        keyframes: Spacing = KEYFRAMES,
+        matches: MotionThreshold = MATCHES,
+        keyframes: MotionThreshold = KEYFRAMES,
     ):
         whole_number("particles", particles, 1)
         positive_number("spread", spread)
@@ -82,7 +82,7 @@ class ParticleFilter:
         self.pose = start
         self._poses = np.tile(np.array(start), (particles, 1))
         self._log_weights = np.zeros(particles)
-        self._maps: list[Branch] = []
+        self._maps: list[TileIndex] = []
         self._best = 0
         self._history: list[Array] = []  # (particles, 3) poses at each keyframe
         self._parents: list[np.ndarray] = []  # (particles,) which particle of the one before

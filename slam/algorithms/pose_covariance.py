@@ -9,7 +9,7 @@ from slam.geometry import Array, Pose2
 from slam.maps.tiles import SHIFT, Tiles
 
 
-class Ground:
+class MapUncertainty:
     """How sure the map is of where it lies, tile by tile.
 
     A frozen map keeps the error of the keyframe that drew it. Each tile remembers the pose and the

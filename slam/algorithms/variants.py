@@ -21,7 +21,7 @@ from slam.algorithms.graph_slam import GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.particle_filter import ParticleFilter
 from slam.geometry import Pose2
-from slam.interface import Builder, MapModel, Motion, Perception, Search, Slam
+from slam.interface import Builder, MapModel, MotionModel, Search, SensorModel, Slam
 from slam.maps.clamped import Clamped
 from slam.maps.filtered import Filtered
 from slam.maps.histogram import Histogram
@@ -52,7 +52,7 @@ MAPS: dict[str, Callable[[], MapModel]] = {
 }
 PARTICLE_MAPS = {**MAPS, "dynamic": Mean}  # equal in h, and smaller: there are many of them
 del PARTICLE_MAPS["temporal"]  # its windows lie outside of the tiles, which particles share
-READINGS: dict[str, Callable[[], Perception]] = {
+READINGS: dict[str, Callable[[], SensorModel]] = {
     "": Endpoint,
     "/beta1": partial(Endpoint, beta=1.0),
     "/beam": Beam,
@@ -62,8 +62,8 @@ READINGS: dict[str, Callable[[], Perception]] = {
 
 def maximum_likelihood(
     grid: Callable[[], MapModel],
-    perception: Callable[[], Perception] = Endpoint,
-    motion: Callable[[], Motion] = AdaptiveOdometry,
+    perception: Callable[[], SensorModel] = Endpoint,
+    motion: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
 ) -> Builder:
     """A builder of maximum likelihood SLAM on a map model of one's own; all else as tuned."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from slam.benchmark.run import Playback
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
 
-class Growth:
+class SnapshotRecorder:
     """Keeps a stage of `playback` every few scans, some `stages` of the whole episode.
 
     every  scans from one to the next
@@ -15,14 +15,14 @@ class Growth:
     def __init__(self, playback: Playback, stages: int = 150):
         self.every = max(1, round(len(playback.episode.scans) / stages))
         self._playback = playback
-        self._kept: list[Stage] = []
+        self._kept: list[MapSnapshot] = []
 
     def after(self, number: int) -> None:
         """Scan `number`, from 0, was taken in."""
         if number % self.every == 0:
             self._keep()
 
-    def stages(self) -> list[Stage]:
+    def stages(self) -> list[MapSnapshot]:
         """All that were kept, and last what is believed now; empty before the first scan."""
         if self._playback.done:
             if self._kept and self._kept[-1].scan == self._playback.done - 1:
@@ -32,4 +32,4 @@ class Growth:
 
     def _keep(self) -> None:
         run = self._playback.result()
-        self._kept.append(Stage.of(run.poses, run.grid))
+        self._kept.append(MapSnapshot.of(run.poses, run.grid))

@@ -18,7 +18,7 @@ from slam.motion.gaussian import Prediction
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.search.laplace import wide_information
-from slam.sensor_models.endpoint import Endpoint, Settled
+from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
 from slam.validation import positive
 
 MOST_BYTES = 100_000_000  # of the maps that are kept ready, the last one aside
@@ -79,7 +79,7 @@ class Ready:
     nbytes  of what is read of it, and of what is searched in it
     """
 
-    def __init__(self, settled: Settled):
+    def __init__(self, settled: FrozenEndpoint):
         self.reading = settled.reading()
         self.reading.field(level=1)
         self.search = GlobalSearch(self.reading)
@@ -114,7 +114,7 @@ class Matcher:
 
     def __init__(self, loops: Loops):
         self._loops = loops
-        self._settled: dict[LocalMap, Settled] = {}
+        self._settled: dict[LocalMap, FrozenEndpoint] = {}
         self._ready: OrderedDict[LocalMap, Ready] = OrderedDict()
 
     @property
@@ -128,7 +128,7 @@ class Matcher:
 
     def keep(self, place: LocalMap, reading: Endpoint) -> None:
         """The map of `place`, which somebody made already, as it is read now."""
-        self._settled[place] = Settled(reading)
+        self._settled[place] = FrozenEndpoint(reading)
 
     def _made_ready(self, place: LocalMap) -> Ready:
         if place not in self._settled:

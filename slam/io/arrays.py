@@ -12,7 +12,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, reading
-from slam.io.one_line import told
+from slam.io.one_line import one_line
 
 LARGEST = 1 << 33  # bytes of all arrays
 FLOOR = 1 << 28  # bytes that any file may unpack to: arrays of zeros pack well
@@ -38,7 +38,7 @@ def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
     except InputError:
         raise
     except UNREADABLE as error:
-        raise InputError(f"{path}: not {what} ({told(error)})") from error
+        raise InputError(f"{path}: not {what} ({one_line(error)})") from error
 
 
 def floats(values: Any, dimensions: int) -> Array:
@@ -58,4 +58,4 @@ def names(path: AnyPath) -> set[str]:
         with zipfile.ZipFile(path) as packed:
             return {name.removesuffix(".npy") for name in packed.namelist()}
     except UNREADABLE as error:
-        raise InputError(f"{path}: not an .npz file ({told(error)})") from None
+        raise InputError(f"{path}: not an .npz file ({one_line(error)})") from None

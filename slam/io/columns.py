@@ -9,7 +9,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, text_lines
-from slam.io.one_line import told
+from slam.io.one_line import one_line
 
 
 def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
@@ -27,7 +27,7 @@ def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
             row = []
         if len(row) != width or not all(map(math.isfinite, row)):
             raise InputError(
-                f"{path}:{number}: expected {width} numbers `{columns}`, got {told(text, 60)!r}"
+                f"{path}:{number}: expected {width} numbers `{columns}`, got {one_line(text, 60)!r}"
             )
         rows.append(row)
         numbers.append(number)

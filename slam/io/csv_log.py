@@ -25,7 +25,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.files import LONGEST_LINE, AnyPath, lines, replacing
-from slam.io.loaded_recording import Log
+from slam.io.loaded_recording import LoadedRecording
 from slam.io.mounted import only_mount
 from slam.io.saturation import guessed_max_range
 from slam.scan import Scan
@@ -44,7 +44,7 @@ FARTHEST = 100.0  # rad: an angle beyond it is in other units
 EVEN = 1e-6  # rad: beams that are less uneven count as even
 
 
-def read_csv(path: AnyPath) -> Log:
+def read_csv(path: AnyPath) -> LoadedRecording:
     """Read a table of the layout above. Raises InputError with the line that is wrong."""
     head: dict[str, list[float]] = {}
     columns: list[str] = []
@@ -134,7 +134,9 @@ def _number(word: str) -> float:
         return math.nan
 
 
-def _log(source: str, head: dict[str, list[float]], columns: list[str], rows: Array) -> Log:
+def _log(
+    source: str, head: dict[str, list[float]], columns: list[str], rows: Array
+) -> LoadedRecording:
     for name in ("angle_min", "angle_increment"):
         if name not in head:
             raise InputError(f"expected a line `# {name}: ...` in the head, there is none")
@@ -163,7 +165,7 @@ def _log(source: str, head: dict[str, list[float]], columns: list[str], rows: Ar
     else:
         odometry = Trajectory(times[seen], np.zeros((len(scans), 3)))
     meta = {"source": source, "odometry": "x, y, theta" if posed else ""}
-    return Log(Episode(scans, odometry, meta=meta), ())
+    return LoadedRecording(Episode(scans, odometry, meta=meta), ())
 
 
 def _lines(episode: Episode, first: float, step: float) -> Iterator[str]:

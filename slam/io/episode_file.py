@@ -12,7 +12,7 @@ from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.io.arrays import UNREADABLE, floats, read_arrays
 from slam.io.files import replacing
-from slam.io.one_line import told
+from slam.io.one_line import one_line
 from slam.io.scan_arrays import packed_scans, unpacked_scans
 from slam.trajectory import Trajectory
 
@@ -47,10 +47,10 @@ def load_episode(path: str | os.PathLike[str]) -> Episode:
     data = read_arrays(path, WHAT)
     try:
         if str(data["format"]) != FORMAT:
-            raise InputError(f"format {told(data['format'], 60)}, expected {FORMAT}")
+            raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
         return _episode(data)
     except UNREADABLE as error:
-        raise InputError(f"{path}: not {WHAT} ({told(error)})") from error
+        raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
 
 
 def _episode(data: dict[str, Any]) -> Episode:

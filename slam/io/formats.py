@@ -14,13 +14,14 @@ import numpy as np
 
 from slam.episode import Episode
 from slam.errors import InputError
+from slam.io import signatures
 from slam.io.arrays import names
 from slam.io.carmen.reader import read_carmen
 from slam.io.carmen.writer import write_carmen
 from slam.io.csv_log import read_csv, write_csv
 from slam.io.episode_file import load_episode, save_episode
 from slam.io.files import AnyPath, lines, reading
-from slam.io.loaded_recording import Choice, Log
+from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.plain_npz import read_plain_npz
 from slam.trajectory import Trajectory
 
@@ -39,7 +40,7 @@ def kind_of(path: AnyPath) -> str:
     return "csv" if _is_table(path) else "carmen"
 
 
-def read_log(path: AnyPath, choice: Choice = Choice()) -> Log:
+def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
     """Read a recording of any known format. Raises InputError where it is none, or cannot be used.
 
     What `choice` leaves open is found in the file. Only a bag has several lasers and odometries.
@@ -72,7 +73,7 @@ def write_log(episode: Episode, path: AnyPath) -> None:
     WRITERS[check_ending(path)](episode, Path(path))
 
 
-def _chosen(log: Log, choice: Choice) -> Log:
+def _chosen(log: LoadedRecording, choice: SourceSelection) -> LoadedRecording:
     episode = log.episode
     if choice.mount is not None:
         scans = (dataclasses.replace(scan, mount=choice.mount) for scan in episode.scans)
@@ -95,8 +96,8 @@ def _is_table(path: Path) -> bool:
     return False
 
 
-def _read_episode(path: AnyPath) -> Log:
-    return Log(load_episode(path), ())
+def _read_episode(path: AnyPath) -> LoadedRecording:
+    return LoadedRecording(load_episode(path), ())
 
 
 def _write_bag(episode: Episode, path: Path) -> None:
@@ -105,7 +106,7 @@ def _write_bag(episode: Episode, path: Path) -> None:
     write_bag(episode, path)
 
 
-READERS: dict[str, Callable[[AnyPath], Log]] = {
+READERS: dict[str, Callable[[AnyPath], LoadedRecording]] = {
     "episode": _read_episode,
     "npz": read_plain_npz,
     "csv": read_csv,

@@ -15,9 +15,9 @@ from slam.errors import InputError
 from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import UNREADABLE, read_arrays
 from slam.io.files import AnyPath, replacing
-from slam.io.one_line import told
+from slam.io.one_line import one_line
 from slam.layers import Layers
-from slam.layers.doors import Door
+from slam.layers.doors import MappedDoor
 from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN
 
 FORMAT = "dynslam-layers-1"
@@ -57,7 +57,7 @@ def write_doors(layers: Layers, path: AnyPath) -> None:
         file.write(json.dumps(collection, indent=1, allow_nan=False).encode() + b"\n")
 
 
-def _feature(number: int, door: Door) -> dict[str, Any]:
+def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
     corners = np.round(door.outline, 3).tolist()
     return {
         "type": "Feature",
@@ -100,10 +100,10 @@ def read_layers(path: AnyPath) -> Layers:
     data = read_arrays(path, WHAT)
     try:
         if str(data["format"]) != FORMAT:
-            raise InputError(f"format {told(data['format'], 60)}, expected {FORMAT}")
+            raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
         return _layers(data)
     except UNREADABLE as error:
-        raise InputError(f"{path}: not {WHAT} ({told(error)})") from error
+        raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
 
 
 def _layers(data: dict[str, np.ndarray]) -> Layers:
@@ -115,7 +115,7 @@ def _layers(data: dict[str, np.ndarray]) -> Layers:
     if kind.dtype != np.uint8 or (kind > CHANGING).any() or not 0 < resolution < np.inf:
         raise ValueError("kinds of cells, or a resolution, that there are not")
     doors = [
-        Door(np.array(row[:4]).reshape(2, 2), row[4], int(row[5]), *row[6:])
+        MappedDoor(np.array(row[:4]).reshape(2, 2), row[4], int(row[5]), *row[6:])
         for row in data["doors"].tolist()
     ]
     spec = GridSpec(resolution, row0, col0, *kind.shape)

@@ -6,17 +6,17 @@ from typing import NamedTuple
 
 from slam.episode import Episode
 from slam.geometry import Pose2
-from slam.io.warnings import Warned
+from slam.io.warnings import RecordingWarning
 
 
-class Log(NamedTuple):
+class LoadedRecording(NamedTuple):
     """A log that was read, and what was wrong with it."""
 
     episode: Episode
-    warnings: tuple[Warned, ...]
+    warnings: tuple[RecordingWarning, ...]
 
 
-class Choice(NamedTuple):
+class SourceSelection(NamedTuple):
     """What of a file with several lasers or odometries is wanted; None: what is found by itself.
 
     laser     topic of the laser's scans

@@ -13,8 +13,8 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.arrays import UNREADABLE, floats, read_arrays
 from slam.io.files import AnyPath
-from slam.io.loaded_recording import Log
-from slam.io.one_line import told
+from slam.io.loaded_recording import LoadedRecording
+from slam.io.one_line import one_line
 from slam.io.saturation import guessed_max_range
 from slam.scan import Scan
 from slam.trajectory import Trajectory
@@ -25,7 +25,7 @@ LAYOUT = (
 )
 
 
-def read_plain_npz(path: AnyPath) -> Log:
+def read_plain_npz(path: AnyPath) -> LoadedRecording:
     """Read arrays of the `LAYOUT`; ranges mean what `Scan.ranges` does, poses are the odometry.
 
     Without `range_max`, it is guessed from the readings. Raises InputError for anything else.
@@ -37,10 +37,10 @@ def read_plain_npz(path: AnyPath) -> Log:
     try:
         return _log(data, Path(path).name)
     except UNREADABLE as error:
-        raise InputError(f"{path}: {told(error, 150)}; expected {LAYOUT}") from None
+        raise InputError(f"{path}: {one_line(error, 150)}; expected {LAYOUT}") from None
 
 
-def _log(data: dict[str, Any], source: str) -> Log:
+def _log(data: dict[str, Any], source: str) -> LoadedRecording:
     times, angles = floats(data["times"], 1), floats(data["angles"], 1)
     ranges = floats(data["ranges"], 2)
     if ranges.shape != (len(times), len(angles)) or not len(angles):
@@ -62,7 +62,9 @@ def _log(data: dict[str, Any], source: str) -> Log:
             raise InputError("odometry_poses without odometry_times")
         at = floats(data["odometry_times"], 1)
         odometry, origin = Trajectory(at, floats(data["odometry_poses"], 2)), "odometry_poses"
-    return Log(Episode(scans, odometry, meta={"source": source, "odometry": origin}), ())
+    return LoadedRecording(
+        Episode(scans, odometry, meta={"source": source, "odometry": origin}), ()
+    )
 
 
 def _one(data: dict[str, Any], name: str) -> float:

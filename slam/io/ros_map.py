@@ -17,7 +17,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, reading, replacing, text_lines
-from slam.io.one_line import told
+from slam.io.one_line import one_line
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
 LONGEST_HEADER = 1 << 16  # bytes, comments and all
@@ -67,7 +67,7 @@ def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
     if mode != "trinary":
-        raise InputError(f"{path}: mode {told(mode, 60)!r} is not read, expected trinary")
+        raise InputError(f"{path}: mode {one_line(mode, 60)!r} is not read, expected trinary")
     resolution = _number(path, fields, "resolution")
     if not 1e-6 < resolution < 1e6:
         raise InputError(f"{path}: expected a positive `resolution` in m, got {resolution}")

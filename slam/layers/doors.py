@@ -18,7 +18,7 @@ from slam.grid import GridSpec
 from slam.layers.gaps import CLEAR, NARROWEST, WIDEST, find_gaps
 from slam.layers.kinds import CHANGING, STATIC, pieces
 from slam.layers.looks import Looks
-from slam.layers.surface import Surface
+from slam.layers.surface import SurfaceCells
 
 BOTH = 0.4  # s that a cell was watched in each state, to be a leaf's
 HELD = 0.6  # s that a door was watched in each state: walls flicker for less
@@ -30,7 +30,7 @@ BESIDE, BEYOND = 0.3, 0.25  # m: so far beside the gap, and beyond its width, a 
 AROUND = 0.5  # m around the swing: what goes on there is no leaf
 
 
-class Door(NamedTuple):
+class MappedDoor(NamedTuple):
     """A door that was seen open and closed.
 
     ends         (2, 2) m, map frame: where the closed leaf begins and ends
@@ -70,7 +70,9 @@ class Door(NamedTuple):
         return np.array([a - across, b - across, b + across, a + across])
 
 
-def find_doors(kind: np.ndarray, spec: GridSpec, surface: Surface, looks: Looks) -> list[Door]:
+def find_doors(
+    kind: np.ndarray, spec: GridSpec, surface: SurfaceCells, looks: Looks
+) -> list[MappedDoor]:
     """The doors in a map of `kind` (rows, cols), the surest first."""
     moves = kind[tuple(surface.cells.T)] == CHANGING
     moves &= np.minimum(looks.free_for, looks.occupied_for) >= BOTH
@@ -82,7 +84,7 @@ def find_doors(kind: np.ndarray, spec: GridSpec, surface: Surface, looks: Looks)
     return sorted(sure, key=lambda door: -door.confidence)
 
 
-def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[Door]) -> None:
+def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[MappedDoor]) -> None:
     """Change the `kind` of what seems to stand within the swing of a leaf, for it is the leaf: all
     in the gap, and what hangs beside the gap and reaches no farther than the leaf does."""
     for door in doors:
@@ -96,7 +98,7 @@ def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[Door]) -> None:
         part[tuple(cells[leaf].T)] = CHANGING
 
 
-def _leaf(points: Array, cells: np.ndarray, shape: tuple[int, int], door: Door) -> np.ndarray:
+def _leaf(points: Array, cells: np.ndarray, shape: tuple[int, int], door: MappedDoor) -> np.ndarray:
     """(n,) bool: which of the cells (n, 2) of an array of `shape`, at points (n, 2), are a leaf."""
     along, across = _in_gap(points, door.ends)
     swing = (along > -BESIDE) & (along < door.width + BESIDE) & (across <= door.width + BEYOND)
@@ -110,7 +112,7 @@ def _leaf(points: Array, cells: np.ndarray, shape: tuple[int, int], door: Door) 
     return gap | (~jamb & ~goes_on[piece])
 
 
-def _straight(ends: Array, moves: np.ndarray, surface: Surface) -> Array:
+def _straight(ends: Array, moves: np.ndarray, surface: SurfaceCells) -> Array:
     """The gap's ends, on the line that most of the leaf's echoes lie on."""
     along, across = _in_gap(surface.places, ends)
     width = np.hypot(*(ends[1] - ends[0]))
@@ -125,8 +127,8 @@ def _straight(ends: Array, moves: np.ndarray, surface: Surface) -> Array:
 
 
 def _door(
-    ends: Array, moves: np.ndarray, surface: Surface, looks: Looks, resolution: float
-) -> Door | None:
+    ends: Array, moves: np.ndarray, surface: SurfaceCells, looks: Looks, resolution: float
+) -> MappedDoor | None:
     """What is known of the door in a gap; None where it was hardly watched in one of its states."""
     along, across = _in_gap(surface.places, ends)
     width = float(np.hypot(*(ends[1] - ends[0])))
@@ -141,10 +143,10 @@ def _door(
     steps = np.unique((along[on] / resolution).astype(np.int64))
     filled = min(len(steps) * resolution / width, 1.0)
     first, last = float(looks.first[on].min()), float(looks.last[on].max())
-    return Door(ends, share, flips, watched, first, last, filled * flips / (flips + 1))
+    return MappedDoor(ends, share, flips, watched, first, last, filled * flips / (flips + 1))
 
 
-def _leads(door: Door, kind: np.ndarray, spec: GridSpec) -> bool:
+def _leads(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> bool:
     """Whether somebody could walk through: hardly anything stands before and behind the middle of
     the gap, where a wall goes on that only flickers."""
     line = (door.ends[1] - door.ends[0]) / door.width

@@ -7,7 +7,7 @@ from scipy.ndimage import binary_dilation, find_objects, label
 
 from slam.layers.looks import FREE as LOOKED_FREE
 from slam.layers.looks import Looks
-from slam.layers.surface import Surface
+from slam.layers.surface import SurfaceCells
 
 UNKNOWN, FREE, STATIC, CHANGING = 0, 1, 2, 3
 FEWEST = 2  # scans with an echo in a cell or beside: one alone may be anything
@@ -25,7 +25,7 @@ def pieces(cells: np.ndarray) -> tuple[np.ndarray, int]:
     return labels, int(count)  # pyright: ignore[reportArgumentType]
 
 
-def kinds(surface: Surface, looks: Looks, passed: np.ndarray) -> np.ndarray:
+def kinds(surface: SurfaceCells, looks: Looks, passed: np.ndarray) -> np.ndarray:
     """(rows, cols) uint8: UNKNOWN, FREE, STATIC or CHANGING.
 
     passed  (rows, cols) bool, where a beam went

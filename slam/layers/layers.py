@@ -10,10 +10,10 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid
-from slam.layers.doors import Door, find_doors, open_swings
+from slam.layers.doors import MappedDoor, find_doors, open_swings
 from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN, kinds, settle
 from slam.layers.looks import Looks, look
-from slam.layers.surface import Surface, extent, find_surface
+from slam.layers.surface import SurfaceCells, extent, find_surface
 from slam.maps.rays import Rays
 from slam.scan import Scan
 from slam.validation import finite, positive_number
@@ -37,7 +37,7 @@ class Layers:
     occupied: np.ndarray
     rate: np.ndarray
     watched: np.ndarray
-    doors: tuple[Door, ...]
+    doors: tuple[MappedDoor, ...]
 
     @property
     def static(self) -> np.ndarray:
@@ -88,7 +88,7 @@ def layers(
 
 
 def _times(
-    spec: GridSpec, surface: Surface, looks: Looks
+    spec: GridSpec, surface: SurfaceCells, looks: Looks
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Share of time occupied, flips for every hour, s watched."""
     watched = looks.free_for + looks.occupied_for

@@ -16,7 +16,7 @@ from numba import njit
 
 from slam.geometry import Array
 from slam.grid import GridSpec
-from slam.layers.surface import Surface, beams
+from slam.layers.surface import SurfaceCells, beams
 from slam.maps.rays import Rays
 from slam.scan import Scan
 
@@ -80,7 +80,7 @@ class Looks(NamedTuple):
 
 
 def look(
-    scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec, surface: Surface
+    scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec, surface: SurfaceCells
 ) -> tuple[Looks, np.ndarray]:
     """The looks at the surface, and (rows, cols) bool: where any beam passed."""
     looks, passed = Looks.none(len(surface.cells)), np.zeros(spec.shape, np.bool_)

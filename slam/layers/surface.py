@@ -25,7 +25,7 @@ Beams = tuple[Array, Array, np.ndarray]
 """A scan's sensor (2,), its beams' ends (n, 2), m, world; which are echoes (n,)."""
 
 
-class Surface(NamedTuple):
+class SurfaceCells(NamedTuple):
     """Cells that echoes came from, numbered in the order of rows.
 
     number   (rows, cols) int32, that of a cell, or NO_ECHO
@@ -63,7 +63,7 @@ def extent(scans: Sequence[Scan], poses: Array, rays: Rays, resolution: float) -
     return GridSpec.around((low[0], low[1]), (high[0], high[1]), resolution)
 
 
-def find_surface(scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec) -> Surface:
+def find_surface(scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec) -> SurfaceCells:
     """All echoes of the scans at `poses` (n, 3), in the cells of `spec`."""
     number = np.full(spec.shape, NO_ECHO, dtype=np.int32)
     x, y = spec.origin
@@ -78,7 +78,7 @@ def find_surface(scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec
     flat = normals.any(axis=1)
     spread = np.where(flat, spread, np.median(spread[flat]) if flat.any() else 0.0)
     places = places * spec.resolution + (x, y)
-    return Surface(number, cells, echoes, places, normals, spread * spec.resolution)
+    return SurfaceCells(number, cells, echoes, places, normals, spread * spec.resolution)
 
 
 @njit(cache=True)

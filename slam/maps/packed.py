@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-from slam.maps.tiles import Branch, Layer, Tiles
+from slam.maps.tiles import Layer, TileIndex, Tiles
 
 FAST = 1  # the level of compression; the best takes ten times as long for a tenth less
 
@@ -19,7 +19,7 @@ class PackedLayer:
 
     def __init__(self, tiles: Tiles, layer: Layer):
         self._resolution, self._used = tiles.resolution, tiles.used
-        self._branch = Branch(tiles.row0, tiles.col0, tiles.index.copy())
+        self._branch = TileIndex(tiles.row0, tiles.col0, tiles.index.copy())
         self._fill, self._dtype, self._shape = layer.fill, layer.values.dtype, layer.values.shape
         self._bytes = zlib.compress(layer.values.tobytes(), FAST)
         self.nbytes = len(self._bytes) + self._branch.index.nbytes
@@ -28,7 +28,7 @@ class PackedLayer:
         """Tiles of their own with this layer alone."""
         tiles = Tiles(self._resolution)
         layer = tiles.layer(self._dtype, self._fill, self._shape[1:])
-        tiles.switch(Branch(self._branch.row0, self._branch.col0, self._branch.index.copy()))
+        tiles.switch(TileIndex(self._branch.row0, self._branch.col0, self._branch.index.copy()))
         tiles.take(self._used)
         values = np.frombuffer(zlib.decompress(self._bytes), self._dtype)
         layer.values[:] = values.reshape(self._shape)

@@ -58,7 +58,7 @@ class Layer:
 
 
 @dataclass(eq=False)
-class Branch:
+class TileIndex:
     """One map among those that share the slots of `Tiles`: which tiles it is made of.
 
     row0, col0  of the lattice, in cells: where `index` begins
@@ -93,7 +93,7 @@ class Tiles:
 
     def __init__(self, resolution: float):
         self.resolution = resolution
-        self.current = Branch()
+        self.current = TileIndex()
         self.used = 1
         self.free = np.zeros(0, np.int64)
         self.shared = False
@@ -194,22 +194,22 @@ class Tiles:
             layer.values[again] = layer.fill
         self._refer(slots)
 
-    def fork(self) -> Branch:
+    def fork(self) -> TileIndex:
         """A map that is what the current one is now; the two go different ways from here on.
 
         Readings must be up to date: what was integrated before is not to be refreshed after. What
         map models and readings keep outside of layers is not divided.
         """
-        branch = Branch(self.row0, self.col0, self.index.copy())
+        branch = TileIndex(self.row0, self.col0, self.index.copy())
         self.references[branch.slots] += 1
         self.shared = True
         return branch
 
-    def switch(self, branch: Branch) -> None:
+    def switch(self, branch: TileIndex) -> None:
         """Make `branch` the current map; the one that was stays as it is."""
         self.current = branch
 
-    def drop(self, branch: Branch) -> None:
+    def drop(self, branch: TileIndex) -> None:
         """Nobody needs `branch` any more: it is empty, and slots that it alone had are free."""
         self.references[branch.slots] -= 1
         branch.index = np.zeros((0, 0), np.int32)

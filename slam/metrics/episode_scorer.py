@@ -13,7 +13,7 @@ from slam.metrics.surface import visible_truth
 from slam.metrics.trajectory import alignment, ate, score_trajectory
 
 
-class Judge:
+class EpisodeScorer:
     """Scores any number of runs on one episode."""
 
     def __init__(self, episode: Episode, resolution: float = 0.05) -> None:

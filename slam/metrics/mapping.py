@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
 from slam.metrics.flat import Number, flat
-from slam.metrics.surface import Surface
+from slam.metrics.surface import TrueSurface
 
 OCCUPIED = 0.5  # a cell is occupied where h is larger
 AS_IS = Pose2()
@@ -60,7 +60,7 @@ class OccupiedCells:
         self.centres: Array = grid.spec.centres(cells)
         self._tree = KDTree(self.centres) if len(cells) else None
 
-    def score(self, surface: Surface, world_from_map: Pose2 = AS_IS) -> MapScores:
+    def score(self, surface: TrueSurface, world_from_map: Pose2 = AS_IS) -> MapScores:
         """Scores of the cells moved by `world_from_map`, for instance `trajectory.alignment`."""
         if self._tree is None:
             return MapScores(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, math.inf, 0)
@@ -81,7 +81,7 @@ class OccupiedCells:
 
 def score_map(
     grid: OccupancyGrid,
-    surface: Surface,
+    surface: TrueSurface,
     world_from_map: Pose2 = AS_IS,
 ) -> MapScores:
     """Scores of one map; for several alignments of it, keep one `OccupiedCells`."""

@@ -8,7 +8,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose
 from slam.grid import OccupancyGrid
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.flat import Number
 from slam.metrics.reference import associated
 from slam.metrics.trajectory import alignment, score_trajectory
@@ -25,7 +25,7 @@ def score_outside(
     map_frame: Pose2 = Pose2(),
     frame: str = "anchored",
 ) -> dict[str, Number | None]:
-    """The scores of `Judge`, at the scans that the trajectory reaches; and `scans`, how many.
+    """The scores of `EpisodeScorer` at the scans that the trajectory reaches; `scans`: how many.
 
     grid       the map, in the frame of the trajectory
     map_frame  where the frame of `grid` lies in it
@@ -45,7 +45,7 @@ def score_outside(
     scores: dict[str, Number | None] = {"scans": len(poses)}
     scores |= score_trajectory(poses, truth).as_dict()
     if grid is not None:
-        judge = Judge(episode, grid.spec.resolution)
+        judge = EpisodeScorer(episode, grid.spec.resolution)
         scores |= judge.map_scores(grid, alignment(poses, truth), world @ map_frame)
     return scores
 

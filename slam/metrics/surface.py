@@ -16,7 +16,7 @@ from slam.scan import Scan
 MARGIN = 2.0  # m around the walls in which doors may swing
 
 
-class Surface(NamedTuple):
+class TrueSurface(NamedTuple):
     """What stands at one moment.
 
     segments  (w, 4) m, all of it
@@ -47,16 +47,16 @@ class SeenSurface:
         """Take in a scan made at the true `pose`."""
         _mark(self.spec.cells(transform_points(pose, scan.points)), self._seen)
 
-    def now(self, doors: Array) -> Surface:
+    def now(self, doors: Array) -> TrueSurface:
         """The surface with the `doors` (d, 4) as they stand."""
         points = np.concatenate([self._wall_points, sampled(doors, self.spec.resolution / 2)])
         rows, cols = self.spec.cells(points).T
         inside = (rows >= 0) & (rows < self.spec.rows) & (cols >= 0) & (cols < self.spec.cols)
         points, rows, cols = points[inside], rows[inside], cols[inside]
-        return Surface(np.concatenate([self._walls, doors]), points[self._seen[rows, cols]])
+        return TrueSurface(np.concatenate([self._walls, doors]), points[self._seen[rows, cols]])
 
 
-def visible_truth(truth: Truth, scans: Sequence[Scan], resolution: float = 0.05) -> Surface:
+def visible_truth(truth: Truth, scans: Sequence[Scan], resolution: float = 0.05) -> TrueSurface:
     """The surface at the time of the last scan, and what all scans together saw of it."""
     seen = SeenSurface(truth.walls, resolution)
     for scan, pose in zip(scans, truth.poses.tolist(), strict=True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from slam.geometry import Array, Pose2
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 from slam.validation import instance, positive_number
 
 SHORT = 0.02  # m: over less way, an error of the heading says nothing of a rate
@@ -29,12 +29,12 @@ class AdaptiveOdometry:
 
     def __init__(
         self,
-        base: OdometryMotion = OdometryMotion(),
+        base: GaussianMotion = GaussianMotion(),
         least: float = math.radians(8.0),
         width: float = 2.0,
         memory: float = 2.0,
     ):
-        instance("AdaptiveOdometry.base", base, OdometryMotion)
+        instance("AdaptiveOdometry.base", base, GaussianMotion)
         for name, value in (("least", least), ("width", width), ("memory", memory)):
             positive_number(f"AdaptiveOdometry.{name}", value)
         self.base = base

@@ -13,7 +13,7 @@ from slam.validation import positive, within
 
 
 @dataclass(frozen=True)
-class OdometryMotion:
+class GaussianMotion:
     """Gaussian error of a displacement, in the frame of the pose that it leads to.
 
     After Thrun, Burgard, Fox (2005), table 5.5: each deviation grows with what was moved. The

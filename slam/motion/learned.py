@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from slam.geometry import Array, Pose2
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 from slam.validation import instance, number, positive_number
 
 
@@ -27,9 +27,9 @@ class LearnedOdometry:
     doubt     (2, 2) covariance of `bias`
     """
 
-    def __init__(self, base: OdometryMotion | None = None, rest: float = 0.3, drift: float = 0.05):
-        base = OdometryMotion() if base is None else base
-        instance("LearnedOdometry.base", base, OdometryMotion)
+    def __init__(self, base: GaussianMotion | None = None, rest: float = 0.3, drift: float = 0.05):
+        base = GaussianMotion() if base is None else base
+        instance("LearnedOdometry.base", base, GaussianMotion)
         number("LearnedOdometry.rest", rest, 0.0, 1.0)
         positive_number("LearnedOdometry.drift", drift)
         self.base = base
@@ -75,7 +75,7 @@ class LearnedOdometry:
 TOLD = 0.1  # of what was predicted: a scan that says less of the heading teaches nothing
 
 
-def _rates(motion: OdometryMotion) -> Array:
+def _rates(motion: GaussianMotion) -> Array:
     return np.array([motion.rotation_per_m, motion.rotation_per_rad])
 
 

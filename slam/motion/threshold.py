@@ -10,7 +10,7 @@ from slam.geometry import Pose2
 
 
 @dataclass(frozen=True)
-class Spacing:
+class MotionThreshold:
     """How far apart two events are: after so much way, turn or time, whichever comes first.
 
     distance m; turn rad; time s; infinity: it never asks
@@ -33,4 +33,4 @@ class Spacing:
         )
 
 
-KEYFRAMES = Spacing(distance=0.1, turn=math.radians(10.0), time=2.0)
+KEYFRAMES = MotionThreshold(distance=0.1, turn=math.radians(10.0), time=2.0)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from slam.geometry import Array, Pose2
-from slam.interface import Perception
+from slam.interface import SensorModel
 from slam.scan import Scan
 
 STEPS = np.array([0.02, 0.02, 0.01])  # m, m, rad: wider than the kinks of an interpolated field
@@ -20,7 +20,7 @@ OFFSETS = STEPS * np.array(AXES + ALONG)
 WIDE_OFFSETS = WIDE * np.array(AXES + ALONG + AGAINST)
 
 
-def laplace(perception: Perception, scan: Scan, pose: Pose2) -> tuple[float, Array]:
+def laplace(perception: SensorModel, scan: Scan, pose: Pose2) -> tuple[float, Array]:
     """The log-likelihood at `pose`, and its negative Hessian (3, 3) by central differences.
 
     The Hessian is the information about x, y (1/m^2) and theta (1/rad^2) in the world. A direction
@@ -30,7 +30,7 @@ def laplace(perception: Perception, scan: Scan, pose: Pose2) -> tuple[float, Arr
     return float(values[0]), _information(values, STEPS)
 
 
-def wide_information(perception: Perception, scan: Scan, pose: Pose2) -> Array:
+def wide_information(perception: SensorModel, scan: Scan, pose: Pose2) -> Array:
     """The information (3, 3) by differences so wide that the likelihood levels off: to both sides
     of every diagonal, so that this binds no two axes together."""
     values = perception.log_likelihood(scan, np.array(pose) + WIDE_OFFSETS)

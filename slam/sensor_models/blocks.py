@@ -11,7 +11,7 @@ BLOCK = 8  # cells; a block's side
 BLOCKS = TILE // BLOCK
 
 
-class Due:
+class DirtyBlocks:
     """The blocks in which something is out of date, until someone asks for it.
 
     It is for tiles of one map alone: a block is told by its slot, which with several maps

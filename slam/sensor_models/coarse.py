@@ -9,7 +9,7 @@ from numba import njit
 
 from slam.geometry import Array
 from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
-from slam.sensor_models.blocks import BLOCK, BLOCKS, Due, all_blocks, cell_at
+from slam.sensor_models.blocks import BLOCK, BLOCKS, DirtyBlocks, all_blocks, cell_at
 
 REACH = 2  # cells to either side of a sample's cell that a peak looks over
 U_1, U_MASK, U_SHIFT = np.uint64(1), np.uint64(MASK), np.uint64(SHIFT)  # no sign is checked
@@ -23,7 +23,7 @@ class Peaks:
     """
 
     def __init__(self, tiles: Tiles, field: Layer, unknown: float, low: float, high: float):
-        self.due = Due(tiles)
+        self.due = DirtyBlocks(tiles)
         self.due.add(all_blocks(tiles))
         self._tiles, self._field, self._unknown = tiles, field, unknown
         self._low, self._step = low, (high - low) / 255
@@ -48,7 +48,7 @@ class Means:
     """Fields of cells 2 and 4 times as wide: the means of a field over squares of its cells."""
 
     def __init__(self, tiles: Tiles, field: Layer, unknown: float):
-        self.due = Due(tiles)
+        self.due = DirtyBlocks(tiles)
         self.due.add(all_blocks(tiles))
         self._tiles, self._field = tiles, field
         self._levels = [

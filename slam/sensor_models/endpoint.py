@@ -147,7 +147,7 @@ class Endpoint:
         ))  # fmt: skip
 
 
-class Settled:
+class FrozenEndpoint:
     """What an `Endpoint` reads of a map as it is now, kept small.
 
     nbytes  that are kept

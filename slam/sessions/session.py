@@ -13,7 +13,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.arrays import UNREADABLE, read_arrays
 from slam.io.files import replacing
-from slam.io.one_line import told
+from slam.io.one_line import one_line
 from slam.io.scan_arrays import packed_scans, unpacked_scans
 from slam.motion.threshold import KEYFRAMES
 from slam.scan import Scan
@@ -70,10 +70,10 @@ class Session:
         data = read_arrays(path, WHAT)
         try:
             if str(data["format"]) != FORMAT:
-                raise InputError(f"format {told(data['format'], 60)}, expected {FORMAT}")
+                raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
             return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
         except UNREADABLE as error:
-            raise InputError(f"{path}: not {WHAT} ({told(error)})") from error
+            raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
 
 
 def session_of(episode: Episode, poses: Array) -> Session:

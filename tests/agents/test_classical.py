@@ -6,7 +6,7 @@ import pytest
 
 import agents
 import dynslam_env
-from dynslam_env import DoorCorridorEnv, Layout
+from dynslam_env import DoorWorldEnv, Layout
 from slam import InputError, Pose2
 
 BOX: Any = [(0, 0, 6, 0), (6, 0, 6, 4), (6, 4, 0, 4), (0, 4, 0, 0), (3, 0, 3, 1.5), (3, 2.5, 3, 4)]
@@ -62,7 +62,7 @@ def test_nobody_looks_at_the_truth(name, monkeypatch):
     (env, observation), asked = patrol(), set()
     thinking = [True]
     for key in TRUTH:
-        monkeypatch.setattr(DoorCorridorEnv, key, trap(key, asked, thinking))
+        monkeypatch.setattr(DoorWorldEnv, key, trap(key, asked, thinking))
     agent = agents.make(name, env, 0)
     for _ in range(40):
         thinking[0] = True
@@ -74,7 +74,7 @@ def test_nobody_looks_at_the_truth(name, monkeypatch):
 
 def trap(key, asked, thinking):
     """The attribute as it was; who reads it while an agent thinks is taken down."""
-    true = vars(DoorCorridorEnv)[key]
+    true = vars(DoorWorldEnv)[key]
     read = true.fget if isinstance(true, property) else None
 
     def get(self):

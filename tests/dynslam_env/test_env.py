@@ -12,7 +12,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
 import dynslam_env
-from dynslam_env import Corridor, DoorCorridorEnv, Doors, Laser, Robot, Static, Task
+from dynslam_env import Corridor, Doors, DoorWorldEnv, Fixed, Laser, Robot, Task
 from slam import InputError
 
 
@@ -52,7 +52,7 @@ def test_same_seed_same_bytes_in_another_process(name):
 
 
 def test_a_reset_without_a_seed_is_another_episode():
-    env = DoorCorridorEnv()
+    env = DoorWorldEnv()
     first, _ = env.reset(seed=0)
     second, _ = env.reset()
     assert (first["scan"] != second["scan"]).any()
@@ -80,11 +80,11 @@ def test_stable_baselines3s_checker_has_no_complaint():
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        checker.check_env(DoorCorridorEnv())
+        checker.check_env(DoorWorldEnv())
 
 
 def test_observation_and_truth_say_the_same():
-    env = DoorCorridorEnv(laser=Laser(dropout=0.1))
+    env = DoorWorldEnv(laser=Laser(dropout=0.1))
     observation, info = env.reset(seed=0)
     for _ in range(30):
         observation, _, _, _, info = env.step(np.array([0.6, 0.02], dtype=np.float32))
@@ -102,7 +102,7 @@ def test_observation_and_truth_say_the_same():
 
 
 def test_the_laser_sees_the_doors_where_physics_has_them():
-    env = DoorCorridorEnv(laser=Laser(sigma=0.0))
+    env = DoorWorldEnv(laser=Laser(sigma=0.0))
     env.reset(seed=0)
     moved = set()
     for _ in range(150):
@@ -128,7 +128,7 @@ def distances(points, segments):
 
 
 def test_static_and_moving_doors_share_all_else():
-    static, moving = (DoorCorridorEnv(doors=law) for law in ("static", "moving"))
+    static, moving = (DoorWorldEnv(doors=law) for law in ("static", "moving"))
     a, b = static.reset(seed=4), moving.reset(seed=4)
     assert static.layout.walls.tobytes() == moving.layout.walls.tobytes()
     assert a[0]["scan"].tobytes() == b[0]["scan"].tobytes()
@@ -141,7 +141,7 @@ def test_static_and_moving_doors_share_all_else():
 
 
 def test_observations_own_their_memory():
-    env = DoorCorridorEnv()
+    env = DoorWorldEnv()
     first, info = env.reset(seed=0)
     kept = {key: value.copy() for key, value in (first | {"pose": info["pose"]}).items()}
     for _ in range(5):
@@ -152,10 +152,10 @@ def test_observations_own_their_memory():
 
 def test_an_episode_ends_by_arriving_by_crashing_or_by_the_clock():
     near = Corridor(margin=5.9)  # a path of 20 cm, all of it within reach
-    env = DoorCorridorEnv(world=near)
+    env = DoorWorldEnv(world=near)
     env.reset(seed=0)
     assert env.step(np.zeros(2, dtype=np.float32))[2]
-    env = DoorCorridorEnv(task=Task(ends=("crashed",)), robot=Robot(acceleration=9))
+    env = DoorWorldEnv(task=Task(ends=("crashed",)), robot=Robot(acceleration=9))
     env.reset(seed=0)
     results = [env.step(np.array([-1.0, 0.0], dtype=np.float32)) for _ in range(10)]
     assert results[-1][2]
@@ -174,25 +174,25 @@ def test_an_episode_ends_by_arriving_by_crashing_or_by_the_clock():
         ({"robot": Doors()}, "robot must be a Robot"),
         ({"world": "castle"}, "world must be one of 'corridor', 'loop', 'office', 'crowd'"),
         ({"world": Corridor}, "world must be .* a Corridor, Loop, Office or Layout"),
-        ({"doors": Doors(law=Static()), "people": 3}, "people must be a People, got 3"),
+        ({"doors": Doors(law=Fixed()), "people": 3}, "people must be a People, got 3"),
         ({"render_mode": "ascii"}, "render_mode must be one of None, 'human', 'rgb_array'"),
     ],
 )
 def test_wrong_parameters_are_refused(wrong, message):
     with pytest.raises(InputError, match=message):
-        DoorCorridorEnv(**wrong)
+        DoorWorldEnv(**wrong)
 
 
 @pytest.mark.parametrize("action", [[np.nan, 0.0], [0.0, np.inf]])
 def test_an_action_that_is_no_number_is_refused(action):
-    env = DoorCorridorEnv()
+    env = DoorWorldEnv()
     env.reset(seed=0)
     with pytest.raises(InputError, match="two finite numbers"):
         env.step(np.array(action, dtype=np.float32))
 
 
 def test_zero_doors_and_one_beam():
-    env = DoorCorridorEnv(world=Corridor(doors_per_side=0), laser=Laser(beams=1))
+    env = DoorWorldEnv(world=Corridor(doors_per_side=0), laser=Laser(beams=1))
     observation, info = env.reset(seed=0)
     assert observation["scan"] == pytest.approx([8.0])
     assert info["door_angles"].shape == (0,)
@@ -206,7 +206,7 @@ def test_the_package_exports_what_it_says():
 
 @pytest.mark.parametrize("kind", ["float16", "float32", "float64", "int8", "int64"])
 def test_actions_of_any_kind_of_number(kind):
-    env, other = DoorCorridorEnv(), DoorCorridorEnv()
+    env, other = DoorWorldEnv(), DoorWorldEnv()
     env.reset(seed=0)
     other.reset(seed=0)
     action: Any = np.array([1, 0], dtype=kind)
@@ -218,7 +218,7 @@ def test_actions_of_any_kind_of_number(kind):
     "action", [None, "ahead", [True, False], [1j, 0], [1.0], [1.0, 2.0, 3.0], [[1.0, 0.0]]]
 )
 def test_what_is_no_action_is_refused(action):
-    env: Any = DoorCorridorEnv()
+    env: Any = DoorWorldEnv()
     env.reset(seed=0)
     with pytest.raises(InputError, match=r"actions are numbers from -1 to 1 in an array of shape"):
         env.step(action)
@@ -227,13 +227,13 @@ def test_what_is_no_action_is_refused(action):
 @pytest.mark.parametrize("name", ["pose", "motion", "scan", "layout", "physics"])
 def test_before_a_reset_there_is_nothing(name):
     with pytest.raises(gym.error.ResetNeeded):
-        getattr(DoorCorridorEnv(), name)
+        getattr(DoorWorldEnv(), name)
 
 
 @pytest.mark.parametrize("name", ["outline", "occupancy", "bound", "scene"])
 def test_before_a_reset_nothing_can_be_asked(name):
     with pytest.raises(gym.error.ResetNeeded):
-        getattr(DoorCorridorEnv(), name)()
+        getattr(DoorWorldEnv(), name)()
 
 
 @pytest.mark.parametrize("name", dynslam_env.WORLDS)
@@ -261,7 +261,7 @@ def test_people_who_do_not_fit_are_refused():
 
 
 def test_leaves_that_would_fly_are_refused():
-    env = DoorCorridorEnv(doors=Doors(swing_time=0.1))
+    env = DoorWorldEnv(doors=Doors(swing_time=0.1))
     with pytest.raises(InputError, match=r"cannot open in Doors.swing_time = 0.1 s"):
         env.reset(seed=0)
 
@@ -271,11 +271,11 @@ def test_a_generator_that_draws_no_layout_is_refused():
         def layout(self, rng):
             return [(0, 0, 1, 0)]
 
-    env = DoorCorridorEnv(world=Nothing())  # type: ignore[arg-type]
+    env = DoorWorldEnv(world=Nothing())  # type: ignore[arg-type]
     with pytest.raises(InputError, match="gives must be a Layout"):
         env.reset(seed=0)
 
 
 def test_a_law_will_do_for_doors():
     law = dynslam_env.Periodic(3.0)
-    assert DoorCorridorEnv(doors=law).setup == DoorCorridorEnv(doors=Doors(law=law)).setup
+    assert DoorWorldEnv(doors=law).setup == DoorWorldEnv(doors=Doors(law=law)).setup

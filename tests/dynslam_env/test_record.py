@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import DoorCorridorEnv, SlamWrapper, record
+from dynslam_env import DoorWorldEnv, SlamWrapper, record
 from slam import InputError, Pose2
 from slam.io.episode_file import load_episode, save_episode
 
@@ -42,7 +42,7 @@ def test_an_episode_has_a_scan_a_pose_and_doors_for_every_step(episode):
 
 
 def test_the_truth_is_the_environments(episode):
-    env = DoorCorridorEnv()
+    env = DoorWorldEnv()
     env.reset(seed=3)
     for i in range(31):
         assert episode.truth.poses[i].tolist() == list(env.pose)
@@ -53,7 +53,7 @@ def test_the_truth_is_the_environments(episode):
 
 
 def test_the_odometry_is_what_the_wheels_said(episode):
-    env, motions = DoorCorridorEnv(), episode.motions()
+    env, motions = DoorWorldEnv(), episode.motions()
     env.reset(seed=3)
     assert motions[0] == Pose2()
     for motion in motions[1:]:
@@ -87,5 +87,5 @@ def test_an_episode_is_saved_with_its_configuration(episode, tmp_path):
 
 
 def test_another_environment_is_refused():
-    with pytest.raises(InputError, match="must be a DoorCorridorEnv"):
+    with pytest.raises(InputError, match="must be a DoorWorldEnv"):
         record(gym.make("CartPole-v1"), Ahead())

@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import DoorCorridorEnv, Doors, Laser, Odometry, SlamWrapper, Uniform
+from dynslam_env import Doors, DoorWorldEnv, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_wrapper import crop, ego_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
@@ -38,11 +38,11 @@ class Fixed:
 
 
 def wrapped(slam: Any = "odometry", env: Any = None, **parameters: Any) -> SlamWrapper:
-    return SlamWrapper(env or DoorCorridorEnv(), slam, **parameters)
+    return SlamWrapper(env or DoorWorldEnv(), slam, **parameters)
 
 
 def test_perfect_odometry_makes_dead_reckoning_perfect():
-    env = wrapped(env=DoorCorridorEnv(odometry=PERFECT))
+    env = wrapped(env=DoorWorldEnv(odometry=PERFECT))
     _, info = env.reset(seed=0)
     for _ in range(50):
         _, _, _, _, info = env.step(FORWARD)
@@ -78,13 +78,13 @@ def test_the_map_is_scored_at_the_interval_and_at_the_end():
 
 
 def test_scores_of_the_change_are_those_of_all_that_was():
-    env = wrapped(score_every=10, env=DoorCorridorEnv(doors=Doors(Uniform(0.5, 2.0))))
+    env = wrapped(score_every=10, env=DoorWorldEnv(doors=Doors(Uniform(0.5, 2.0))))
     _, info = env.reset(seed=0)
     for episode in range(2):
         if episode:
             _, info = env.reset()
         world = env.unwrapped
-        assert isinstance(world, DoorCorridorEnv)
+        assert isinstance(world, DoorWorldEnv)
         walls, outlines = world.layout.walls, [world.outline()]
         for step in range(1, 41):
             info = env.step(FORWARD)[4]
@@ -114,7 +114,7 @@ def test_never_scored_if_not_asked_for():
 
 
 def test_a_good_map_scores_well():
-    perfect = DoorCorridorEnv(odometry=PERFECT, doors="static", laser=Laser(sigma=0.001))
+    perfect = DoorWorldEnv(odometry=PERFECT, doors="static", laser=Laser(sigma=0.001))
     env = wrapped(env=perfect, score_every=60)
     _, info = env.reset(seed=0)
     for _ in range(60):
@@ -157,7 +157,7 @@ def test_of_scans_that_are_left_out_the_slam_knows_nothing_but_of_the_last():
 
 def test_the_way_between_two_scans_is_all_that_the_wheels_told():
     fixed, _ = every_second()
-    alone, moved, ways = DoorCorridorEnv(), Pose2(), [Pose2()]
+    alone, moved, ways = DoorWorldEnv(), Pose2(), [Pose2()]
     alone.reset(seed=0)
     for step in range(1, 8):
         alone.step(TURNING)
@@ -212,7 +212,7 @@ def test_a_new_episode_has_a_new_slam():
 
 
 def test_the_wrapper_changes_nothing_of_the_episode():
-    alone, env = DoorCorridorEnv(), wrapped()
+    alone, env = DoorWorldEnv(), wrapped()
     for seed in (0, None):
         a, b = alone.reset(seed=seed), env.reset(seed=seed)
         assert a[0]["scan"].tobytes() == b[0]["scan"].tobytes()
@@ -292,7 +292,7 @@ def test_a_window_shows_the_map_after_the_step(monkeypatch):
         return draw(self, scene, belief, view)
 
     monkeypatch.setattr(Viewer, "draw", spied)
-    env = wrapped(score_every=0, env=DoorCorridorEnv(render_mode="human"))
+    env = wrapped(score_every=0, env=DoorWorldEnv(render_mode="human"))
     world: Any = env.unwrapped
     env.reset(seed=0)
     for _ in range(3):

@@ -127,7 +127,7 @@ def test_observations_are_in_their_space():
 )
 def test_wrong_parameters_are_refused(wrong, message):
     with pytest.raises(InputError, match=message):
-        dynslam_env.DoorCorridorVectorEnv(**wrong)
+        dynslam_env.DoorWorldVectorEnv(**wrong)
 
 
 def test_wrong_calls_are_refused():

@@ -27,7 +27,7 @@ with atheris.instrument_imports(
 ):
     import slam.io.bags  # noqa: F401 (imported late by the readers, and then not instrumented)
     from slam.errors import InputError
-    from slam.io.loaded_recording import Log
+    from slam.io.loaded_recording import LoadedRecording
     from slam.preprocessing.deskewing import standing
     from tests.slam.io.samples import reader_of, samples
 
@@ -47,7 +47,7 @@ def check(name: str, data: bytes) -> None:
         assert len(text) < 400, text
         assert str(FOLDER) in text, text  # the file, or the picture that it names
         return
-    if isinstance(result, Log):
+    if isinstance(result, LoadedRecording):
         result.episode.motions()
         standing(result.episode)
         assert all("\n" not in str(warned) for warned in result.warnings)

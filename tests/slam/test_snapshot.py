@@ -1,7 +1,7 @@
 import numpy as np
 
 from slam.grid import GridSpec, OccupancyGrid
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
 
 def test_the_map_comes_back_to_half_a_percent_and_the_scan_is_the_last_pose() -> None:
@@ -9,7 +9,7 @@ def test_the_map_comes_back_to_half_a_percent_and_the_scan_is_the_last_pose() ->
     spec = GridSpec(0.05, -64, 128, 128, 64)
     observed = rng.random(spec.shape) < 0.4
     grid = OccupancyGrid(spec, np.where(observed, rng.random(spec.shape), 0.5), observed)
-    stage = Stage.of(np.zeros((7, 3)), grid)
+    stage = MapSnapshot.of(np.zeros((7, 3)), grid)
     assert stage.scan == 6
     assert stage.grid.spec == spec
     assert (stage.grid.observed == observed).all()
@@ -19,4 +19,4 @@ def test_the_map_comes_back_to_half_a_percent_and_the_scan_is_the_last_pose() ->
 def test_it_is_small() -> None:
     spec = GridSpec(0.05, 0, 0, 1024, 1024)
     grid = OccupancyGrid(spec, np.full(spec.shape, 0.5), np.zeros(spec.shape, np.bool_))
-    assert len(Stage.of(np.zeros((1, 3)), grid).packed) < 1e-2 * grid.observed.nbytes
+    assert len(MapSnapshot.of(np.zeros((1, 3)), grid).packed) < 1e-2 * grid.observed.nbytes

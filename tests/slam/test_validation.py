@@ -9,8 +9,8 @@ from slam.errors import InputError
 from slam.maps.clamped import Clamped
 from slam.maps.rays import Rays
 from slam.maps.static import Static
-from slam.motion.gaussian import OdometryMotion
-from slam.motion.threshold import Spacing
+from slam.motion.gaussian import GaussianMotion
+from slam.motion.threshold import MotionThreshold
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
@@ -28,9 +28,9 @@ from slam.search.random_restart import RandomRestart
         (lambda: Static(resolution=math.nan), "resolution"),
         (lambda: Clamped(limit=-1.0), "limit"),
         (lambda: Rays(reach=-1.0), "Rays.reach"),
-        (lambda: Spacing(math.nan, 1.0, 1.0), "spacing"),
-        (lambda: OdometryMotion(rotation_floor=0.0), "OdometryMotion.rotation_floor"),
-        (lambda: OdometryMotion(rotation_per_m=-1.0), "OdometryMotion.rotation_per_m"),
+        (lambda: MotionThreshold(math.nan, 1.0, 1.0), "spacing"),
+        (lambda: GaussianMotion(rotation_floor=0.0), "GaussianMotion.rotation_floor"),
+        (lambda: GaussianMotion(rotation_per_m=-1.0), "GaussianMotion.rotation_per_m"),
         (lambda: slam.make("static-ml", seed=-1), "seed"),
     ],
 )

@@ -6,7 +6,7 @@ from typing import Any
 
 from slam.io.bags.file import opened
 from slam.io.files import AnyPath
-from slam.io.warnings import Warnings
+from slam.io.warnings import WarningCounter
 
 
 def contents_of(path: AnyPath) -> dict[str, Any]:
@@ -14,7 +14,7 @@ def contents_of(path: AnyPath) -> dict[str, Any]:
 
     Raises InputError.
     """
-    with opened(path, Warnings("message")) as bag:
+    with opened(path, WarningCounter("message")) as bag:
         return {
             "ros": f"ROS {bag.ros}",
             "recorded_s": bag.seconds,

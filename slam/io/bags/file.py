@@ -16,12 +16,13 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from slam.errors import InputError
+from slam.io import signatures
 from slam.io.bags.cut_off import CutBag1, CutMcap
 from slam.io.bags.guarded import Bag1, Folder, Mcap, Sqlite
 from slam.io.bags.unpacking import bounded
 from slam.io.files import AnyPath, reading
-from slam.io.one_line import told
-from slam.io.warnings import Warnings
+from slam.io.one_line import one_line
+from slam.io.warnings import WarningCounter
 
 ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
 for _kind in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):  # ROS 1's, and that of old recordings
@@ -52,7 +53,7 @@ class Bag:
     seconds  from the first message to the last
     """
 
-    def __init__(self, path: AnyPath, reader: Reader, warnings: Warnings) -> None:
+    def __init__(self, path: AnyPath, reader: Reader, warnings: WarningCounter) -> None:
         self.path = path
         self.warnings = warnings
         self.ros = 1 if isinstance(reader, rosbag1.Reader) else 2
@@ -88,7 +89,7 @@ class Bag:
                 try:
                     message = self._read(data, connection.msgtype)
                 except Exception:  # anything can stand in a damaged message
-                    kind = f"{told(connection.topic, 60)}: no {connection.msgtype}, left out"
+                    kind = f"{one_line(connection.topic, 60)}: no {connection.msgtype}, left out"
                     self.warnings.add(kind, number)
                     continue
                 yield connection.topic, time * 1e-9, message
@@ -96,12 +97,12 @@ class Bag:
             raise InputError(f"{self.path}: {error}") from None
         except Exception as error:  # or in a damaged file
             if not number:
-                raise InputError(f"{self.path}: damaged ({told(error)})") from None
-            self.warnings.add(f"file damaged ({told(error)}), the part before used", number)
+                raise InputError(f"{self.path}: damaged ({one_line(error)})") from None
+            self.warnings.add(f"file damaged ({one_line(error)}), the part before used", number)
 
 
 @contextmanager
-def opened(path: AnyPath, warnings: Warnings) -> Iterator[Bag]:
+def opened(path: AnyPath, warnings: WarningCounter) -> Iterator[Bag]:
     """A recording open for reading; of one that was cut off, the part before, with a warning.
 
     Raises InputError where it is none, or damaged.
@@ -111,7 +112,7 @@ def opened(path: AnyPath, warnings: Warnings) -> Iterator[Bag]:
         try:
             bag = _bag(path, reader, warnings, stack)
         except InputError as error:
-            raise InputError(f"{path}: {told(error)}") from None
+            raise InputError(f"{path}: {one_line(error)}") from None
         except Exception as error:
             mended = _mended(path, reader, warnings, stack)
             if mended is None:
@@ -120,13 +121,15 @@ def opened(path: AnyPath, warnings: Warnings) -> Iterator[Bag]:
         yield bag
 
 
-def _bag(path: AnyPath, reader: Reader, warnings: Warnings, stack: ExitStack) -> Bag:
+def _bag(path: AnyPath, reader: Reader, warnings: WarningCounter, stack: ExitStack) -> Bag:
     reader.open()
     stack.callback(_close, reader)
     return Bag(path, reader, warnings)
 
 
-def _mended(path: AnyPath, broken: Reader, warnings: Warnings, stack: ExitStack) -> Bag | None:
+def _mended(
+    path: AnyPath, broken: Reader, warnings: WarningCounter, stack: ExitStack
+) -> Bag | None:
     """What can be read without an index."""
     kind = CUT_OFF.get(type(broken))
     if kind is None:
@@ -172,6 +175,6 @@ def _size(path: Path) -> int:
 
 
 def _cannot(error: Exception, reader: Reader) -> str:
-    why = f"cannot be read as a ROS recording ({told(error, 150)})"
+    why = f"cannot be read as a ROS recording ({one_line(error, 150)})"
     mended_by = MENDED_BY.get(type(reader))
     return f"{why}; if it was cut off, `{mended_by}` may mend it" if mended_by else why

@@ -20,18 +20,17 @@ from slam.io.bags.poses import ODOMETRY, Poses, is_truth
 from slam.io.bags.recorded import on_one_clock, take, tree_of
 from slam.io.bags.robot import mounts_of, odometry_of
 from slam.io.files import AnyPath
-from slam.io.loaded_recording import Choice, Log
-from slam.io.one_line import listed
-from slam.io.one_line import told as shown
+from slam.io.loaded_recording import LoadedRecording, SourceSelection
+from slam.io.one_line import listed, one_line
 from slam.io.saturation import guessed_max_range
-from slam.io.warnings import Warnings
+from slam.io.warnings import WarningCounter
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
 BEYOND = 0.3  # s: so long may a scan come before the first or after the last odometry
 
 
-def read_bag(path: AnyPath, choice: Choice = Choice()) -> Log:
+def read_bag(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
     """Read a ROS 1 bag, or a ROS 2 bag (a folder, .mcap or .db3).
 
     Scans are sensor_msgs/LaserScan. The odometry is that of nav_msgs/Odometry (/odom, or the only
@@ -40,13 +39,13 @@ def read_bag(path: AnyPath, choice: Choice = Choice()) -> Log:
     down is read so. Times are the messages' stamps; where those are of different clocks, or run
     backwards, the times at which the messages were recorded. Raises InputError.
     """
-    warnings = Warnings("message")
+    warnings = WarningCounter("message")
     with opened(path, warnings) as bag:
         laser = _laser(bag, choice.laser)
         topic = _odometry_topic(bag, choice.odometry)
         recorded = take(bag, laser, topic, warnings)
     if not recorded.sweeps:
-        raise InputError(f"{path}: no usable scan on {shown(laser)}")
+        raise InputError(f"{path}: no usable scan on {one_line(laser)}")
     recorded = on_one_clock(recorded, warnings)
     tree = tree_of(recorded, warnings)
     try:
@@ -55,19 +54,21 @@ def read_bag(path: AnyPath, choice: Choice = Choice()) -> Log:
         raise InputError(f"{path}: {error}") from None
     sweeps = _in_order(recorded.sweeps, trajectory, warnings)
     if not sweeps:
-        raise InputError(f"{path}: no scan of {shown(laser)} lies within the time of the odometry")
+        raise InputError(
+            f"{path}: no scan of {one_line(laser)} lies within the time of the odometry"
+        )
     times = np.array([one.time for one in sweeps])
     mounts, flipped = mounts_of(tree, base, sweeps[0].frame, times, choice.mount, warnings)
     scans = _scans(sweeps, mounts, flipped, warnings)
     if trajectory is None:
         trajectory = Trajectory(times, np.zeros((len(times), 3)))
     meta = {"source": Path(path).name, "laser": laser, "odometry": source}
-    return Log(Episode(scans, trajectory, meta=meta), warnings.counted())
+    return LoadedRecording(Episode(scans, trajectory, meta=meta), warnings.counted())
 
 
 def read_reference(path: AnyPath, topic: str) -> Trajectory:
     """Poses of a topic of any kind that tells poses, such as a reference system's."""
-    warnings = Warnings("message")
+    warnings = WarningCounter("message")
     poses = Poses()
     with opened(path, warnings) as bag:
         if topic not in bag.topics:
@@ -76,11 +77,11 @@ def read_reference(path: AnyPath, topic: str) -> Trajectory:
             if not hasattr(message, "pose"):
                 raise InputError(f"{path}: {topic} is a {bag.topics[topic].kind} and tells no pose")
             poses.add(received, message)
-    told = poses.collected()
-    if not len(told.times):
+    stamped = poses.collected()
+    if not len(stamped.times):
         raise InputError(f"{path}: no usable pose on {topic}")
-    times, first = np.unique(told.times, return_index=True)
-    return Trajectory(times, told.poses[first])
+    times, first = np.unique(stamped.times, return_index=True)
+    return Trajectory(times, stamped.poses[first])
 
 
 def _laser(bag: Bag, wanted: str | None) -> str:
@@ -116,7 +117,9 @@ def _odometry_topic(bag: Bag, wanted: str | None) -> str | None:
     return topics[0] if topics else None
 
 
-def _in_order(sweeps: list[Sweep], odometry: Trajectory | None, warnings: Warnings) -> list[Sweep]:
+def _in_order(
+    sweeps: list[Sweep], odometry: Trajectory | None, warnings: WarningCounter
+) -> list[Sweep]:
     """By time, each time once, as far as the odometry reaches."""
     kept: list[Sweep] = []
     for number, one in enumerate(sorted(sweeps, key=lambda one: one.time), 1):
@@ -132,7 +135,7 @@ def _in_order(sweeps: list[Sweep], odometry: Trajectory | None, warnings: Warnin
 
 
 def _scans(
-    sweeps: list[Sweep], mounts: list[Pose2], flipped: np.ndarray, warnings: Warnings
+    sweeps: list[Sweep], mounts: list[Pose2], flipped: np.ndarray, warnings: WarningCounter
 ) -> tuple[Scan, ...]:
     guessed = 0.0
     mirrored: dict[int, Array] = {}

@@ -10,13 +10,13 @@ from slam.io.bags.file import Bag
 from slam.io.bags.laser_scan import Sweep, sweep
 from slam.io.bags.poses import Poses, Stamped, stamp
 from slam.io.bags.transforms import Transforms, plain
-from slam.io.warnings import Warnings
+from slam.io.warnings import WarningCounter
 
 FRAMES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 SET_BACK = 1.0  # s: stamps that run back by more are no clock
 
 
-class Frame(NamedTuple):
+class StampedTransform(NamedTuple):
     """One transform of /tf or /tf_static.
 
     received  s, when it was recorded
@@ -35,19 +35,19 @@ class Frame(NamedTuple):
     still: bool
 
 
-class Recorded(NamedTuple):
+class RecordedMessages(NamedTuple):
     """What was taken out of a recording, in the order in which it was recorded."""
 
     sweeps: list[Sweep]
     odometry: Stamped
-    frames: list[Frame]
+    frames: list[StampedTransform]
 
 
-def take(bag: Bag, laser: str, topic: str | None, warnings: Warnings) -> Recorded:
+def take(bag: Bag, laser: str, topic: str | None, warnings: WarningCounter) -> RecordedMessages:
     """Read the messages of one laser, of the odometry's topic if there is one, and all frames."""
     sweeps: list[Sweep] = []
     poses = Poses()
-    frames: list[Frame] = []
+    frames: list[StampedTransform] = []
     names = [laser, *([topic] if topic else []), *bag.named(*FRAMES)]
     for number, (name, received, message) in enumerate(bag.messages(names), 1):
         if name == laser:
@@ -62,17 +62,17 @@ def take(bag: Bag, laser: str, topic: str | None, warnings: Warnings) -> Recorde
         else:
             still = "static" in name
             frames += [_frame(received, told, still) for told in message.transforms]
-    return Recorded(sweeps, poses.collected(), frames)
+    return RecordedMessages(sweeps, poses.collected(), frames)
 
 
-def _frame(received: float, told: Any, still: bool) -> Frame:
+def _frame(received: float, told: Any, still: bool) -> StampedTransform:
     at, turn = told.transform.translation, told.transform.rotation
     row = (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)
     parent, child = plain(told.header.frame_id), plain(told.child_frame_id)
-    return Frame(received, stamp(told, received), parent, child, row, still)
+    return StampedTransform(received, stamp(told, received), parent, child, row, still)
 
 
-def on_one_clock(recorded: Recorded, warnings: Warnings) -> Recorded:
+def on_one_clock(recorded: RecordedMessages, warnings: WarningCounter) -> RecordedMessages:
     """The stamps, or where they are no common clock, the times of recording."""
     scans = np.array([one.time for one in recorded.sweeps])
     moving = np.array([one.time for one in recorded.frames if not one.still])
@@ -85,14 +85,14 @@ def on_one_clock(recorded: Recorded, warnings: Warnings) -> Recorded:
         return recorded
     why = "stamps of scans and odometry are of different clocks" if apart else "stamps run back"
     warnings.add(f"{why}, times of recording used", 1)
-    return Recorded(
+    return RecordedMessages(
         [one._replace(time=one.received) for one in recorded.sweeps],
         recorded.odometry._replace(times=recorded.odometry.received),
         [one._replace(time=one.received) for one in recorded.frames],
     )
 
 
-def tree_of(recorded: Recorded, warnings: Warnings) -> Transforms:
+def tree_of(recorded: RecordedMessages, warnings: WarningCounter) -> Transforms:
     """The frames; what cannot be a transform is counted in the warnings."""
     tree = Transforms()
     for number, one in enumerate(recorded.frames, 1):

@@ -15,7 +15,7 @@ from slam.io.bags.sink import Sink, check_times, sink
 from slam.io.bags.write import BASE, LASER, ODOM
 from slam.io.files import AnyPath
 from slam.scan import Scan
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
 MAP = "map"
 PATH_POSES = 300  # of a path on the way: all of them each time would grow as the square of the run
@@ -24,7 +24,9 @@ Event = tuple[float, Callable[[Sink], None]]
 """When (s), and what is written then."""
 
 
-def write_result(path: AnyPath, episode: Episode, online: Array, stages: Sequence[Stage]) -> None:
+def write_result(
+    path: AnyPath, episode: Episode, online: Array, stages: Sequence[MapSnapshot]
+) -> None:
     """Write .mcap, .db3 or a folder (ROS 2), or .bag (ROS 1): what a live SLAM would have sent.
 
     online  (n, 3) the pose at each scan as believed when it came; n may be less than all scans
@@ -99,13 +101,13 @@ def _put_scan(out: Sink, scan: Scan) -> None:
         out.put("/points", scan.time, out.make.cloud(scan, LASER))
 
 
-def _beliefs(episode: Episode, stages: Sequence[Stage]) -> Iterator[Event]:
+def _beliefs(episode: Episode, stages: Sequence[MapSnapshot]) -> Iterator[Event]:
     for stage in stages:
         most = len(stage.poses) if stage is stages[-1] else PATH_POSES
         yield episode.scans[stage.scan].time, partial(_put_belief, episode, stage, most)
 
 
-def _put_belief(episode: Episode, stage: Stage, most: int, out: Sink) -> None:
+def _put_belief(episode: Episode, stage: MapSnapshot, most: int, out: Sink) -> None:
     time = episode.scans[stage.scan].time
     chosen = np.unique(np.linspace(0, stage.scan, most).round().astype(int))
     out.put("/map", time, out.make.grid(time, stage.grid, MAP))

@@ -10,10 +10,10 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.bags.poses import ODOMETRY
-from slam.io.bags.recorded import Recorded
+from slam.io.bags.recorded import RecordedMessages
 from slam.io.bags.transforms import Transforms, plain, seen_from_above
-from slam.io.one_line import told as shown
-from slam.io.warnings import Warnings
+from slam.io.one_line import one_line
+from slam.io.warnings import WarningCounter
 from slam.trajectory import Trajectory
 
 BASES = ("base_link", "base_footprint")  # REP 105
@@ -21,7 +21,7 @@ NONE = "none"
 LEVEL = math.cos(math.radians(10.0))  # a laser that is tilted by more sees no floor plan
 
 
-class Odometry(NamedTuple):
+class OdometrySource(NamedTuple):
     """How the robot says that it moved.
 
     trajectory  None where nobody says it
@@ -35,25 +35,29 @@ class Odometry(NamedTuple):
 
 
 def odometry_of(
-    recorded: Recorded, tree: Transforms, topic: str | None, wanted: str | None, warnings: Warnings
-) -> Odometry:
+    recorded: RecordedMessages,
+    tree: Transforms,
+    topic: str | None,
+    wanted: str | None,
+    warnings: WarningCounter,
+) -> OdometrySource:
     """That of the topic, or of /tf: of the wanted frame, or one above the laser whose name has
     "odom" in it. Raises InputError where what is wanted is not there."""
     laser = recorded.sweeps[0].frame
     if wanted == NONE:
-        return Odometry(None, _base(tree, laser, ""), "")
+        return OdometrySource(None, _base(tree, laser, ""), "")
     if topic is not None:
-        told = recorded.odometry
-        if len(told.times):
-            times, first = np.unique(told.times, return_index=True)
-            base = _base(tree, laser, told.frame)
-            return Odometry(Trajectory(times, told.poses[first]), base, topic)
+        stamped = recorded.odometry
+        if len(stamped.times):
+            times, first = np.unique(stamped.times, return_index=True)
+            base = _base(tree, laser, stamped.frame)
+            return OdometrySource(Trajectory(times, stamped.poses[first]), base, topic)
         warnings.add(f"{topic}: no usable odometry", 1)
     chain = tree.ancestors(laser)
     if wanted is not None and wanted != topic and plain(wanted) not in chain[1:]:
         raise InputError(
             f"no odometry {wanted!r}: neither a topic of {ODOMETRY} nor a frame above the laser's "
-            f"({shown(' < '.join(chain))})"
+            f"({one_line(' < '.join(chain))})"
         )
     found = [
         name
@@ -65,28 +69,33 @@ def odometry_of(
         times = tree.times(frame, base)
         if len(times):
             poses = seen_from_above(*tree.at(frame, base, times))
-            return Odometry(Trajectory(times, poses), base, f"/tf: {base} in {frame}")
+            return OdometrySource(Trajectory(times, poses), base, f"/tf: {base} in {frame}")
     if wanted is not None:
         raise InputError(f"no odometry {wanted!r}: nothing moves in that frame")
     warnings.add("no odometry in it: the laser alone tells how the robot moved", 1)
-    return Odometry(None, _base(tree, laser, ""), "")
+    return OdometrySource(None, _base(tree, laser, ""), "")
 
 
-def _base(tree: Transforms, laser: str, told: str) -> str:
+def _base(tree: Transforms, laser: str, wanted: str) -> str:
     """The robot's frame: as told, or by its usual name, or the laser's own."""
     chain = tree.ancestors(laser)
-    if told and tree.connected(told, laser):
-        return told
-    return next((name for name in chain if name in BASES), told or laser)
+    if wanted and tree.connected(wanted, laser):
+        return wanted
+    return next((name for name in chain if name in BASES), wanted or laser)
 
 
 def mounts_of(
-    tree: Transforms, base: str, laser: str, times: Array, told: Pose2 | None, warnings: Warnings
+    tree: Transforms,
+    base: str,
+    laser: str,
+    times: Array,
+    mount: Pose2 | None,
+    warnings: WarningCounter,
 ) -> tuple[list[Pose2], np.ndarray]:
     """Where the laser stands on the robot at each scan, and whether it hangs upside down."""
     upright = np.zeros(len(times), dtype=np.bool_)
-    if told is not None:
-        return [told] * len(times), upright
+    if mount is not None:
+        return [mount] * len(times), upright
     if not tree.connected(base, laser) or laser == base:
         if laser != base:
             warnings.add(

@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from slam.errors import InputError
 from slam.geometry import Array
-from slam.io.one_line import told as shown
+from slam.io.one_line import one_line
 
 FARTHEST = 1e8  # m: what is farther away than that is no place
 DEEPEST = 100  # frames from the root; a robot has five to twenty
 STILL = 1e-6  # m and rad: an edge that moves less than this stands
 
 
-class Edge(NamedTuple):
+class TransformHistory(NamedTuple):
     """Where a frame lies in its parent, at times.
 
     times         (n,) s, increasing
@@ -54,7 +54,7 @@ class Transforms:
 
     def __init__(self) -> None:
         self._told: dict[str, array[float]] = {}
-        self._edges: dict[str, Edge] = {}
+        self._edges: dict[str, TransformHistory] = {}
         self.parents: dict[str, str] = {}
 
     def add(self, parent: str, child: str, row: tuple[float, ...]) -> bool:
@@ -83,12 +83,14 @@ class Transforms:
             chain.append(self.parents[chain[-1]])
         return chain
 
-    def edge(self, child: str) -> Edge:
+    def edge(self, child: str) -> TransformHistory:
         """Where `child` lies in its parent."""
         if child not in self._edges:
             rows = np.array(self._told[child]).reshape(-1, 8)
             times, first = np.unique(rows[:, 0], return_index=True)
-            self._edges[child] = Edge(times, rows[first, 1:4], Rotation.from_quat(rows[first, 4:]))
+            self._edges[child] = TransformHistory(
+                times, rows[first, 1:4], Rotation.from_quat(rows[first, 4:])
+            )
         return self._edges[child]
 
     def connected(self, a: str, b: str) -> bool:
@@ -135,7 +137,7 @@ def may_be(place: tuple[float, ...], turn: tuple[float, ...]) -> bool:
 
 def plain(frame: str) -> str:
     """A frame's name without the slash that old recordings put before it."""
-    return shown(frame.lstrip("/"), 100) if frame else ""
+    return one_line(frame.lstrip("/"), 100) if frame else ""
 
 
 def seen_from_above(shift: Array, turn: Rotation) -> Array:

@@ -39,7 +39,7 @@ class Odom(NamedTuple):
     pose: Pose2
 
 
-class Laser(NamedTuple):
+class LaserMessage(NamedTuple):
     """One sweep as the log has it.
 
     robot      pose by the odometry; m, rad
@@ -64,7 +64,7 @@ def parse_odom(words: list[bytes]) -> Odom:
     return Odom(_time(words[7]), _pose(words[1:4]))
 
 
-def parse_flaser(words: list[bytes]) -> Laser:
+def parse_flaser(words: list[bytes]) -> LaserMessage:
     """FLASER n r1..rn x y theta odom_x odom_y odom_theta ipc_time host logger_time.
 
     The first pose may be a corrected one, so it is not read: the odometry is the second. Raises
@@ -73,10 +73,12 @@ def parse_flaser(words: list[bytes]) -> Laser:
     n = _count(words, 1)
     if not n + 10 <= len(words) <= n + 11:
         raise Garbled(f"FLASER with {n} ranges, 6 numbers, time, host, time was expected")
-    return Laser(_time(words[n + 8]), _pose(words[n + 5 : n + 8]), _numbers(words[2 : n + 2]))
+    return LaserMessage(
+        _time(words[n + 8]), _pose(words[n + 5 : n + 8]), _numbers(words[2 : n + 2])
+    )
 
 
-def parse_robotlaser(words: list[bytes]) -> Laser:
+def parse_robotlaser(words: list[bytes]) -> LaserMessage:
     """ROBOTLASER1: seven numbers of the sensor, ranges, remissions, poses of laser and robot, ...
 
     type start_angle field_of_view resolution max_range accuracy remission_mode n r1..rn m s1..sm
@@ -90,7 +92,7 @@ def parse_robotlaser(words: list[bytes]) -> Laser:
         raise Garbled(f"ROBOTLASER1 with {n} ranges, {m} remissions and 14 more was expected")
     start, view, step, max_range = _numbers(words[2:6]).tolist()
     laser, robot = _pose(tail[:3]), _pose(tail[3:6])
-    return Laser(
+    return LaserMessage(
         time=_time(tail[11]),
         pose=robot,
         ranges=_numbers(words[9 : n + 9]),

@@ -8,14 +8,14 @@ from slam.geometry import Pose2
 from slam.io.carmen.leaps import leaps
 from slam.io.carmen.messages import (
     Garbled,
-    Laser,
+    LaserMessage,
     Odom,
     parse_flaser,
     parse_odom,
     parse_param,
     parse_robotlaser,
 )
-from slam.io.warnings import Warnings
+from slam.io.warnings import WarningCounter
 
 LASERS = {b"FLASER": parse_flaser, b"ROBOTLASER1": parse_robotlaser}
 # Other messages of CARMEN, and comments: passed over without a word.
@@ -26,10 +26,10 @@ class CarmenParser:
     """Takes lines; then holds `messages`, their line `numbers`, `params` and `warnings`."""
 
     def __init__(self) -> None:
-        self.messages: list[Odom | Laser] = []
+        self.messages: list[Odom | LaserMessage] = []
         self.numbers: list[int] = []
         self.params: dict[bytes, float] = {}
-        self.warnings = Warnings()
+        self.warnings = WarningCounter()
         self.reason = ""  # what was expected on the first line left out
         self._laser = b""
         self._beams = 0
@@ -71,9 +71,9 @@ class CarmenParser:
         self.messages = [message for _, message in kept]
 
     @property
-    def lasers(self) -> list[Laser]:
+    def lasers(self) -> list[LaserMessage]:
         """The sweeps among the messages."""
-        return [message for message in self.messages if isinstance(message, Laser)]
+        return [message for message in self.messages if isinstance(message, LaserMessage)]
 
     def param(self, name: bytes) -> float:
         """The log's own setting, 0 where it has none."""
@@ -88,7 +88,7 @@ class CarmenParser:
             self.param(b"robot_frontlaser_angular_offset"),
         )
 
-    def _keep(self, number: int, message: Odom | Laser) -> None:
+    def _keep(self, number: int, message: Odom | LaserMessage) -> None:
         self.messages.append(message)
         self.numbers.append(number)
 

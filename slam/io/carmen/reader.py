@@ -12,11 +12,11 @@ import numpy as np
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array
-from slam.io.carmen.messages import Laser, Odom, flaser_angles
+from slam.io.carmen.messages import LaserMessage, Odom, flaser_angles
 from slam.io.carmen.parser import CarmenParser
 from slam.io.clock import steady
 from slam.io.files import AnyPath, CutShortError, lines
-from slam.io.loaded_recording import Log
+from slam.io.loaded_recording import LoadedRecording
 from slam.io.saturation import guessed_max_range
 from slam.scan import Scan
 from slam.trajectory import Trajectory
@@ -27,7 +27,7 @@ EXPECTED = (
 )
 
 
-def read_carmen(path: AnyPath) -> Log:
+def read_carmen(path: AnyPath) -> LoadedRecording:
     """Read a CARMEN log, plain or gzip. Raises InputError where there is no usable scan in it.
 
     The laser is that of FLASER or of ROBOTLASER1, whichever comes first; other messages are passed
@@ -44,7 +44,7 @@ def read_carmen(path: AnyPath) -> Log:
     times = _times(log)
     meta = {"source": Path(path).name}
     episode = Episode(_scans(log, times), _odometry(log.messages, times), meta=meta)
-    return Log(episode, log.warnings.counted())
+    return LoadedRecording(episode, log.warnings.counted())
 
 
 def _parsed(path: AnyPath) -> CarmenParser:
@@ -78,7 +78,7 @@ def _times(log: CarmenParser) -> Array:
     )
 
 
-def _odometry(messages: list[Odom | Laser], times: Array) -> Trajectory:
+def _odometry(messages: list[Odom | LaserMessage], times: Array) -> Trajectory:
     new = np.concatenate([[True], np.diff(times) > 0])
     poses = np.array([message.pose for message in messages])
     return Trajectory(times[new], poses[new])
@@ -89,7 +89,7 @@ def _scans(log: CarmenParser, times: Array) -> tuple[Scan, ...]:
     stated = log.param(b"robot_front_laser_max") or log.param(b"laser_front_laser_max")
     max_range = stated if stated > 0 else guessed_max_range([laser.ranges for laser in lasers])
     step_deg = log.param(b"laser_front_laser_resolution")
-    at = [k for k, message in enumerate(log.messages) if isinstance(message, Laser)]
+    at = [k for k, message in enumerate(log.messages) if isinstance(message, LaserMessage)]
     scans = []
     for laser, time in zip(lasers, times[at].tolist(), strict=True):
         limit = laser.max_range or max_range

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from agents.goal_choosers.doors import DoorChoice, LongestUnseen, Look, RoundRobin
-from agents.goal_choosers.frontiers import ExploreLite, FrontierChoice, nearest
+from agents.goal_choosers.doors import DoorChooser, LongestUnseen, Look, RoundRobin
+from agents.goal_choosers.frontiers import ExploreLite, FrontierChooser, nearest
 from agents.goal_choosers.oracle import believed_closed
 from agents.goal_choosers.pose_information import PoseInformation
 from agents.path_patrol import PathPatrol
@@ -15,7 +15,7 @@ from dynslam_env.navigation.doors_found import FoundDoor
 from dynslam_env.navigation.frontiers import Frontier
 from dynslam_env.navigation.goal import Goal
 from dynslam_env.navigation.planner import plan
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from slam import InputError, Pose2
 from tests.dynslam_env.navigation.car import Car
 from tests.dynslam_env.navigation.drawn import believed, drawn
@@ -35,7 +35,7 @@ TWO_GAPS = """
 
 def surveyed(text, x, y, time=0.0):
     costmap, pose = drawn(text), Pose2(x, y, 0.0)
-    return Survey(time, pose, believed("."), costmap, plan(costmap, pose))
+    return PlanningSnapshot(time, pose, believed("."), costmap, plan(costmap, pose))
 
 
 def frontier(size, length):
@@ -44,8 +44,8 @@ def frontier(size, length):
 
 def test_the_nearest_frontier_and_the_largest_are_not_the_same():
     seen = surveyed(TWO_GAPS, 0.55, 0.45)
-    near = FrontierChoice(nearest, smallest=2).goal(seen)
-    large = FrontierChoice(ExploreLite(), smallest=2).goal(seen)
+    near = FrontierChooser(nearest, smallest=2).goal(seen)
+    large = FrontierChooser(ExploreLite(), smallest=2).goal(seen)
     assert near is not None
     assert large is not None
     assert near.target == pytest.approx((0.6, 0.75), abs=0.06)
@@ -60,7 +60,7 @@ def test_explore_lites_cost():
 
 
 def test_where_no_frontier_is_left_it_stands_still_and_behind_a_wall_it_waits():
-    choice = FrontierChoice(nearest, smallest=1)
+    choice = FrontierChooser(nearest, smallest=1)
     assert choice.goal(surveyed("#####\n#...#\n#####", 0.25, 0.15)) is None
     waiting = choice.goal(surveyed("######....   \n#....#....   \n######....   ", 0.25, 0.15))
     assert waiting is not None
@@ -68,7 +68,7 @@ def test_where_no_frontier_is_left_it_stands_still_and_behind_a_wall_it_waits():
 
 
 def test_a_place_on_the_blacklist_is_tried_again_later():
-    seen, choice = surveyed(TWO_GAPS, 0.55, 0.45), FrontierChoice(nearest, smallest=2)
+    seen, choice = surveyed(TWO_GAPS, 0.55, 0.45), FrontierChooser(nearest, smallest=2)
     first = choice.goal(seen)
     assert first is not None
     choice.ended(first, False, 0.0)
@@ -110,7 +110,7 @@ def test_longest_unseen_weighs_the_age_with_the_way():
 
 def test_a_door_that_is_taken_for_want_of_a_frontier_counts_as_looked_at(monkeypatch):
     order = RoundRobin()
-    choice, seen = DoorChoice(order), surveyed("..\n..", 0.05, 0.05)
+    choice, seen = DoorChooser(order), surveyed("..\n..", 0.05, 0.05)
     (only,) = looks(((3.0, 0.0), 9, 5))
     monkeypatch.setattr(choice, "_looks", lambda survey: [only])
     monkeypatch.setattr(choice._explore, "goal", lambda survey: None)

@@ -15,7 +15,7 @@ from agents.trained import Trained
 from agents.training.policy_file import TOLD, WEIGHTS, read_policy, save_model, slim
 from agents.training.train import KINDS
 from agents.vec_env import NativeVecEnv
-from dynslam_env import DoorCorridorEnv
+from dynslam_env import DoorWorldEnv
 from dynslam_env.patrol.env import DoorPatrolEnv
 from slam import InputError
 
@@ -87,7 +87,7 @@ def test_a_trained_agent_acts_as_the_model_does(saved):
 
 def test_what_was_trained_on_other_observations_is_refused(saved):
     with pytest.raises(InputError, match="learned in DoorPatrol-v0, whose observations or actions"):
-        Trained(saved[2], DoorCorridorEnv())
+        Trained(saved[2], DoorWorldEnv())
 
 
 class Malicious:

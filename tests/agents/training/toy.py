@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 
 from dynslam_env import Door, Laser, Layout, Periodic
-from dynslam_env.patrol.rewards import Pay
+from dynslam_env.patrol.rewards import RewardWeights
 from slam import Pose2
 
 SECONDS = 24.0
@@ -33,6 +33,6 @@ gymnasium.register(
         "doors": Periodic(4.0),
         "slam": "odometry",
         "laser": Laser(beams=61),
-        "pay": Pay({"freshness": 0.01}),
+        "pay": RewardWeights({"freshness": 0.01}),
     },
 )

@@ -5,7 +5,7 @@ import pytest
 from gymnasium.wrappers import RecordVideo
 
 import dynslam_env
-from dynslam_env import DoorCorridorEnv, SlamWrapper
+from dynslam_env import DoorWorldEnv, SlamWrapper
 from dynslam_env.drawing.colours import BLUE, ORANGE, PAPER, PURPLE, SOLID, UNKNOWN, VERMILION
 from dynslam_env.drawing.view import View
 
@@ -26,7 +26,7 @@ def frame_after(env, steps):
 
 
 def test_a_frame_shows_floor_solid_robot_and_doors():
-    env = DoorCorridorEnv(render_mode="rgb_array")
+    env = DoorWorldEnv(render_mode="rgb_array")
     env.reset(seed=0)
     frame = frame_after(env, 5)
     for colour, least in ((PAPER, 50_000), (SOLID, 20_000), (BLUE, 200), (ORANGE, 200)):
@@ -52,7 +52,7 @@ def test_every_world_has_a_picture_of_constant_even_size(name):
 
 
 def test_the_robot_is_drawn_where_it_is():
-    env = DoorCorridorEnv(render_mode="rgb_array")
+    env = DoorWorldEnv(render_mode="rgb_array")
     env.reset(seed=0)
     before, after = frame_after(env, 1), frame_after(env, 60)
     assert (before != after).any()
@@ -61,7 +61,7 @@ def test_the_robot_is_drawn_where_it_is():
 
 
 def test_the_view_can_be_set():
-    env = DoorCorridorEnv(render_mode="rgb_array")
+    env = DoorWorldEnv(render_mode="rgb_array")
     env.reset(seed=0)
     whole = frame_after(env, 1)
     env.view = View(pixels_per_metre=150, follow=True, size=(640, 480))
@@ -84,8 +84,8 @@ def test_wrapped_the_map_is_beside_the_world():
 
 def test_human_draws_in_a_window(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setitem(DoorCorridorEnv.metadata, "render_fps", 1000)
-    env = DoorCorridorEnv(render_mode="human")
+    monkeypatch.setitem(DoorWorldEnv.metadata, "render_fps", 1000)
+    env = DoorWorldEnv(render_mode="human")
     env.reset(seed=0)
     env.step(AHEAD)
     import pygame
@@ -98,7 +98,7 @@ def test_human_draws_in_a_window(monkeypatch):
 
 
 def test_without_a_mode_there_is_a_warning_and_no_frame():
-    env = DoorCorridorEnv()
+    env = DoorWorldEnv()
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render_mode"):
         assert env.render() is None

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from dynslam_env.navigation.follower import FACED, REACH, Follower, State
 from dynslam_env.navigation.guard import MARGIN, free_length, guarded, pressed
-from dynslam_env.navigation.pursuit import Command, Way, arc_to
+from dynslam_env.navigation.pursuit import Command, PathProgress, arc_to
 from slam import Pose2
 from tests.dynslam_env.navigation.car import Car
 
@@ -126,7 +126,7 @@ def test_an_arc_passes_through_its_target():
 
 
 def test_the_carrot_never_goes_back():
-    way = Way(np.array([(0.0, 0.0), (5.0, 0.0)]))
+    way = PathProgress(np.array([(0.0, 0.0), (5.0, 0.0)]))
     assert way.carrot(Pose2(1.0, 0.1), 0.9) == pytest.approx((1.8, 0.0), abs=0.11)
     before = way.at
     way.carrot(Pose2(0.0, 0.0), 0.9)

@@ -9,7 +9,7 @@ from dynslam_env.navigation.goal import Goal, explore, look_at
 from dynslam_env.navigation.pilot import Pilot
 from dynslam_env.navigation.planner import plan
 from dynslam_env.navigation.recovery import BACK
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from slam import Pose2
 from tests.dynslam_env.navigation.car import Car
 from tests.dynslam_env.navigation.drawn import believed, drawn
@@ -21,7 +21,7 @@ GAP = "#..................#\n" * 3 + "#..................\n" * 6 + "#...........
 
 def seen(text, pose):
     costmap = drawn(text)
-    return Survey(0.0, pose, believed("."), costmap, plan(costmap, pose))
+    return PlanningSnapshot(0.0, pose, believed("."), costmap, plan(costmap, pose))
 
 
 def pilot_of(car):

@@ -5,7 +5,7 @@ import pytest
 
 from dynslam_env import Door, Layout
 from dynslam_env.patrol.doors_known import DoorsKnown, brier, closed
-from dynslam_env.patrol.memory import Memory
+from dynslam_env.patrol.memory import DynamicMap
 from slam import Pose2
 
 from .drawn import UP, wall
@@ -20,7 +20,7 @@ def known(*doors):
 
 
 def seen(ahead):
-    memory = Memory()
+    memory = DynamicMap()
     for k in range(20):
         memory.look(wall(ahead, 0.2 * k), UP)
     return memory
@@ -35,7 +35,7 @@ def test_a_memory_that_is_right_has_no_error_and_one_that_is_wrong_all(door):
 
 def test_of_a_door_that_was_never_seen_nothing_is_known():
     away = DOOR._replace(hinge=(30.0, 30.0))
-    for memory in (Memory(), seen(2.03)):
+    for memory in (DynamicMap(), seen(2.03)):
         for openings in (OPEN, SHUT):
             assert known(away).brier(memory, 3.8, openings) == 0.25
 
@@ -53,7 +53,7 @@ def test_a_door_that_is_ajar_is_closed():
 
 
 def test_without_doors_there_is_nothing_to_know():
-    assert math.isnan(known().brier(Memory(), 0.0, np.empty(0)))
+    assert math.isnan(known().brier(DynamicMap(), 0.0, np.empty(0)))
 
 
 def test_closed_is_the_mean_along_the_leaf_of_what_is_most_occupied_near_it():

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from dynslam_env import DoorCorridorEnv, Laser, Layout, SlamWrapper, slam_wrapper
+from dynslam_env import DoorWorldEnv, Laser, Layout, SlamWrapper, slam_wrapper
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.rewards import Gains, Pay
+from dynslam_env.patrol.rewards import RewardTerms, RewardWeights
 from slam import InputError, Pose2
 from tests.dynslam_env.test_vector import same
 
@@ -59,14 +59,14 @@ def test_stable_baselines3s_checker_has_no_complaint():
 
 def test_the_reward_is_the_sum_of_its_terms():
     for _, reward, terminated, truncated, info in drive(made(), 30)[1:]:
-        assert set(info["reward_terms"]) == set(Gains._fields)
+        assert set(info["reward_terms"]) == set(RewardTerms._fields)
         assert reward == sum(info["reward_terms"].values())
         assert not terminated
         assert not truncated
 
 
 def test_what_is_not_named_is_not_paid():
-    env = made(pay=Pay({"distance": -1.0}))
+    env = made(pay=RewardWeights({"distance": -1.0}))
     for _, reward, *_, info in drive(env, 5)[1:]:
         assert list(info["reward_terms"]) == ["distance"]
         assert reward <= 0.0
@@ -147,9 +147,9 @@ def test_no_truth_is_in_observation_or_reward(monkeypatch):
     monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})
     monkeypatch.setattr(DoorsKnown, "brier", lambda self, memory, time, openings: 0.0)
     for truth in ("pose", "layout", "physics"):
-        monkeypatch.setattr(DoorCorridorEnv, truth, property(lambda self: Poison()))
+        monkeypatch.setattr(DoorWorldEnv, truth, property(lambda self: Poison()))
     for truth in ("outline", "occupancy", "bound", "scene"):
-        monkeypatch.setattr(DoorCorridorEnv, truth, lambda self: Poison())
+        monkeypatch.setattr(DoorWorldEnv, truth, lambda self: Poison())
     rng = np.random.default_rng(5)
     given += [env.step(rng.uniform(-1, 1, 2).astype(np.float32)) for _ in range(25)]
     for mine, theirs in zip(given, expected, strict=True):
@@ -162,7 +162,7 @@ def test_no_truth_is_in_observation_or_reward(monkeypatch):
 def test_the_trap_would_catch_who_looks(monkeypatch):
     env = made()
     env.reset(seed=0)
-    monkeypatch.setattr(DoorCorridorEnv, "pose", property(lambda self: Poison()))
+    monkeypatch.setattr(DoorWorldEnv, "pose", property(lambda self: Poison()))
     cheat = lambda self, *given: {"at": env.unwrapped.place.pose.x}  # noqa: E731
     monkeypatch.setattr(Patroller, "observation", cheat)
     monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})

@@ -5,7 +5,7 @@ import pytest
 
 from dynslam_env.navigation.blacklist import FORGET, Blacklist
 from dynslam_env.navigation.planner import plan
-from dynslam_env.navigation.survey import Survey
+from dynslam_env.navigation.survey import PlanningSnapshot
 from dynslam_env.patrol.goal_options import DOORS, FRONTIERS, ROUND, SLOTS, menu
 from slam import Pose2
 from tests.dynslam_env.navigation.drawn import believed, drawn
@@ -36,7 +36,7 @@ NOTHING_CHANGES = believed(".")
 
 def seen(text, pose, beliefs=NOTHING_CHANGES, time=0.0):
     costmap = drawn(text)
-    return Survey(time, pose, beliefs, costmap, plan(costmap, pose))
+    return PlanningSnapshot(time, pose, beliefs, costmap, plan(costmap, pose))
 
 
 def two_doors(ages):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from dynslam_env import DoorCorridorEnv
+from dynslam_env import DoorWorldEnv
 from dynslam_env.navigation.follower import FACED, REACH
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.goal_options import FRONTIERS, SLOTS
@@ -157,7 +157,7 @@ def test_nobody_looks_at_the_truth(monkeypatch):
     moving = [False]
 
     def trapped(key):
-        true = vars(DoorCorridorEnv)[key]
+        true = vars(DoorWorldEnv)[key]
         read = true.fget if isinstance(true, property) else None
 
         def get(self):
@@ -181,7 +181,7 @@ def test_nobody_looks_at_the_truth(monkeypatch):
     for name in ("__init__", "reset", "step"):
         monkeypatch.setattr(DoorPatrolEnv, name, let(name))
     for key in TRUTH:
-        monkeypatch.setattr(DoorCorridorEnv, key, trapped(key))
+        monkeypatch.setattr(DoorWorldEnv, key, trapped(key))
     env, observation = begun(seed=1, budget=40.0)
     driven(env, observation, door_first)
     with pytest.raises(AssertionError, match="pose was read"):

@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.memory import BOTH, FADES, STANDS, Memory
+from dynslam_env.patrol.memory import BOTH, FADES, STANDS, DynamicMap
 from slam import Pose2
 
 from .drawn import UP, fan, wall
@@ -36,7 +36,7 @@ def bits_of(odds):
 
 
 def test_what_a_first_scan_tells_is_counted_by_hand():
-    memory = Memory()
+    memory = DynamicMap()
     found = memory.look(wall(2.03), STRAIGHT)
     seen = memory.map.cells.grid()
     hits = int((seen.occupied > 0.5).sum())
@@ -50,7 +50,7 @@ def test_what_a_first_scan_tells_is_counted_by_hand():
 def test_it_is_the_dict_of_cells(seed):
     """Over a walk through a place whose walls come and go."""
     rng = np.random.default_rng(seed)
-    memory, naive, time = Memory(), NaiveMemory(), 0.0
+    memory, naive, time = DynamicMap(), NaiveMemory(), 0.0
     ranges, x, theta = rng.uniform(0.5, 3.0, 21), 0.007, rng.uniform(-3, 3)
     for k in range(60):
         ranges = np.where(rng.random(21) < 0.1, rng.uniform(0.5, 3.0, 21), ranges)
@@ -67,14 +67,14 @@ def test_it_is_the_dict_of_cells(seed):
 
 
 def test_the_same_again_tells_less_and_less():
-    memory = Memory()
+    memory = DynamicMap()
     _, bits = watch(memory, 5.0, 2.03, 0.0)
     assert all(a > b for a, b in pairwise(bits[2:10]))
     assert abs(bits[-1]) < 0.01 * bits[0]
 
 
 def test_what_contradicts_costs_bits():
-    memory = Memory()
+    memory = DynamicMap()
     time, _ = watch(memory, 3.0, 4.0, 0.0)  # nothing is new when the wall is gone
     time, _ = watch(memory, 6.0, 2.03, time)
     _, bits = watch(memory, 8.0, 4.0, time)
@@ -82,7 +82,7 @@ def test_what_contradicts_costs_bits():
 
 
 def test_a_wall_that_is_grazed_is_not_seen_free():
-    memory = Memory()
+    memory = DynamicMap()
     points = np.array([(x, 1.03) for x in (-0.2, 0.0, 0.2)])  # of a cell from 0.90 to 1.05 m
     for k in range(10):
         memory.look(wall(1.03, 0.2 * k), UP)
@@ -97,7 +97,7 @@ def test_a_wall_that_is_grazed_is_not_seen_free():
 
 
 def test_the_first_echo_is_no_change_and_the_next_one_is():
-    memory = Memory()
+    memory = DynamicMap()
     time, _ = watch(memory, 3.0, 4.0, 0.0)
     assert memory.occupied(LEAF, time) < 0.1
     time, _ = watch(memory, 6.0, 2.03, time)
@@ -109,7 +109,7 @@ def test_the_first_echo_is_no_change_and_the_next_one_is():
 
 
 def opened_and_closed():
-    memory, time = Memory(), 0.0
+    memory, time = DynamicMap(), 0.0
     for until, ahead in ((5, 2.03), (10, 4.0), (15, 2.03), (20, 4.0), (25, 2.03)):
         time, _ = watch(memory, until, ahead, time)
     return memory, time
@@ -141,14 +141,14 @@ def test_what_was_seen_lately_fades():
 
 def test_looking_again_is_worth_something_where_doors_are_alone():
     door, time = opened_and_closed()
-    wall_, same = Memory(), 0.0
+    wall_, same = DynamicMap(), 0.0
     watch(wall_, time, 2.03, same)
     assert door.look(wall(2.03, time + 20.0), STRAIGHT) > 3.0
     assert abs(wall_.look(wall(2.03, time + 20.0), STRAIGHT)) < 1.5
 
 
 def test_a_cell_counts_in_full_when_it_was_watched_long_enough_in_both_states():
-    memory = Memory()
+    memory = DynamicMap()
     time, _ = watch(memory, 6.0, 2.03, 0.0)
     fresh = {}
     while time < 18.0:
@@ -164,14 +164,14 @@ def test_a_cell_counts_in_full_when_it_was_watched_long_enough_in_both_states():
 
 
 def test_what_never_changed_counts_a_little():
-    memory = Memory()
+    memory = DynamicMap()
     memory.look(wall(2.03), STRAIGHT)
     echoed = int((memory.map.cells.grid().occupied > 0.5).sum())
     assert memory.freshness(0.0) == pytest.approx(STANDS * echoed)
 
 
 def test_it_is_not_known_where_nothing_was_seen():
-    memory = Memory()
+    memory = DynamicMap()
     memory.look(wall(2.03), STRAIGHT)
     points = np.array([(1.0, 0.0), (-0.5, 0.0), (2.5, 0.0), (500.0, 3.0), (-1e6, 1e6)])
     assert np.isnan(memory.occupied(points, 1.0)).tolist() == [False, True, True, True, True]

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.memory import WATCHED, Memory
+from dynslam_env.patrol.memory import WATCHED, DynamicMap
 from dynslam_env.patrol.perception import (
     FADES,
     LAYERS,
@@ -61,7 +61,7 @@ def pixel(memory, pose, time, row, col):
 @pytest.fixture(scope="module")
 def walked():
     """A memory with walls, a door, and an age."""
-    memory, rng = Memory(), np.random.default_rng(3)
+    memory, rng = DynamicMap(), np.random.default_rng(3)
     for k in range(60):
         ahead = 2.03 if k // 20 % 2 else 3.7
         memory.look(wall(ahead, 0.3 * k), Pose2(0.01, 0.02, 0.0))
@@ -90,7 +90,7 @@ def test_something_restless_was_drawn(walked):
 
 
 def test_ahead_is_up_and_left_is_left():
-    memory = Memory()
+    memory = DynamicMap()
     memory.look(wall(2.03), Pose2())
     ahead = drawn(memory, Pose2(), 0.0)[0] > 200
     rows = np.flatnonzero(ahead.any(axis=1))

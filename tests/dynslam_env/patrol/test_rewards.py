@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.rewards import SURE, Gains, Pay, pose_bits
+from dynslam_env.patrol.rewards import SURE, RewardTerms, RewardWeights, pose_bits
 from slam import Estimate, InputError, Pose2
 
 from .drawn import wall
 
-GAINS = Gains(information=10.0, freshness=4.0, pose=-2.0, distance=0.3, collision=0.5)
+GAINS = RewardTerms(information=10.0, freshness=4.0, pose=-2.0, distance=0.3, collision=0.5)
 
 
 def estimate(covariance):
@@ -17,13 +17,15 @@ def estimate(covariance):
 
 
 def test_terms_are_gains_times_weights():
-    terms = Pay({"information": 0.5, "collision": -2.0}).terms(GAINS)
+    terms = RewardWeights({"information": 0.5, "collision": -2.0}).terms(GAINS)
     assert terms == {"information": 5.0, "collision": -1.0}
 
 
 def test_every_gain_is_paid_by_default():
-    assert set(Pay().weights) == set(Gains._fields)
-    assert Pay().terms(GAINS)["distance"] < 0 < Pay().terms(GAINS)["information"]
+    assert set(RewardWeights().weights) == set(RewardTerms._fields)
+    assert (
+        RewardWeights().terms(GAINS)["distance"] < 0 < RewardWeights().terms(GAINS)["information"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -37,12 +39,12 @@ def test_every_gain_is_paid_by_default():
 )
 def test_wrong_weights_are_refused(weights, message):
     with pytest.raises(InputError, match=message):
-        Pay(weights)
+        RewardWeights(weights)
 
 
 def test_weights_are_nobody_elses_to_change():
     mine = {"pose": 1.0}
-    pay = Pay(mine)
+    pay = RewardWeights(mine)
     mine["pose"] = 7.0
     assert pay.weights["pose"] == 1.0
 
@@ -79,4 +81,4 @@ def test_a_step_is_paid_once():
     assert first.distance == pytest.approx(1.0)
     assert first.collision == 0.5
     assert first.information > 1.0
-    assert second == Gains()
+    assert second == RewardTerms()

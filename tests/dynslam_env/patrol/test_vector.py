@@ -6,7 +6,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from dynslam_env import Laser, Robot
-from dynslam_env.patrol.rewards import Pay
+from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
 from slam import InputError
 from tests.dynslam_env.test_vector import same
@@ -16,7 +16,7 @@ KINDS = {
     "corridor": {},
     "office": {"world": "office"},
     "crowd": {"world": "crowd"},
-    "other": {"slam": "static-ml", "hold": 3, "scan_every": 3, "pay": Pay({"pose": 1.0}),
+    "other": {"slam": "static-ml", "hold": 3, "scan_every": 3, "pay": RewardWeights({"pose": 1.0}),
               "laser": Laser(beams=31, dropout=0.2), "robot": Robot(acceleration=5.0)},
 }  # fmt: skip
 

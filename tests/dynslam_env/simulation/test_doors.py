@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Coupled, Doors, Scripted, Static
+from dynslam_env import Corridor, Coupled, Doors, Fixed, Scripted
 from dynslam_env.simulation.doors import Motors
 from slam import InputError
 from tests.dynslam_env import naive
@@ -39,8 +39,8 @@ def test_how_often_one_asks_changes_no_flip():
 
 
 def test_static_doors_never_flip():
-    assert not any(flips(Doors(law=Static()), until=100.0))
-    assert Doors(law=Static()).fixed
+    assert not any(flips(Doors(law=Fixed()), until=100.0))
+    assert Doors(law=Fixed()).fixed
     assert not Doors().fixed
 
 
@@ -149,7 +149,7 @@ def test_wrong_parameters_are_refused(wrong, message):
 
 
 def test_leaves_are_fixed_however_deep_the_law_that_says_so():
-    assert Doors(law=Static()).fixed
-    assert Doors(law=Coupled(Static())).fixed
-    assert Doors(law=Coupled(Coupled(Static()))).fixed
+    assert Doors(law=Fixed()).fixed
+    assert Doors(law=Coupled(Fixed())).fixed
+    assert Doors(law=Coupled(Coupled(Fixed()))).fixed
     assert not Doors(law=Coupled(Scripted())).fixed

@@ -13,12 +13,12 @@ from dynslam_env import (
     Door,
     Doors,
     Exponential,
+    Fixed,
     Laser,
     Odometry,
     People,
     Robot,
     Scripted,
-    Static,
     Uniform,
 )
 from dynslam_env.simulation.world import CONTROL_DT
@@ -164,7 +164,7 @@ BEGINNINGS = {
 @pytest.mark.parametrize("law", ["flipping", "pushed", "static"])
 def test_doors_hold_the_robot(law, begin, robot):
     body, count = ROBOTS[robot][0], (300 if law == "flipping" else 75)
-    laws = {"flipping": flips(), "pushed": st.just(Scripted()), "static": st.just(Static())}
+    laws = {"flipping": flips(), "pushed": st.just(Scripted()), "static": st.just(Fixed())}
     commands, worst, on_leaf = pushes(8 if body is NIMBLE else 16), -math.inf, 0
 
     @cases(count)
@@ -321,7 +321,7 @@ def solids(world):
     return np.concatenate(edges)
 
 
-@pytest.mark.parametrize("law", [Uniform(1.0, 4.0), Static()])
+@pytest.mark.parametrize("law", [Uniform(1.0, 4.0), Fixed()])
 @pytest.mark.parametrize("seed", range(3))
 def test_the_laser_sees_doors_and_people_where_physics_has_them(law, seed):
     laser = Laser(beams=361, field_of_view=math.tau, sigma=0.0)

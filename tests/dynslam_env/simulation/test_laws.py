@@ -7,10 +7,10 @@ from scipy import stats
 from dynslam_env.simulation.laws import (
     Coupled,
     Exponential,
+    Fixed,
     Law,
     Periodic,
     Scripted,
-    Static,
     Uniform,
 )
 from slam import InputError
@@ -20,7 +20,7 @@ LAWS = [
     Exponential(),
     Periodic(),
     Scripted(((3.0, 1), (0.5, 7), (3.0, 0), (90.0, 1))),
-    Static(),
+    Fixed(),
     Coupled(),
     Coupled(Exponential(), opposed=True),
 ]
@@ -135,7 +135,7 @@ def test_lists_make_a_script_too():
 
 
 def test_static_doors_never_flip():
-    clock = Static().clock(8, generator())
+    clock = Fixed().clock(8, generator())
     assert clock.soonest == math.inf
     assert not any(clock.due(time) for time in np.arange(0.0, 1e4, 100.0))
 
@@ -218,7 +218,7 @@ def test_doors_that_flip_at_once_are_told_by_number():
     ]
 
 
-@pytest.mark.parametrize("law", [*RANDOM, Static(), Scripted(), Coupled(Static())], ids=str)
+@pytest.mark.parametrize("law", [*RANDOM, Fixed(), Scripted(), Coupled(Fixed())], ids=str)
 def test_no_doors_no_flips(law):
     assert flips(law, count=0) == []
     assert len(law.begin(np.zeros(0, dtype=np.bool_), generator())) == 0

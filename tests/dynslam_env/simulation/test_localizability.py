@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import dynslam_env
-from dynslam_env import DoorCorridorEnv, Laser, Layout, Recorder
+from dynslam_env import DoorWorldEnv, Laser, Layout, Recorder
 from dynslam_env.simulation.localizability import position_bounds
 from slam import InputError, Pose2
 from slam.io.episode_file import load_episode, save_episode
@@ -15,7 +15,7 @@ MOUNT = Pose2(0.15, -0.05, 0.3)
 
 
 def env_in(walls, start, **laser):
-    env = DoorCorridorEnv(
+    env = DoorWorldEnv(
         world=Layout(np.array(walls), (), start, np.array([(3.0, 2.0)])), laser=Laser(**laser)
     )
     env.reset(seed=0)
@@ -44,7 +44,7 @@ def test_open_doors_tell_where_along_the_passage_the_robot_is():
     def median_bound(share):
         stds = []
         for seed in range(12):
-            env = DoorCorridorEnv(doors=dynslam_env.Doors(dynslam_env.Static(), open_share=share))
+            env = DoorWorldEnv(doors=dynslam_env.Doors(dynslam_env.Fixed(), open_share=share))
             env.reset(seed=seed, options={"start": (4.0 + seed / 3, 0.0, 0.0)})
             stds.append(env.bound().std_x)
         return np.median(stds)
@@ -70,7 +70,7 @@ def test_nothing_in_reach_says_nothing():
 
 def test_a_beam_without_a_reading_says_nothing():
     def std(dropout):
-        env = DoorCorridorEnv(laser=Laser(dropout=dropout))
+        env = DoorWorldEnv(laser=Laser(dropout=dropout))
         env.reset(seed=0)
         return env.bound().std_x
 
@@ -85,7 +85,7 @@ class TestAnEpisode:
     LASER = Laser(beams=60, field_of_view=3.0, sigma=0.02, dropout=0.1, mount=MOUNT)
 
     def recorded(self):
-        env = DoorCorridorEnv(laser=self.LASER, doors=dynslam_env.Uniform(0.5, 2.0))
+        env = DoorWorldEnv(laser=self.LASER, doors=dynslam_env.Uniform(0.5, 2.0))
         env.reset(seed=2)
         recorder, stds = Recorder(env), [env.bound()]
         for _ in range(30):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dynslam_env import DoorCorridorEnv, Doors, Laser, Layout, Uniform
+from dynslam_env import Doors, DoorWorldEnv, Laser, Layout, Uniform
 from dynslam_env.simulation import past
 from dynslam_env.simulation.past import CELL, Past
 from slam import InputError, Pose2, Truth
@@ -83,7 +83,7 @@ def test_cells_without_a_size_are_refused(cell):
 def test_an_episode_of_any_length_in_a_world_of_any_size():
     far = [(0, 0, 400, 0), (400, 0, 400, 400), (400, 400, 0, 400), (0, 400, 0, 0)]
     layout = Layout(np.array(far), (), Pose2(5, 5, 0), np.array([(390.0, 390.0)]))
-    env = DoorCorridorEnv(world=layout, laser=Laser(beams=1))
+    env = DoorWorldEnv(world=layout, laser=Laser(beams=1))
     env.reset(seed=0)
     for _ in range(4200):
         env.step(np.zeros(2, dtype=np.float32))
@@ -92,7 +92,7 @@ def test_an_episode_of_any_length_in_a_world_of_any_size():
 
 
 def test_the_environment_gives_the_share_of_all_steps():
-    env = DoorCorridorEnv(doors=Doors(Uniform(0.5, 2.0)))
+    env = DoorWorldEnv(doors=Doors(Uniform(0.5, 2.0)))
     env.reset(seed=0)
     outlines = [env.outline()]
     for _ in range(300):

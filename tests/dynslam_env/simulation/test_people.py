@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Door, Doors, Loop, Office, People, Scripted, Static, Uniform
+from dynslam_env import Corridor, Door, Doors, Fixed, Loop, Office, People, Scripted, Uniform
 from dynslam_env.simulation.people import Walkers
 from dynslam_env.simulation.world import CONTROL_DT, World
 from slam import InputError, Pose2
@@ -120,7 +120,7 @@ def test_people_wait_at_a_closed_door_and_go_through_when_it_opens():
 
 
 def test_a_static_closed_door_is_never_passed():
-    track = walked(np.vstack(WALL), [THROUGH], 20.0, [DOOR], Doors(law=Static(), open_share=0.0))
+    track = walked(np.vstack(WALL), [THROUGH], 20.0, [DOOR], Doors(law=Fixed(), open_share=0.0))
     assert track.people[:, 0, 1].max() < -1.0
 
 

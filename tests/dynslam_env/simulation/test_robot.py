@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.simulation.robot import Drive, Robot
+from dynslam_env.simulation.robot import DifferentialDrive, Robot
 
 N, DT = 20_000, 0.1
 PIONEER = Robot()
@@ -11,7 +11,7 @@ PIONEER = Robot()
 
 def commanded(velocities, actions, robot=PIONEER):
     """(n, 2) velocities that the wheels ask for, from `velocities` (n, 2), all on the way."""
-    drive = Drive(robot, len(actions), DT, 0.01)
+    drive = DifferentialDrive(robot, len(actions), DT, 0.01)
     drive.velocities[:] = velocities
     assert drive.command(np.arange(len(actions)), actions) == -1
     omega = drive.wheels[:, 2]

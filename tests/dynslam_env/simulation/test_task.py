@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dynslam_env import Layout, Task
-from dynslam_env.simulation.task import Judge
+from dynslam_env.simulation.task import TaskProgress
 from slam import InputError, Pose2
 
 LAYOUT = Layout(np.empty((0, 4)), (), Pose2(), np.array([(0.0, 0), (5, 0), (0, 0)]))
@@ -14,7 +14,7 @@ class Judged:
     """The judge of one robot in LAYOUT."""
 
     def __init__(self, task, start=Pose2()):  # noqa: B008
-        self._task, self._judge = task, Judge(task, 1)
+        self._task, self._judge = task, TaskProgress(task, 1)
         self._judge.begin(0, LAYOUT, np.array(start))
 
     def __call__(self, x, y=0.0, collided=False):
@@ -84,7 +84,7 @@ def test_robots_of_one_judge_do_not_meet():
     """Many robots with paths of their own, each as if it were alone."""
     rng, task, n = np.random.default_rng(0), Task(), 5
     layouts = [replace(LAYOUT, path=rng.uniform(-2, 2, (rng.integers(1, 6), 2))) for _ in range(n)]
-    together, alone = Judge(task, n), [Judge(task, 1) for _ in range(n)]
+    together, alone = TaskProgress(task, n), [TaskProgress(task, 1) for _ in range(n)]
     poses = np.zeros((n, 3))
     for i, layout in enumerate(layouts):
         together.begin(i, layout, poses[i])

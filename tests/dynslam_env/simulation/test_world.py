@@ -3,13 +3,13 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Door, Doors, People, Robot, Scripted, Static, Uniform
+from dynslam_env import Corridor, Door, Doors, Fixed, People, Robot, Scripted, Uniform
 from dynslam_env.simulation.world import CONTROL_DT, World
 from slam import InputError, Pose2
 from tests.dynslam_env.driven import NIMBLE, SHUT, Driven, place
 
 ROOM = [(0.0, 0, 6, 0), (6, 0, 6, 6), (6, 6, 0, 6), (0, 6, 0, 0), (3, 2.9, 3, 3.1)]
-FIXED = Doors(law=Static(), open_share=0.0)
+FIXED = Doors(law=Fixed(), open_share=0.0)
 
 
 def at(start, walls=ROOM, doors=(), law=SHUT, robot=NIMBLE):
@@ -163,7 +163,7 @@ def test_static_and_moving_doors_begin_alike():
     layout = Corridor().layout(np.random.default_rng(0))
     begin = [
         World(layout, Robot(), Doors(law=law), People(), *map(np.random.default_rng, (5, 6)))
-        for law in (Static(), Uniform())
+        for law in (Fixed(), Uniform())
     ]
     openings, others = (world.openings for world in begin)
     assert (openings == others).all()
@@ -173,7 +173,7 @@ def test_static_and_moving_doors_begin_alike():
 
 def test_walls_come_first_among_the_segments_and_the_outline_is_the_rest():
     layout = Corridor(people=2).layout(np.random.default_rng(0))
-    for law in (Static(), Uniform()):
+    for law in (Fixed(), Uniform()):
         parts = Robot(), Doors(law=law), People()
         world = World(layout, *parts, *map(np.random.default_rng, (5, 6)))
         assert (world.segments[: world.first_edge] == layout.walls).all()

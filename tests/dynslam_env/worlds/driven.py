@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium as gym
 
 from agents.scripted_path import ScriptedPath
-from dynslam_env import DoorCorridorEnv
+from dynslam_env import DoorWorldEnv
 
 
 def drive(name, seed, **parameters):
@@ -13,7 +13,7 @@ def drive(name, seed, **parameters):
     env = gym.make(name, **parameters)
     env.reset(seed=seed)
     world = env.unwrapped
-    assert isinstance(world, DoorCorridorEnv)
+    assert isinstance(world, DoorWorldEnv)
     driver = ScriptedPath(world.layout.path, lambda: world.pose, world.robot)
     touched = 0
     while True:

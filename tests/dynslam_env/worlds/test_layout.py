@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Door, DoorCorridorEnv, Layout
+from dynslam_env import Corridor, Door, DoorWorldEnv, Layout
 from dynslam_env.worlds.layout import Generator
 from slam import InputError, Pose2
 
@@ -33,7 +33,7 @@ def test_an_environment_takes_it(world):
     env = gym.make("DoorCorridor-v0", world=world)
     env.reset(seed=0)
     inner = env.unwrapped
-    assert isinstance(inner, DoorCorridorEnv)
+    assert isinstance(inner, DoorWorldEnv)
     assert inner.layout.walls.shape[1] == 4
     env.step(np.zeros(2, dtype=np.float32))
 

@@ -18,7 +18,7 @@ from dynslam_cli.trials.jobs import Trial
 
 from slam import registry
 from slam.benchmark.results import read
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 
 from .broken import BROKEN
 
@@ -79,7 +79,7 @@ def test_the_scores_are_those_of_a_run_in_this_process(bench, tmp_path):
     bench(*SMALL)
     episode = drive("DoorCorridor-v0", 5001, doors="moving").make()
     done = run(build("static-ml", episode, 5001), episode)
-    expected = Judge(episode).scores(done.poses, done.grid)
+    expected = EpisodeScorer(episode).scores(done.poses, done.grid)
     row = next(
         r
         for r in rows_of(tmp_path / "out")

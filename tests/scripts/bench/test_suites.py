@@ -3,7 +3,7 @@ import pytest
 from dynslam_cli.bench.suites import change, drive, flipping, logs, paper, worlds, worse
 from dynslam_cli.bench.user_suite import read_suite
 from dynslam_cli.trials.scoring import LogScorer, TruthScorer, scorer, stem
-from dynslam_cli.trials.sources import Drive, LogFile
+from dynslam_cli.trials.sources import LogFile, SimulatedDrive
 
 from dynslam_env import WORLDS, Doors, Laser, Odometry
 from slam.benchmark.results import read
@@ -179,7 +179,7 @@ def test_a_file_describes_a_suite(tmp_path):
         ["dynamic-ml", "odometry"],
     )
     first, second = (case.source(7) for case in suite.cases)
-    assert isinstance(first, Drive)
+    assert isinstance(first, SimulatedDrive)
     assert first.parameters["laser"] == Laser(beams=91, max_range=4.0)
     assert first.parameters["doors"].law.longest == 3.0
     assert first.parameters["doors"].open_share == 0.3

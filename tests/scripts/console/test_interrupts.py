@@ -6,7 +6,7 @@ import signal
 import threading
 
 import pytest
-from dynslam_cli.console.interrupts import patience
+from dynslam_cli.console.interrupts import deferred_interrupt
 
 
 def press() -> None:
@@ -17,7 +17,7 @@ def test_an_interrupt_waits_for_the_end_of_the_step():
     done = []
 
     def work() -> None:
-        with patience() as between_steps:
+        with deferred_interrupt() as between_steps:
             for step in range(3):
                 if step == 1:
                     press()
@@ -31,7 +31,7 @@ def test_an_interrupt_waits_for_the_end_of_the_step():
 
 def test_who_presses_twice_does_not_wait():
     def work() -> None:
-        with patience():
+        with deferred_interrupt():
             press()
             press()
             pytest.fail("it waited")
@@ -42,7 +42,7 @@ def test_who_presses_twice_does_not_wait():
 
 def test_afterwards_all_is_as_before():
     before = signal.getsignal(signal.SIGINT)
-    with patience() as between_steps:
+    with deferred_interrupt() as between_steps:
         between_steps()
     assert signal.getsignal(signal.SIGINT) is before
 
@@ -51,7 +51,7 @@ def test_in_another_thread_nothing_is_changed():
     found = []
 
     def work() -> None:
-        with patience() as between_steps:
+        with deferred_interrupt() as between_steps:
             between_steps()
             found.append(signal.getsignal(signal.SIGINT))
 

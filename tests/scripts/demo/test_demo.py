@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynslam_cli import main
 from dynslam_cli.demo import demo
-from dynslam_cli.demo.comparison import FEWEST_PAIRS, Case, comparison, findings
+from dynslam_cli.demo.comparison import FEWEST_PAIRS, VariantCase, comparison, findings
 from dynslam_cli.demo.table import markdown, summary, terminal
 from dynslam_cli.figures.known_poses import known, mapped
 from dynslam_cli.figures.likelihood import surface, surprise
@@ -137,14 +137,14 @@ def test_the_table_for_a_terminal_shows_what_is_unknown_as_a_dash():
 def test_the_comparison_pairs_by_seed():
     rows = [result("a", seed, 0.02 + 0.001 * seed) for seed in range(6)]
     rows += [result("b", seed, 0.01 + 0.001 * seed) for seed in reversed(range(7))]
-    ate, f1 = comparison(rows, Case("a", "moving"), Case("b", "moving"))
+    ate, f1 = comparison(rows, VariantCase("a", "moving"), VariantCase("b", "moving"))
     assert ate == "ATE +10.0 mm (+10.0 to +10.0), p = 0.031"
     assert f1.startswith("F1 +0.000")
 
 
 def test_too_few_pairs_are_told_as_such():
     rows = [result(name, seed, 0.1) for name in "ab" for seed in range(FEWEST_PAIRS - 1)]
-    ate, _ = comparison(rows, Case("a", "moving"), Case("b", "moving"))
+    ate, _ = comparison(rows, VariantCase("a", "moving"), VariantCase("b", "moving"))
     assert ate == "ATE +0.0 mm (5 pairs, too few to judge)"
 
 

@@ -7,9 +7,9 @@ import pytest
 from dynslam_cli import main
 from dynslam_cli.driving import overlay
 from dynslam_cli.driving.cockpit import DT, Cockpit
-from dynslam_cli.driving.keys import COMMANDS, HELP, TURN, Drive, drive
+from dynslam_cli.driving.keys import COMMANDS, HELP, TURN, DriveCommand, drive
 from dynslam_cli.driving.lens import Lens
-from dynslam_cli.driving.play import Play, frames, known_environments, window
+from dynslam_cli.driving.play import PlayCommand, frames, known_environments, window
 
 from dynslam_env import Corridor, Robot
 from dynslam_env.drawing.colours import BLUE, UNKNOWN, VERMILION
@@ -29,7 +29,7 @@ def headless(monkeypatch):
 
 
 def cockpit(slam="dynamic-ml", seed=0) -> Cockpit:
-    return Cockpit(Play(slam=slam).make(), seed)
+    return Cockpit(PlayCommand(slam=slam).make(), seed)
 
 
 def driven(cockpit: Cockpit, seconds: float) -> np.ndarray:
@@ -48,7 +48,7 @@ def place(cockpit: Cockpit):
 
 @pytest.mark.parametrize("key", ["up", "w"])
 def test_ahead_is_full_speed_wanted_and_what_was_reached_is_kept(key):
-    pressed = drive({key}, Drive(), 0.4, ROBOT)
+    pressed = drive({key}, DriveCommand(), 0.4, ROBOT)
     assert pressed.action(ROBOT) == (1.0, 0.0)
     released = drive(set(), pressed, 0.45, ROBOT)
     assert released.speed == pytest.approx(0.4)
@@ -56,11 +56,11 @@ def test_ahead_is_full_speed_wanted_and_what_was_reached_is_kept(key):
 
 
 def test_back_left_right_and_stop():
-    assert drive({"down"}, Drive(), 0.0, ROBOT).action(ROBOT) == (-1.0, 0.0)
-    assert drive({"left"}, Drive(), 0.0, ROBOT).turn == TURN
-    assert drive({"d"}, Drive(), 0.0, ROBOT).turn == -TURN
-    assert drive({"left", "right", "up", "down"}, Drive(), 0.0, ROBOT) == Drive()
-    assert drive({"space", "up"}, Drive(0.5, 0.0, 0.5), 0.5, ROBOT) == Drive()
+    assert drive({"down"}, DriveCommand(), 0.0, ROBOT).action(ROBOT) == (-1.0, 0.0)
+    assert drive({"left"}, DriveCommand(), 0.0, ROBOT).turn == TURN
+    assert drive({"d"}, DriveCommand(), 0.0, ROBOT).turn == -TURN
+    assert drive({"left", "right", "up", "down"}, DriveCommand(), 0.0, ROBOT) == DriveCommand()
+    assert drive({"space", "up"}, DriveCommand(0.5, 0.0, 0.5), 0.5, ROBOT) == DriveCommand()
 
 
 def test_every_command_has_a_method_and_every_key_a_line_of_help():
@@ -220,7 +220,7 @@ def test_in_a_window_keys_drive_it_and_q_ends_it(headless):
     def post(kind, key):
         pygame.event.post(pygame.event.Event(kind, key=key))
 
-    env = Play(slam="none").make()
+    env = PlayCommand(slam="none").make()
     screen = window("test")
     played = frames(env, 0, screen, fps=60)
     player = next(played)
@@ -287,7 +287,7 @@ def test_all_environments_of_dynslam_can_be_driven():
     assert "DoorCorridor-v0" in known_environments()
     assert not any("CartPole" in name for name in known_environments())
     for name in known_environments():
-        player = Cockpit(Play(env=name, slam="none").make(), 0)
+        player = Cockpit(PlayCommand(env=name, slam="none").make(), 0)
         assert driven(player, 0.2).std() > 10
 
 
@@ -295,11 +295,11 @@ def test_a_world_file_can_be_driven_in(tmp_path):
     layout = Corridor(length=5.0, doors_per_side=1).layout(np.random.default_rng(0))
     layout.save(tmp_path / "world.json")
     assert json.loads((tmp_path / "world.json").read_text())["doors"]
-    env = Play(world=tmp_path / "world.json", slam="none").make()
+    env = PlayCommand(world=tmp_path / "world.json", slam="none").make()
     assert isinstance(env, gym.Env)
     player = Cockpit(env)
     np.testing.assert_allclose(player._world.layout.walls, layout.walls)
 
 
 def test_it_never_ends_by_itself():
-    assert Play(slam="none").make().spec.max_episode_steps in (None, -1)
+    assert PlayCommand(slam="none").make().spec.max_episode_steps in (None, -1)

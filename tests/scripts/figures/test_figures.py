@@ -5,7 +5,13 @@ import numpy as np
 import pytest
 from dynslam_cli.figures.door_histogram import door_cell, door_histogram_figure
 from dynslam_cli.figures.known_poses import mapped
-from dynslam_cli.figures.likelihood import REACH, Surface, likelihood_figure, surface, surprise
+from dynslam_cli.figures.likelihood import (
+    REACH,
+    LikelihoodSurface,
+    likelihood_figure,
+    surface,
+    surprise,
+)
 from dynslam_cli.figures.map_figure import map_figure
 from dynslam_cli.figures.map_panel import MARGIN, Box, MapPanel, shades
 from dynslam_cli.figures.overview import overview_figure
@@ -205,7 +211,7 @@ class TestLikelihood:
 
         ground = hill(0.8, 0.0, 0.1) + hill(1.0, 0.3, 0.0) + hill(0.5, -0.3, -0.2)
         np.testing.assert_allclose(
-            Surface(offsets, ground).peaks, [(0.3, 0.0), (0.0, 0.1)], atol=1e-9
+            LikelihoodSurface(offsets, ground).peaks, [(0.3, 0.0), (0.0, 0.1)], atol=1e-9
         )
 
 

@@ -9,16 +9,16 @@ from PIL import Image, ImageColor, ImageSequence
 
 import slam
 from slam.benchmark.run import Playback
-from slam.benchmark.snapshots import Growth
+from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
 
 @pytest.fixture(scope="module")
-def stages(short_episode: Episode) -> list[Stage]:
+def stages(short_episode: Episode) -> list[MapSnapshot]:
     playback = Playback(slam.make("dynamic-ml"), short_episode)
-    growth = Growth(playback, stages=5)
+    growth = SnapshotRecorder(playback, stages=5)
     for number, _ in enumerate(playback):
         growth.after(number)
     return growth.stages()
@@ -29,7 +29,7 @@ def pixels(frame: np.ndarray, colour: str) -> int:
 
 
 def test_the_map_grows_around_a_robot_and_its_echoes(
-    tmp_path: Path, short_episode: Episode, stages: list[Stage]
+    tmp_path: Path, short_episode: Episode, stages: list[MapSnapshot]
 ) -> None:
     write_growth(tmp_path / "a.gif", short_episode, stages, "a drive", width=400)
     with Image.open(tmp_path / "a.gif") as image:
@@ -44,7 +44,7 @@ def test_the_map_grows_around_a_robot_and_its_echoes(
 
 
 def test_the_same_run_is_the_same_film(
-    tmp_path: Path, short_episode: Episode, stages: list[Stage]
+    tmp_path: Path, short_episode: Episode, stages: list[MapSnapshot]
 ) -> None:
     for name in ("a.gif", "b.gif"):
         write_growth(tmp_path / name, short_episode, stages, "a drive", width=300)

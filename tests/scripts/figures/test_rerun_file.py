@@ -10,23 +10,23 @@ from dynslam_cli.figures.rerun_file import Picture, write_rrd
 
 import slam
 from slam.benchmark.run import Playback
-from slam.benchmark.snapshots import Growth
+from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.interface import Estimate
-from slam.snapshot import Stage
+from slam.snapshot import MapSnapshot
 
 
 class Drive(NamedTuple):
     episode: Episode
     estimates: list[Estimate]
-    stages: list[Stage]
+    stages: list[MapSnapshot]
 
 
 @pytest.fixture(scope="module")
 def drive(short_episode: Episode) -> Drive:
     playback = Playback(slam.make("dynamic-ml"), short_episode)
-    growth, estimates = Growth(playback, stages=4), []
+    growth, estimates = SnapshotRecorder(playback, stages=4), []
     for number, estimate in enumerate(playback):
         growth.after(number)
         estimates.append(estimate)

@@ -4,7 +4,7 @@ import time
 import numpy as np
 import pytest
 from dynslam_cli.speed import slam_update as speed_slam
-from dynslam_cli.speed.map_memory import Held, held, map_of
+from dynslam_cli.speed.map_memory import MapMemory, map_memory, map_of
 from dynslam_cli.speed.memory import memory_rows, to_and_fro
 from dynslam_cli.speed.slam_update import Cost, Stopwatch, cost, second_half, slam_rows
 
@@ -155,8 +155,8 @@ def test_what_a_map_holds_is_that_of_its_tiles(episode):
     grid = map_of(robot)
     assert grid is not None
     tiles = grid.cells.tiles
-    expected = Held(tiles.nbytes, int(result.grid.observed.sum()), AREA * (tiles.used - 1))
-    assert held(grid) == expected
+    expected = MapMemory(tiles.nbytes, int(result.grid.observed.sum()), AREA * (tiles.used - 1))
+    assert map_memory(grid) == expected
     assert map_of(slam.make("odometry")) is None
 
 

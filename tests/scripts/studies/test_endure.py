@@ -21,7 +21,7 @@ def test_random_drives_through_every_world_find_nothing(capsys):
 
 
 def test_what_is_wrong_is_found():
-    env = dynslam_env.DoorCorridorEnv()
+    env = dynslam_env.DoorWorldEnv()
     observation, _ = env.reset(seed=0)
     assert endure._wrong(observation, 0.0, env) == set()
     assert endure._wrong(observation, np.nan, env)
@@ -53,7 +53,7 @@ def test_too_few_steps_are_refused(capsys):
 
 @pytest.mark.parametrize("beams", [1, 2000])
 def test_few_and_many_beams(beams):
-    env = dynslam_env.DoorCorridorEnv(laser=dynslam_env.Laser(beams=beams))
+    env = dynslam_env.DoorWorldEnv(laser=dynslam_env.Laser(beams=beams))
     observation, _ = env.reset(seed=0)
     for _ in range(20):
         observation = env.step(env.action_space.sample())[0]
@@ -62,7 +62,7 @@ def test_few_and_many_beams(beams):
 
 def test_no_doors_and_two_hundred():
     for per_side in (0, 100):
-        env = dynslam_env.DoorCorridorEnv(
+        env = dynslam_env.DoorWorldEnv(
             world=dynslam_env.Corridor(doors_per_side=per_side, length=12.0 + 1.5 * per_side)
         )
         _, info = env.reset(seed=0)

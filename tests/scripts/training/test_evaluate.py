@@ -184,14 +184,16 @@ def test_a_film_of_a_patrol(tmp_path, suffix):
 
 
 def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
-    from dynslam_cli.training.evaluate import Evaluate
+    from dynslam_cli.training.evaluate import EvaluateCommand
 
     names = []
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "best.zip").touch()
         names.append(str(tmp_path / folder / "best.zip"))
-    asked = Evaluate(agents=(*names, "random"), worlds="all", slam="odometry,static-ml", episodes=2)
+    asked = EvaluateCommand(
+        agents=(*names, "random"), worlds="all", slam="odometry,static-ml", episodes=2
+    )
     patrols = asked._patrols([*names, "random"])
     filmed = [patrol for patrol in patrols if patrol.film]
     assert len(filmed) == 3 * len(BUDGETS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pytest
 from dynslam_cli.trials.jobs import Done
-from dynslam_cli.trials.worker_process import Keeper
+from dynslam_cli.trials.worker_process import WorkerProcess
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Task:
 
 @pytest.fixture
 def keeper():
-    made = Keeper()
+    made = WorkerProcess()
     yield made
     made.stop()
 

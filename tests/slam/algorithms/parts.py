@@ -7,7 +7,7 @@ from typing import Any
 
 from slam.algorithms.variants import MAPS
 from slam.motion.adaptive import AdaptiveOdometry
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 from slam.motion.learned import LearnedOdometry
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
@@ -20,7 +20,7 @@ from slam.sensor_models.literal import Literal
 GRIDS: dict[str, Callable[[], Any]] = dict(MAPS)
 READINGS: dict[str, Callable[[], Any]] = {"endpoint": Endpoint, "beam": Beam, "literal": Literal}
 MOTIONS: dict[str, Callable[[], Any]] = {
-    "odometry": OdometryMotion,
+    "odometry": GaussianMotion,
     "adaptive": AdaptiveOdometry,
     "learned": LearnedOdometry,
 }

@@ -20,12 +20,12 @@ from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.true_map import TrueMap
 from slam.metrics.bound import bound, information, ray_gradient
-from slam.metrics.episode_scorer import Judge
-from slam.motion.threshold import Spacing
+from slam.metrics.episode_scorer import EpisodeScorer
+from slam.motion.threshold import MotionThreshold
 from slam.trajectory import Trajectory
 from tests.slam.worlds import FAN, ROOM, drive, loop, scan_at
 
-ALWAYS = Spacing(0.0, 0.0, 0.0)
+ALWAYS = MotionThreshold(0.0, 0.0, 0.0)
 SIGMA = 0.005  # m, of the ranges of `drive`
 
 
@@ -81,7 +81,7 @@ def test_scans_are_mapped_at_keyframes_of_the_true_way() -> None:
             return super().integrate(scan, pose)
 
     truth = Truth(poses, ROOM, np.zeros((9, 0, 4)))
-    slam_ = MappingOnly(truth, Noting(), Spacing(0.1, 9.0, 99.0))
+    slam_ = MappingOnly(truth, Noting(), MotionThreshold(0.1, 9.0, 99.0))
     for pose in poses:
         slam_.update(Pose2(), scan_at(Pose2.of(pose)))
     np.testing.assert_allclose(mapped, [0.0, 0.12, 0.24])
@@ -89,7 +89,7 @@ def test_scans_are_mapped_at_keyframes_of_the_true_way() -> None:
 
 def test_no_variant_maps_better_than_with_true_poses() -> None:
     episode = drive(100)
-    judge = Judge(episode)
+    judge = EpisodeScorer(episode)
     ceiling = run(build("mapping-only", episode), episode)
     known = run(build("localization-only", episode), episode)
     assert judge.scores(known.poses, known.grid)["f1_5cm"] > 0.99  # pyright: ignore

@@ -6,10 +6,10 @@ from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.benchmark.run import run
 from slam.geometry import Pose2
 from slam.maps.static import Static
-from slam.motion.threshold import Spacing
+from slam.motion.threshold import MotionThreshold
 from tests.slam.worlds import beam, drive
 
-ALWAYS = Spacing(0.0, 0.0, 0.0)
+ALWAYS = MotionThreshold(0.0, 0.0, 0.0)
 
 
 def test_motions_add_up_exactly() -> None:
@@ -41,7 +41,7 @@ def test_the_map_lies_where_the_odometry_says() -> None:
 
 
 def test_only_keyframes_are_mapped() -> None:
-    slam = DeadReckoning(keyframes=Spacing(distance=0.5, turn=9.0, time=99.0))
+    slam = DeadReckoning(keyframes=MotionThreshold(distance=0.5, turn=9.0, time=99.0))
     seen = []
     for _ in range(7):
         slam.update(Pose2(0.2), beam(1.0))

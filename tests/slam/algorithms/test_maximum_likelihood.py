@@ -11,13 +11,13 @@ from slam.geometry import Pose2, between, wrap_angle
 from slam.interface import MapModel, Slope
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.motion.gaussian import OdometryMotion, Prediction
-from slam.motion.threshold import Spacing
+from slam.motion.gaussian import GaussianMotion, Prediction
+from slam.motion.threshold import MotionThreshold
 from slam.sensor_models.endpoint import Endpoint
 from tests.slam.algorithms.parts import GRIDS, JUMPING, MOTIONS, READINGS, SEARCHES
 from tests.slam.worlds import drive, scan_at
 
-ALWAYS, NEVER = Spacing(0.0, 0.0, 0.0), Spacing(math.inf, math.inf, math.inf)
+ALWAYS, NEVER = MotionThreshold(0.0, 0.0, 0.0), MotionThreshold(math.inf, math.inf, math.inf)
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,7 @@ def test_a_robot_at_rest_stays_where_it_is() -> None:
 
 def test_matches_between_keyframes_leave_no_trace() -> None:
     truth = [Pose2(0.02 * k, 0.1, 0.03 * k) for k in range(9)]
-    keyframes = Spacing(0.15, 9.0, 99.0)
+    keyframes = MotionThreshold(0.15, 9.0, 99.0)
     motions = [Pose2(), *(a.between(b) for a, b in itertools.pairwise(truth))]
     slams = [
         MaximumLikelihood(truth[0], matches=matches, keyframes=keyframes)
@@ -131,7 +131,7 @@ def carried(covariance, x: float, y: float) -> np.ndarray:
 
 
 def test_between_matches_the_odometry_leads_and_doubt_grows() -> None:
-    far, model = Spacing(0.5, 9.0, 99.0), OdometryMotion()
+    far, model = MotionThreshold(0.5, 9.0, 99.0), GaussianMotion()
     slam = MaximumLikelihood(motion=model, matches=far, keyframes=far)
     scan, motion = scan_at(Pose2()), Pose2(0.1, 0.02, 0.1)
     at_rest = slam.update(Pose2(), scan)
@@ -208,7 +208,7 @@ def test_a_part_of_ones_own_takes_the_place_of_any_other(episode) -> None:
     assert set(asked) == {"corrected", "deviations", "learn", "refresh", "likelihood", "search"}
 
 
-class Noted(OdometryMotion):
+class Noted(GaussianMotion):
     """Keeps what it is taught, and halves what the odometry says."""
 
     def __init__(self):
@@ -225,7 +225,7 @@ class Noted(OdometryMotion):
 def test_a_motion_model_is_taught_at_each_keyframe_but_the_first() -> None:
     poses = [Pose2(0.06 * k, 0.1, 0.02 * k) for k in range(9)]
     motion = Noted()
-    slam = MaximumLikelihood(poses[0], motion=motion, keyframes=Spacing(0.17, 9.0, 99.0))
+    slam = MaximumLikelihood(poses[0], motion=motion, keyframes=MotionThreshold(0.17, 9.0, 99.0))
     keyframes = [slam.pose]
     for k, pose in enumerate(poses):
         told = poses[k - 1].between(pose) if k else Pose2()
@@ -244,7 +244,7 @@ def test_a_motion_model_is_taught_at_each_keyframe_but_the_first() -> None:
 
 
 def test_between_matches_the_corrected_odometry_leads() -> None:
-    never = Spacing(math.inf, math.inf, math.inf)
+    never = MotionThreshold(math.inf, math.inf, math.inf)
     slam = MaximumLikelihood(motion=Noted(), matches=never, keyframes=never)
     slam.update(Pose2(), scan_at(Pose2()))
     assert slam.update(Pose2(0.2), scan_at(Pose2(0.1))).pose == pytest.approx((0.1, 0.0, 0.0))
@@ -261,7 +261,7 @@ def test_the_map_that_is_given_out_is_a_copy() -> None:
 
 
 def test_doubt_after_a_match_is_the_matchs_and_the_odometrys() -> None:
-    far, model = Spacing(0.3, 9.0, 99.0), OdometryMotion()
+    far, model = MotionThreshold(0.3, 9.0, 99.0), GaussianMotion()
     slam = MaximumLikelihood(motion=model, matches=far, keyframes=far)
     slam.update(Pose2(), scan_at(Pose2()))
     match = slam.update(Pose2(0.3), scan_at(Pose2(0.3)))
@@ -275,12 +275,12 @@ def test_doubt_after_a_match_is_the_matchs_and_the_odometrys() -> None:
 
 
 def test_a_match_leaves_less_doubt_than_the_odometry_and_more_than_none() -> None:
-    slam = MaximumLikelihood(motion=OdometryMotion())
+    slam = MaximumLikelihood(motion=GaussianMotion())
     slam.update(Pose2(), scan_at(Pose2()))
     match = slam.update(Pose2(0.3), scan_at(Pose2(0.3)))
     assert match.matched
     doubt = np.sqrt(np.diag(match.covariance))
-    assert (doubt < OdometryMotion().deviations(Pose2(0.3))).all()
+    assert (doubt < GaussianMotion().deviations(Pose2(0.3))).all()
     assert (doubt > 1e-4).all()
     blind = slam.update(Pose2(0.3), scan_at(Pose2(50.0)))
     assert (np.sqrt(np.diag(blind.covariance)) > doubt).all()

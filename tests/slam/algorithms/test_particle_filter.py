@@ -14,7 +14,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.interface import Revising
 from slam.maps.histogram import Histogram
-from slam.motion.threshold import KEYFRAMES, Spacing
+from slam.motion.threshold import KEYFRAMES, MotionThreshold
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
@@ -24,8 +24,8 @@ from tests.slam.rings import drive, off
 from tests.slam.worlds import FAN, MAX_RANGE, loop, scan_at
 from tests.slam.worlds import drive as room_drive
 
-OFTEN = Spacing(0.05, math.radians(5.0), 2.0)
-SPARSE = Spacing(0.25, math.radians(15.0), 4.0)
+OFTEN = MotionThreshold(0.05, math.radians(5.0), 2.0)
+SPARSE = MotionThreshold(0.25, math.radians(15.0), 4.0)
 CASES = {
     "often resampled": {"particles": 6, "resample": 1.0, "spread": 1.0},
     "sometimes": {"particles": 6, "spread": 0.5},

@@ -3,7 +3,7 @@ import math
 import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.algorithms.pose_covariance import Ground, fused, moved
+from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
 from slam.geometry import Pose2
 from slam.maps.tiles import Tiles
 from slam.scan import Scan
@@ -37,7 +37,7 @@ def test_a_scan_that_says_nothing_leaves_the_prediction() -> None:
 
 def test_tiles_remember_who_drew_them() -> None:
     tiles = Tiles(0.05)
-    ground = Ground(tiles)
+    ground = MapUncertainty(tiles)
     tiles.cover((0.0, 0.0), (10.0, 10.0))
     tiles.index[0, 0] = 1
     tiles.take(2)

@@ -19,7 +19,7 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.geometry import Pose2, wrap_angle
 from slam.interface import Slam
-from slam.motion.threshold import Spacing
+from slam.motion.threshold import MotionThreshold
 from slam.scan import Scan
 from tests.slam.algorithms.parts import GRIDS, JUMPING, MOTIONS, READINGS, SEARCHES
 from tests.slam.worlds import FAN, MAX_RANGE, drive, loop, scan_at
@@ -29,7 +29,7 @@ VARIANTS = [  # with the other readings of two maps: `test_..._by_any_parts` tak
     for name in slam.variants()
     if name.count("/") == 0 or name.startswith(("static", "dynamic"))
 ]
-ALWAYS = Spacing(0.0, 0.0, 0.0)
+ALWAYS = MotionThreshold(0.0, 0.0, 0.0)
 ROOT = Path(__file__).parents[3]
 
 

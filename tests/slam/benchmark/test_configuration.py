@@ -7,7 +7,7 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.configuration import configuration
 from slam.maps.histogram import Histogram
 from slam.maps.log_odds import Evidence
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 from slam.search.random_restart import RandomRestart
 from slam.sensor_models.endpoint import Endpoint
 
@@ -16,7 +16,7 @@ def test_every_part_is_told_with_its_parameters() -> None:
     made = MaximumLikelihood(
         grid=Histogram(evidence=Evidence(0.9, -0.5, 0.3), delta_t=2.5, bins=2),
         perception=Endpoint(beta=0.35),
-        motion=OdometryMotion(rotation_floor=0.01),
+        motion=GaussianMotion(rotation_floor=0.01),
         search=RandomRestart(7),
     )
     found = configuration(made)
@@ -32,7 +32,7 @@ def test_every_part_is_told_with_its_parameters() -> None:
     assert found["search"]["restarts"] == 7
     assert found["search"]["climber"]["type"] == "HillClimb"
     assert found["perception"]["beta"] == 0.35
-    assert found["motion"]["type"] == "OdometryMotion"
+    assert found["motion"]["type"] == "GaussianMotion"
     assert found["motion"]["rotation_floor"] == 0.01
 
 

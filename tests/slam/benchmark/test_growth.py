@@ -4,7 +4,7 @@ import pytest
 import slam
 from agents import record_corridor
 from slam.benchmark.run import Playback
-from slam.benchmark.snapshots import Growth
+from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 
 SCANS = 40
@@ -19,7 +19,7 @@ def episode() -> Episode:
 @pytest.mark.parametrize("variant", ["dynamic-ml", "dynamic-graph"])
 def test_stages_lie_evenly_and_the_last_is_the_result(variant: str, episode: Episode) -> None:
     playback = Playback(slam.make(variant), episode)
-    growth = Growth(playback, stages=6)
+    growth = SnapshotRecorder(playback, stages=6)
     for number, _ in enumerate(playback):
         growth.after(number)
     stages, run = growth.stages(), playback.result()
@@ -33,7 +33,7 @@ def test_stages_lie_evenly_and_the_last_is_the_result(variant: str, episode: Epi
 
 def test_a_run_that_was_cut_off_ends_where_it_was(episode: Episode) -> None:
     playback = Playback(slam.make("dynamic-ml"), episode)
-    growth = Growth(playback, stages=6)
+    growth = SnapshotRecorder(playback, stages=6)
     assert growth.stages() == []
     for number, _ in enumerate(playback):
         growth.after(number)

@@ -28,8 +28,8 @@ from slam.io.bags import read_bag
 from slam.io.bags.unpacking import LARGEST, unpack_bz2, unpack_lz4, unpack_zstd
 from slam.io.episode_file import load_episode
 from slam.io.formats import read_log
-from slam.io.loaded_recording import Choice, Log
-from slam.io.warnings import Warnings
+from slam.io.loaded_recording import LoadedRecording, SourceSelection
+from slam.io.warnings import WarningCounter
 from slam.preprocessing.deskewing import standing
 from tests.slam.io.samples import reader_of, samples
 
@@ -46,7 +46,7 @@ def outcome(path: Path) -> str | None:
         assert len(text.replace(str(path.parent), "")) < 400
         assert str(path.parent) in text
         return text
-    if isinstance(result, Log):
+    if isinstance(result, LoadedRecording):
         standing(result.episode).motions()
         assert all(str(warned).isprintable() for warned in result.warnings)
     return None
@@ -208,8 +208,8 @@ def test_only_a_bag_has_things_to_choose_from(tmp_path: Path) -> None:
     path = tmp_path / "some.csv"
     path.write_bytes(samples()["table.csv"])
     with pytest.raises(InputError, match=r"some\.csv: only a ROS bag has several"):
-        read_log(path, Choice("/scan"))
-    assert not read_log(path, Choice(odometry="none")).episode.has_odometry
+        read_log(path, SourceSelection("/scan"))
+    assert not read_log(path, SourceSelection(odometry="none")).episode.has_odometry
 
 
 @pytest.mark.parametrize("unpack", [unpack_bz2, unpack_lz4, unpack_zstd])
@@ -233,7 +233,7 @@ def test_names_in_a_bag_are_shown_on_one_line(tmp_path: Path) -> None:
 
 
 def test_warnings_of_many_kinds_are_counted_together() -> None:
-    warnings = Warnings()
+    warnings = WarningCounter()
     for k in range(10_000):
         warnings.add(f"frame {k}\n", k)
     found = warnings.counted()

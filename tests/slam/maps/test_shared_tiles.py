@@ -10,10 +10,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2
-from slam.interface import MapModel, Perception
+from slam.interface import MapModel, SensorModel
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.maps.tiles import AREA, TILE, Branch, Tiles
+from slam.maps.tiles import AREA, TILE, TileIndex, Tiles
 from slam.scan import Scan
 from slam.sensor_models.beam import Beam
 from slam.sensor_models.endpoint import Endpoint
@@ -37,7 +37,7 @@ def view(number: int, time: float) -> Scan:
     return Scan(VIEWS[number].ranges, FAN, MAX_RANGE, time=time)
 
 
-def integrate(grid: MapModel, reading: Perception, scan: Scan, pose: Pose2) -> None:
+def integrate(grid: MapModel, reading: SensorModel, scan: Scan, pose: Pose2) -> None:
     reading.refresh(grid, grid.integrate(scan, pose))
 
 
@@ -98,7 +98,7 @@ def assert_each_is_its_mirror(particles: Particles) -> None:
             np.testing.assert_array_equal(values, reading.log_likelihood(scan, near))
 
 
-def assert_in_order(tiles: Tiles, branches: list[Branch]) -> None:
+def assert_in_order(tiles: Tiles, branches: list[TileIndex]) -> None:
     """The books are right: who has which slot, where it lies, and which are free."""
     recount = np.zeros(tiles.used, np.int32)
     recount[0] = 1

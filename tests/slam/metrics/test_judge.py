@@ -8,7 +8,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.metrics.change import TrueOccupancy
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
@@ -33,7 +33,7 @@ def test_the_truth_itself_gets_full_marks_as_json() -> None:
     drive = episode()
     truth = TrueOccupancy(drive.truth)  # pyright: ignore[reportArgumentType]
     grid = OccupancyGrid(truth.spec, truth.now.astype(float), np.ones(truth.spec.shape, bool))
-    scores = Judge(drive).scores(drive.odometry.poses, grid)
+    scores = EpisodeScorer(drive).scores(drive.odometry.poses, grid)
     assert json.loads(json.dumps(scores)) == scores
     for name in ("f1_5cm", "f1_5cm_aligned", "recall_5cm", "precision_5cm"):
         assert scores[name] == 1, name
@@ -44,4 +44,4 @@ def test_the_truth_itself_gets_full_marks_as_json() -> None:
 def test_an_episode_without_truth_cannot_be_judged() -> None:
     drive = episode()
     with pytest.raises(InputError, match="truth"):
-        Judge(Episode(drive.scans, drive.odometry))
+        EpisodeScorer(Episode(drive.scans, drive.odometry))

@@ -10,15 +10,15 @@ from slam.geometry import Pose2, transform_points
 from slam.grid import GridSpec, OccupancyGrid
 from slam.metrics.mapping import distances, score_map
 from slam.metrics.raster import rasterise
-from slam.metrics.surface import Surface, sampled, visible_truth
+from slam.metrics.surface import TrueSurface, sampled, visible_truth
 from slam.scan import Scan
 
 ROOM = np.array([[0.0, 0, 4, 0], [4, 0, 4, 2], [4, 2, 0, 2], [0, 2, 0, 0]]) + 0.012
 SPEC = GridSpec.around((-1, -1), (5, 3), 0.05)
 
 
-def whole(segments: np.ndarray) -> Surface:
-    return Surface(segments, sampled(segments, 0.025))
+def whole(segments: np.ndarray) -> TrueSurface:
+    return TrueSurface(segments, sampled(segments, 0.025))
 
 
 def map_of(segments: np.ndarray) -> OccupancyGrid:

@@ -19,7 +19,7 @@ from slam.geometry import Pose2, compose
 from slam.grid import GridSpec, OccupancyGrid, moved
 from slam.io.ros_map import read_placed_map, write_ros_map
 from slam.io.tum import write_tum
-from slam.metrics.episode_scorer import Judge
+from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.outside import score_outside
 from slam.metrics.reference import associated, score_reference
 from slam.trajectory import Trajectory
@@ -74,7 +74,7 @@ def test_evos_own_command_finds_the_same_in_our_files(episode, done, tmp_path):
 
 
 def test_the_map_is_scored_as_our_own_are(episode, done, tmp_path):
-    expected = Judge(episode).scores(done.poses, done.grid)
+    expected = EpisodeScorer(episode).scores(done.poses, done.grid)
     trajectory = Trajectory(episode.times, done.poses)
     found = score_outside(episode, trajectory, done.grid, frame="world")
     for name, value in expected.items():  # stamps are looked up: the last bit may differ
@@ -97,7 +97,7 @@ def test_a_map_in_a_frame_of_its_own_is_scored_where_it_lies(episode, done):
     spec = GridSpec(0.05, round(corner.y / 0.05), round(corner.x / 0.05), *rows.shape)
     turned = OccupancyGrid(spec, done.grid.occupied[::-1, ::-1], done.grid.observed[::-1, ::-1])
     found = score_outside(episode, Trajectory(episode.times, poses), turned)
-    expected = Judge(episode).scores(
+    expected = EpisodeScorer(episode).scores(
         compose(np.array(world @ Pose2.of(done.poses[0]).inverse()), done.poses), done.grid
     )
     assert found["ate"] == pytest.approx(expected["ate_anchored"], abs=1e-9)

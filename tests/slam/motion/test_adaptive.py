@@ -7,7 +7,7 @@ import pytest
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.motion.adaptive import AdaptiveOdometry
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 
 SURE = np.zeros((3, 3))
 WIDE = math.radians(120.0)
@@ -31,7 +31,7 @@ def test_it_begins_as_wide_as_the_papers_odometry_needs() -> None:
     assert rate(AdaptiveOdometry()) == pytest.approx(WIDE)
     np.testing.assert_array_equal(
         AdaptiveOdometry().deviations(Pose2(0.3, 0.1, 0.5)),
-        OdometryMotion().deviations(Pose2(0.3, 0.1, 0.5)),
+        GaussianMotion().deviations(Pose2(0.3, 0.1, 0.5)),
     )
 
 
@@ -53,7 +53,7 @@ def test_it_follows_what_was_found_lately() -> None:
 
 def test_the_rate_is_that_of_the_errors_between_the_limits() -> None:
     model = taught(math.radians(30.0), step=0.5, way=40.0)
-    floor = OdometryMotion().rotation_floor
+    floor = GaussianMotion().rotation_floor
     found = math.sqrt((math.radians(15.0) ** 2 - floor**2) / 0.25)
     assert model.rate == pytest.approx(found, rel=1e-3)
     assert rate(model) == pytest.approx(2.0 * found, rel=1e-3)

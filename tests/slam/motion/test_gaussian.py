@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, wrap_angle
-from slam.motion.gaussian import OdometryMotion, Prediction
+from slam.motion.gaussian import GaussianMotion, Prediction
 
 # -- how far the odometry may be off -----------------------------------------------------------
 
 
 def test_deviations_by_hand() -> None:
-    model = OdometryMotion(0.1, 0.05, 0.01, 0.5, 0.2, 0.02)
+    model = GaussianMotion(0.1, 0.05, 0.01, 0.5, 0.2, 0.02)
     translation = math.sqrt(0.2**2 + 0.025**2 + 0.01**2)
     rotation = math.sqrt(1.0**2 + 0.1**2 + 0.02**2)
     found = model.deviations(Pose2(1.2, -1.6, -0.5))
@@ -24,7 +24,7 @@ moved = st.floats(0, 3)
 
 @given(moved, moved, st.floats(1.01, 3))
 def test_deviations_grow_with_what_was_moved(way: float, turn: float, factor: float) -> None:
-    model = OdometryMotion()
+    model = GaussianMotion()
     little = model.deviations(Pose2(way, 0.0, turn))
     assert (model.deviations(Pose2(way * factor, 0.0, turn)) >= little).all()
     assert (model.deviations(Pose2(way, 0.0, turn * factor)) >= little).all()
@@ -33,11 +33,11 @@ def test_deviations_grow_with_what_was_moved(way: float, turn: float, factor: fl
 
 
 def test_the_default_is_as_wide_as_the_papers_systematic_error() -> None:
-    assert OdometryMotion().deviations(Pose2(0.05, 0.0, 0.0))[2] >= math.radians(3.0)
+    assert GaussianMotion().deviations(Pose2(0.05, 0.0, 0.0))[2] >= math.radians(3.0)
 
 
 def test_the_odometry_is_believed_as_it_is_for_ever() -> None:
-    model, motion = OdometryMotion(), Pose2(0.1, 0.02, 0.3)
+    model, motion = GaussianMotion(), Pose2(0.1, 0.02, 0.3)
     before = model.deviations(motion)
     for _ in range(10):
         model.learn(motion, Pose2(0.1, 0.0, 0.0), np.eye(3) * 1e-8)

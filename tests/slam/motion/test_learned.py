@@ -9,7 +9,7 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 from slam.motion.learned import LearnedOdometry
 from tests.slam.worlds import PAPERS_BIAS, drive
 
@@ -30,7 +30,7 @@ def taught(model: LearnedOdometry, per_m=0.0, per_rad=0.0, keyframes=40, seed=0,
 
 
 def test_at_first_it_is_the_base() -> None:
-    model, base = LearnedOdometry(), OdometryMotion()
+    model, base = LearnedOdometry(), GaussianMotion()
     for motion in (Pose2(), STRAIGHT, Pose2(0.1, -0.2, 0.7)):
         assert model.corrected(motion) == motion
         deviations, expected = model.deviations(motion), base.deviations(motion)
@@ -62,7 +62,7 @@ def test_half_of_the_correction_turns_the_way() -> None:
 
 
 def test_doubt_shrinks_to_what_remains_and_no_further() -> None:
-    model, base = LearnedOdometry(rest=0.3), OdometryMotion()
+    model, base = LearnedOdometry(rest=0.3), GaussianMotion()
     widths = [model.deviations(STRAIGHT)[2]]
     for k in range(60):
         taught(model, per_m=0.4, keyframes=1, seed=k)
@@ -124,7 +124,7 @@ def test_headings_are_compared_the_short_way() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"base": LearnedOdometry}, "base must be a OdometryMotion"),
+        ({"base": LearnedOdometry}, "base must be a GaussianMotion"),
         ({"rest": 1.5}, "rest must be a finite number from 0 to 1"),
         ({"rest": -0.1}, "rest"),
         ({"drift": 0.0}, "drift must be a finite number above 0"),
@@ -145,4 +145,4 @@ def test_a_drive_teaches_the_papers_bias_and_is_followed_as_well() -> None:
     assert errors[0].max() < max(1.2 * errors[1].max(), 0.03)
     straight = Pose2(0.1, 0.0, 0.1 * PAPERS_BIAS)
     assert motion.corrected(straight).theta == pytest.approx(0.0, abs=math.radians(1.0))
-    assert motion.deviations(straight)[2] < 0.6 * OdometryMotion().deviations(straight)[2]
+    assert motion.deviations(straight)[2] < 0.6 * GaussianMotion().deviations(straight)[2]

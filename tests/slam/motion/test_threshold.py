@@ -3,9 +3,9 @@ import math
 import pytest
 
 from slam.geometry import Pose2
-from slam.motion.threshold import Spacing
+from slam.motion.threshold import MotionThreshold
 
-SPACING = Spacing(distance=0.5, turn=0.2, time=2.0)
+SPACING = MotionThreshold(distance=0.5, turn=0.2, time=2.0)
 
 
 @pytest.mark.parametrize(

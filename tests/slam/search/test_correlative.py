@@ -11,7 +11,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Posterior
 from slam.maps.static import Static
-from slam.motion.gaussian import OdometryMotion
+from slam.motion.gaussian import GaussianMotion
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
@@ -217,7 +217,7 @@ def test_a_robot_that_cannot_have_moved_is_looked_for_where_it_was() -> None:
 
 
 def test_a_leap_of_the_odometry_does_not_drown_the_search() -> None:
-    deviations = OdometryMotion().deviations(Pose2(500.0))
+    deviations = GaussianMotion().deviations(Pose2(500.0))
     assert len(candidates(Correlative(), deviations)) < 1_000_000
     asked = in_room(room(), TRUTH, TRUTH, Pose2(), deviations)
     found, looked = counted(Correlative(), asked)

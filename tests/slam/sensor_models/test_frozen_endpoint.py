@@ -3,7 +3,7 @@ import pytest
 
 from slam.geometry import Pose2
 from slam.maps.static import Static
-from slam.sensor_models.endpoint import Endpoint, Settled
+from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
 from tests.slam.sensor_models.rooms import around, mapped
 from tests.slam.worlds import scan_at
 
@@ -18,7 +18,7 @@ def test_what_is_settled_is_read_as_the_map_was(parameters) -> None:
     values, bounds = reading.log_likelihood(scan, poses), reading.bound(scan, poses, 0.03)
     slopes = [reading.slope(scan, HERE, level) for level in range(Endpoint.levels)]
     shares = reading.shares(scan, HERE)
-    settled = Settled(reading)
+    settled = FrozenEndpoint(reading)
     mapped(grid, reading, walls=np.array([(0.0, -1.0, 0.0, 1.0)]))
     assert not np.array_equal(reading.log_likelihood(scan, poses), values)
     found = settled.reading()

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from slam.geometry import Pose2
 from slam.io.bags import read_bag
 from slam.io.bags.sink import Sink, sink
-from slam.io.loaded_recording import Choice, Log
+from slam.io.loaded_recording import LoadedRecording, SourceSelection
 
 LASER, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 UPRIGHT, UPSIDE_DOWN = (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 0.0)  # quaternions x, y, z, w
@@ -150,10 +150,12 @@ def _put(out: Sink, said: Iterable[Said]) -> None:
         out.put(topic, received, build(out))
 
 
-def read(tmp_path: Path, said: Iterable[Said], choice: Choice = Choice()) -> Log:
+def read(
+    tmp_path: Path, said: Iterable[Said], choice: SourceSelection = SourceSelection()
+) -> LoadedRecording:
     """Through a ROS 1 bag."""
     return read_bag(write(tmp_path / "some.bag", said), choice)
 
 
-def told(log: Log) -> str:
+def told(log: LoadedRecording) -> str:
     return "; ".join(map(str, log.warnings))

@@ -13,7 +13,7 @@ from slam.io.bags import read_bag
 from slam.io.bags.file import ROS1, ROS2
 from slam.io.bags.sink import Sink
 from slam.io.formats import kind_of, read_log
-from slam.io.loaded_recording import Log
+from slam.io.loaded_recording import LoadedRecording
 from tests.slam.io.bags.recordings import drive, scan, told, write, write_packed
 
 KINDS = ["some.bag", "some.mcap", "some.db3", "folder"]
@@ -24,7 +24,7 @@ PACKINGS = [
 ]  # fmt: skip
 
 
-def check(log: Log, scans: int = 5) -> None:
+def check(log: LoadedRecording, scans: int = 5) -> None:
     assert len(log.episode.scans) == scans
     for k, one in enumerate(log.episode.scans):
         assert one.time == pytest.approx(1.05 + 0.2 * k)

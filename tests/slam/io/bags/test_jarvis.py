@@ -10,7 +10,7 @@ from slam.benchmark.run import run
 from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.io.bags import read_bag, read_reference
-from slam.io.loaded_recording import Choice
+from slam.io.loaded_recording import SourceSelection
 from slam.metrics.trajectory import alignment, ate
 from slam.preprocessing.deskewing import standing
 
@@ -35,7 +35,7 @@ def test_its_lasers_are_listed(jarvis: Path) -> None:
     [(SECURITY, 213, 761, 0.895), (NAVIGATION, 204, 1440, 0.194)],
 )
 def test_what_is_in_it(jarvis: Path, laser: str, scans: int, beams: int, ahead: float) -> None:
-    log = read_bag(jarvis, Choice(laser))
+    log = read_bag(jarvis, SourceSelection(laser))
     assert log.warnings == ()
     assert len(log.episode.scans) == scans
     assert {len(one.ranges) for one in log.episode.scans} == {beams}
@@ -45,7 +45,7 @@ def test_what_is_in_it(jarvis: Path, laser: str, scans: int, beams: int, ahead: 
 
 @pytest.mark.parametrize("variant", ["dynamic-graph", "hmm-ml"])
 def test_its_path_within_three_centimetres(jarvis: Path, variant: str) -> None:
-    drive = standing(read_bag(jarvis, Choice(SECURITY)).episode)
+    drive = standing(read_bag(jarvis, SourceSelection(SECURITY)).episode)
     truth = read_reference(jarvis, "/pose_ground_truth").at(drive.times)
     found = np.asarray(run(slam.make(variant), drive).poses)
     assert ate(compose(np.array(alignment(found, truth)), found), truth) <= 0.03

@@ -7,7 +7,7 @@ import pytest
 from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.io.bags import read_bag
-from slam.io.loaded_recording import Choice
+from slam.io.loaded_recording import SourceSelection
 from slam.preprocessing.deskewing import standing
 from tests.slam.io.bags.recordings import (
     Said,
@@ -155,9 +155,9 @@ def test_of_several_lasers_one_must_be_chosen(tmp_path: Path) -> None:
     ):
         read(tmp_path, said)
     path = tmp_path / "some.bag"
-    assert read_bag(path, Choice("/rear/scan")).episode.scans[0].ranges.tolist() == [5]
+    assert read_bag(path, SourceSelection("/rear/scan")).episode.scans[0].ranges.tolist() == [5]
     with pytest.raises(InputError, match=r"some\.bag: no scans on '/front'; lasers: /rear/scan, /"):
-        read_bag(path, Choice("/front"))
+        read_bag(path, SourceSelection("/front"))
 
 
 def test_a_laser_with_several_echoes_is_refused(tmp_path: Path) -> None:

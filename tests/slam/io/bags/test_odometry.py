@@ -7,7 +7,7 @@ import pytest
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.bags import read_bag, read_reference
-from slam.io.loaded_recording import Choice
+from slam.io.loaded_recording import SourceSelection
 from tests.slam.io.bags.recordings import (
     Said,
     drive,
@@ -65,15 +65,15 @@ def test_the_topic_goes_before_tf_and_either_can_be_chosen(tmp_path: Path) -> No
     moving = [frame(1 + k, "odom", "base_link", (5.0 * k, 0.0, 0.0)) for k in range(3)]
     path = write(tmp_path / "both.bag", [*drive(), *moving])
     assert read_bag(path).episode.meta["odometry"] == "/odom"
-    chosen = read_bag(path, Choice(odometry="odom")).episode
+    chosen = read_bag(path, SourceSelection(odometry="odom")).episode
     assert chosen.meta["odometry"] == "/tf: base_link in odom"
     assert chosen.odometry.poses[:, 0].tolist() == [0, 5, 10]
-    none = read_bag(path, Choice(odometry="none")).episode
+    none = read_bag(path, SourceSelection(odometry="none")).episode
     assert not none.has_odometry
     assert not none.odometry.poses.any()
     assert none.scans[0].mount == Pose2(0.3, 0.0, 0.0)
     with pytest.raises(InputError, match=r"both\.bag: no odometry 'gps': neither a topic of nav_m"):
-        read_bag(path, Choice(odometry="gps"))
+        read_bag(path, SourceSelection(odometry="gps"))
 
 
 def test_several_odometries_are_listed_but_for_references(tmp_path: Path) -> None:
@@ -84,8 +84,8 @@ def test_several_odometries_are_listed_but_for_references(tmp_path: Path) -> Non
     ):
         read(tmp_path, said)
     path = tmp_path / "some.bag"
-    assert read_bag(path, Choice(odometry="/wheels")).episode.odometry.poses[1, 0] == 7
-    assert read_bag(path, Choice(odometry="/ground_truth")).episode.meta["odometry"] != ""
+    assert read_bag(path, SourceSelection(odometry="/wheels")).episode.odometry.poses[1, 0] == 7
+    assert read_bag(path, SourceSelection(odometry="/ground_truth")).episode.meta["odometry"] != ""
     assert len(read_reference(path, "/base_pose_gt")) == 1
 
 
@@ -106,7 +106,7 @@ def test_a_mount_that_nobody_tells_and_one_that_is_given(tmp_path: Path) -> None
     assert "where the laser (laser) stands on the robot (base_link): taken to be" in told(log)
     given = Pose2(0.1, 0.2, 0.3)
     (tmp_path / "some.bag").unlink()
-    log = read(tmp_path, said, Choice(mount=given))
+    log = read(tmp_path, said, SourceSelection(mount=given))
     assert {one.mount for one in log.episode.scans} == {given}
     assert log.warnings == ()
 

@@ -15,8 +15,8 @@ from slam.io.bags import read_bag, write_result
 from slam.io.bags.file import opened
 from slam.io.bags.result import PATH_POSES
 from slam.io.bags.transforms import Transforms, seen_from_above
-from slam.io.warnings import Warnings
-from slam.snapshot import Stage
+from slam.io.warnings import WarningCounter
+from slam.snapshot import MapSnapshot
 from slam.trajectory import Trajectory
 
 SCANS = 30
@@ -36,16 +36,16 @@ def online(episode: Episode) -> Array:
     return compose(np.array(OFF), episode.odometry.at(episode.times))
 
 
-def stages(online: Array, *scans: int) -> list[Stage]:
+def stages(online: Array, *scans: int) -> list[MapSnapshot]:
     spec = GridSpec(0.05, -64, 128, 64, 128)
     grid = OccupancyGrid(spec, np.full(spec.shape, 0.25), np.ones(spec.shape, np.bool_))
     grid.observed[0, 5] = False
-    return [Stage.of(online[: scan + 1], grid) for scan in scans]
+    return [MapSnapshot.of(online[: scan + 1], grid) for scan in scans]
 
 
 def messages(path: Path) -> dict[str, list[Any]]:
     found = defaultdict(list)
-    with opened(path, Warnings("message")) as bag:
+    with opened(path, WarningCounter("message")) as bag:
         for name, _, message in bag.messages(list(bag.topics)):
             found[name].append(message)
     return found

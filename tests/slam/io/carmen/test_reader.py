@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.io.carmen.reader import Log, read_carmen
+from slam.io.carmen.reader import LoadedRecording, read_carmen
 
 BEAMS = 180
 SPREAD = " ".join(f"{r:.2f}" for r in np.linspace(1, 4, 80)) + " "
@@ -31,13 +31,13 @@ def robotlaser(time: float, sensor: str = "0 -0.5 1.0 0.5 8 0.01 0") -> str:
     )
 
 
-def read(tmp_path: Path, *lines: str) -> Log:
+def read(tmp_path: Path, *lines: str) -> LoadedRecording:
     path = tmp_path / "some.log"
     path.write_text("\n".join(lines) + "\n")
     return read_carmen(path)
 
 
-def told(log: Log) -> dict[str, tuple[int, int]]:
+def told(log: LoadedRecording) -> dict[str, tuple[int, int]]:
     return {warned.kind: (warned.times, warned.line) for warned in log.warnings}
 
 
