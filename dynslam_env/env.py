@@ -78,7 +78,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `velocity` | (2,)     | forward, turning                                     | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
 
     Where the path leads is not observed: it is the layout's (`env.unwrapped.layout.path`), in the
-    passage to its other end and back. `env.unwrapped.scan` and `env.unwrapped.motion` are the same as a SLAM takes them, in double
+    passage to its other end and back. `env.unwrapped.scan` and `env.unwrapped.displacement` are the same as a SLAM takes them, in double
     precision (there, no echo is inf and no reading NaN).
 
     ## Rewards
@@ -207,7 +207,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         return Pose2.of(self._begun.drive.poses[0])
 
     @property
-    def motion(self) -> Pose2:
+    def displacement(self) -> Pose2:
         """The odometry's displacement in the last step, in the robot's frame at its beginning."""
         return Pose2.of(self._begun.motions[0])
 

@@ -42,7 +42,7 @@ class Recorder:
 
     def step(self) -> None:
         """Take down what the last step of the environment brought."""
-        self._odometry.append(self._odometry[-1] @ self._env.motion)
+        self._odometry.append(self._odometry[-1] @ self._env.displacement)
         self._take()
 
     def _take(self) -> None:

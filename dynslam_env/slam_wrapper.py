@@ -128,7 +128,7 @@ class SlamWrapper(
         self._steps += 1
         every, ended = self._score_every, terminated or truncated
         due = every > 0 and (self._steps % every == 0 or ended)
-        self._moved = self._moved @ self._world.motion
+        self._moved = self._moved @ self._world.displacement
         if self._steps % self._scan_every == 0 or ended:
             self._take()
         observation, info = self._extended(observation, info, scored=due, ended=ended)

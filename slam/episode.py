@@ -61,7 +61,7 @@ class Episode:
         """Whether anything told how the robot moved."""
         return self.meta.get("odometry") != ""
 
-    def motions(self) -> list[Pose2]:
+    def displacements(self) -> list[Pose2]:
         """What the odometry says the robot moved before each scan, in its frame; first: zero."""
         poses = self.odometry.at(self.times)
         moved = between(poses[:-1], poses[1:])

@@ -37,7 +37,7 @@ class Slam(Protocol):
 
     pose: Pose2
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Take in the odometry's displacement since the last update, in the robot's frame, then the
         scan."""
         ...
@@ -95,7 +95,7 @@ class SensorModel(Protocol):
 
     levels: int
 
-    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
+    def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
         """Take notice that `changed` cells (ids) of the map have a new h."""
         ...
 
@@ -119,19 +119,21 @@ class SensorModel(Protocol):
 class Posterior:
     """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant: what a search climbs."""
 
-    def __init__(self, perception: SensorModel, scan: Scan, prediction: Prediction):
-        self.perception = perception
+    def __init__(self, sensor_model: SensorModel, scan: Scan, prediction: Prediction):
+        self.sensor_model = sensor_model
         self.scan = scan
         self.prediction = prediction
 
     def __call__(self, poses: Array, floor: float = -math.inf) -> Array:
         """(n,) at each of the poses (n, 3); maybe -inf where it is below `floor`."""
-        likelihood = self.perception.log_likelihood(self.scan, poses, floor)  # no prior is above 0
+        likelihood = self.sensor_model.log_likelihood(
+            self.scan, poses, floor
+        )  # no prior is above 0
         return likelihood + self.prediction.log_density(poses)
 
     def slope(self, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature, with the scan read at one of the resolutions."""
-        scan = self.perception.slope(self.scan, pose, level)
+        scan = self.sensor_model.slope(self.scan, pose, level)
         value, gradient, curvature = self.prediction.slope(pose)
         return Slope(scan.value + value, scan.gradient + gradient, scan.curvature + curvature)
 
@@ -139,17 +141,17 @@ class Posterior:
 class MotionModel(Protocol):
     """What the odometry says, and how far it may be off."""
 
-    def corrected(self, motion: Pose2) -> Pose2:
-        """What was probably moved where the odometry says `motion`."""
+    def corrected(self, displacement: Pose2) -> Pose2:
+        """What was probably moved where the odometry says `displacement`."""
         ...
 
-    def deviations(self, motion: Pose2) -> Array:
+    def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of what is wrong then, in the frame that it leads to."""
         ...
 
-    def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
+    def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
         """Take notice that the robot moved `found`, as far as (3, 3) `covariance` tells, where the
-        odometry said `motion`."""
+        odometry said `displacement`."""
         ...
 
 

@@ -84,7 +84,7 @@ class FrontierChooser:
         return best
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `GoalChooser`: what it stood at and still is a frontier is none that can be explored."""
+        """See `GoalChooser`: a frontier that is still one after a visit cannot be explored."""
         self._blacklist.add(goal.target, time)
         self._last = None
 

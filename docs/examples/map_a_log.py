@@ -29,15 +29,15 @@ class WithoutDoors(MaximumLikelihood):
 
     def map(self) -> slam.OccupancyGrid:
         """What stands, as far as it does not move."""
-        assert isinstance(self.grid, HMM)
-        times, grid = self.grid.cells.tiles.dense(self.grid.times), super().map()
+        assert isinstance(self.map_model, HMM)
+        times, grid = self.map_model.cells.tiles.dense(self.map_model.times), super().map()
         h = np.where(times[..., 0] > times[..., 1], 0.0, grid.occupied)  # s free, s occupied
         return slam.OccupancyGrid(grid.spec, h, grid.observed)
 
 
 def without_doors(start: slam.Pose2, rng: np.random.Generator) -> slam.Slam:
     """The builder of the variant."""
-    return WithoutDoors(start, rng, grid=HMM())
+    return WithoutDoors(start, rng, map_model=HMM())
 
 
 # --8<-- [end:variant]

@@ -13,8 +13,8 @@ from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig
 from dynslam_env.patrol.doors_known import DoorsKnown
+from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.perception import observation_space
 from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
@@ -200,7 +200,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         command = orders.commands(action, self.robot)
         for k in range(1, orders.hold + 1):
             *_, info = self.wrapped.step(command)
-            patroller.move(self.place.motion, info["collision"])
+            patroller.move(self.place.displacement, info["collision"])
             if k % orders.scan_every == 0:
                 patroller.look(self.wrapped.estimate, self.place.scan)
         gains = patroller.gains(self.time)

@@ -15,7 +15,7 @@ from dynslam_env.navigation.doors_found import doors_found
 from dynslam_env.navigation.frontiers import frontiers
 from dynslam_env.navigation.goal import NOTHING, Goal, explore, look_at
 from dynslam_env.navigation.survey import PlanningSnapshot
-from dynslam_env.patrol.perception import FADES, OFTEN
+from dynslam_env.patrol.observation import FADES, OFTEN
 
 FRONTIERS, DOORS = 4, 4
 SLOTS = 1 + FRONTIERS + DOORS

@@ -15,7 +15,7 @@ from dynslam_env.navigation.pilot import REPLAN, Pilot
 from dynslam_env.navigation.survey import survey
 from dynslam_env.patrol.env import DoorPatrolEnv, Observation
 from dynslam_env.patrol.goal_options import FEATURES, SLOTS, GoalCandidate, GoalOptions, menu
-from dynslam_env.patrol.perception import observation_space
+from dynslam_env.patrol.observation import observation_space
 from slam.errors import InputError
 from slam.validation import positive_number
 

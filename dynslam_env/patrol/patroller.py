@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dynslam_env.patrol.memory import DynamicMap
-from dynslam_env.patrol.perception import observe
+from dynslam_env.patrol.observation import observe
 from dynslam_env.patrol.rewards import RewardTerms, pose_bits
 from slam.geometry import Pose2
 from slam.interface import Estimate
@@ -32,9 +32,9 @@ class Patroller:
         self._velocity = np.zeros(2)
         self._information, self._distance, self._touched, self._moments = 0.0, 0.0, 0, 0
 
-    def move(self, motion: Pose2, collided: bool) -> None:
+    def move(self, displacement: Pose2, collided: bool) -> None:
         """A control step went by."""
-        self._distance += math.hypot(motion.x, motion.y)
+        self._distance += math.hypot(displacement.x, displacement.y)
         self._touched += collided
         self._moments += 1
 

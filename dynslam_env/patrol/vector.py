@@ -12,8 +12,8 @@ from gymnasium.vector.utils import batch_space
 import slam as slam_library
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig
 from dynslam_env.patrol.doors_known import DoorsKnown, brier
+from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.perception import observation_space
 from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
@@ -163,10 +163,10 @@ class _Patrol:
         self.robot = Patroller(system.update(Pose2(), scan), scan)
         self._moved = Pose2()
 
-    def move(self, motion: Pose2, collided: bool) -> None:
+    def move(self, displacement: Pose2, collided: bool) -> None:
         """See `Patroller`."""
-        self._moved = self._moved @ motion
-        self.robot.move(motion, collided)
+        self._moved = self._moved @ displacement
+        self.robot.move(displacement, collided)
 
     def locate(self, scan: Scan) -> Estimate:
         """The SLAM takes in a scan, and all the way since the last one."""

@@ -47,7 +47,10 @@ def door_histogram_figure(
     dynamic  a variant whose map is a Histogram
     """
     truth = known(moving)
-    remembered, summed = mapped(dynamic, moving).grid, mapped(static, moving).grid.cells.grid()
+    remembered, summed = (
+        mapped(dynamic, moving).map_model,
+        mapped(static, moving).map_model.cells.grid(),
+    )
     if not isinstance(remembered, Histogram):
         raise InputError(f"figure 1 needs a variant with a histogram map, {dynamic!r} has none")
     seen = remembered.cells.grid()

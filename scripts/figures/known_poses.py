@@ -30,8 +30,8 @@ def mapping(slam: MaximumLikelihood, episode: Episode) -> Iterator[int]:
         if number and not slam.keyframes.due(moved, scan.time - episode.scans[last].time):
             continue
         yield number
-        changed = slam.grid.integrate(scan, poses[number])
-        slam.perception.refresh(slam.grid, changed)
+        changed = slam.map_model.integrate(scan, poses[number])
+        slam.sensor_model.refresh(slam.map_model, changed)
         last = number
 
 

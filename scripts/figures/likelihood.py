@@ -88,7 +88,7 @@ def surprise(episode: Episode, variant: str = "static-ml/beta1") -> int:
     """The scan with the most echoes from where the map, made before it, is sure of free space."""
     slam, poses = blank(variant), true_poses(episode)
     contradicted = {
-        number: _contradicted(slam.grid.cells.grid(), episode.scans[number], poses[number])
+        number: _contradicted(slam.map_model.cells.grid(), episode.scans[number], poses[number])
         for number in mapping(slam, episode)
     }
     return max(contradicted, key=lambda number: contradicted[number])
@@ -115,7 +115,7 @@ def surface(slam: MaximumLikelihood, scan: Scan, pose: Pose2) -> LikelihoodSurfa
     offsets = np.linspace(-REACH, REACH, 2 * round(REACH / STEP) + 1)
     dx, dy = (grid.ravel() for grid in np.meshgrid(offsets, offsets))
     poses = np.column_stack([pose.x + dx, pose.y + dy, np.full(dx.shape, pose.theta)])
-    per_echo = slam.perception.log_likelihood(scan, poses) / max(len(scan.points), 1)
+    per_echo = slam.sensor_model.log_likelihood(scan, poses) / max(len(scan.points), 1)
     return LikelihoodSurface(offsets, np.exp(per_echo).reshape(len(offsets), len(offsets)))
 
 

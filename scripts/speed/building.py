@@ -86,7 +86,7 @@ def different(variants: Sequence[str]) -> list[str]:
     for variant in variants:
         robot = slam.make(variant)
         if isinstance(robot, MaximumLikelihood):
-            parts = configuration(robot.grid), type(robot.perception).__name__
+            parts = configuration(robot.map_model), type(robot.sensor_model).__name__
             kinds.setdefault(json.dumps(parts), variant)
     return list(kinds.values())
 
@@ -101,9 +101,9 @@ def survey(variant: str, place: Building, track: ProgressTracker) -> Row:
     before = resident_mb()
     forget_peak()
     robot, changed = _mapped(variant, place, track)
-    alone, peak_alone = map_memory(robot.grid), peak_mb() - before
-    robot.perception.refresh(robot.grid, changed)
-    read, grid = map_memory(robot.grid), robot.grid
+    alone, peak_alone = map_memory(robot.map_model), peak_mb() - before
+    robot.sensor_model.refresh(robot.map_model, changed)
+    read, grid = map_memory(robot.map_model), robot.map_model
     side = float(np.ptp(place.walls[:, 0]))
     return {
         "what": variant,
@@ -127,7 +127,7 @@ def _mapped(
     views, changed = scans(place), np.empty(0, dtype=np.int64)
     for _ in track(range(len(place.poses)), f"building, {variant}"):
         pose, scan = next(views)
-        changed = robot.grid.integrate(scan, pose)
+        changed = robot.map_model.integrate(scan, pose)
     return robot, changed
 
 

@@ -23,7 +23,7 @@ class MapMemory(NamedTuple):
 
 def map_of(robot: Slam) -> MapModel | None:
     """The map model of a SLAM that has one to show."""
-    grid = getattr(robot, "grid", None)
+    grid = getattr(robot, "map_model", None)
     return grid if hasattr(grid, "cells") else None
 
 

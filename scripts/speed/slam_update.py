@@ -137,15 +137,15 @@ def second_half(episode: Episode) -> Episode:
 def cost(robot: Slam, episode: Episode) -> Cost:
     """Run `robot` over the whole episode, with a stopwatch."""
     stopwatch = Stopwatch()
-    parts = ((map_of(robot), "integrate"), (getattr(robot, "perception", None), "refresh"))
+    parts = ((map_of(robot), "integrate"), (getattr(robot, "sensor_model", None), "refresh"))
     for part, method in parts:
         if part is not None:
             setattr(part, method, stopwatch.around(getattr(part, method)))
     scans = episode.scans
     seconds, matched = np.empty(len(scans)), np.empty(len(scans), dtype=np.bool_)
-    for k, (motion, scan) in enumerate(zip(episode.motions(), scans, strict=True)):
+    for k, (displacement, scan) in enumerate(zip(episode.displacements(), scans, strict=True)):
         begun = time.process_time()
-        estimate = robot.update(motion, scan)
+        estimate = robot.update(displacement, scan)
         seconds[k] = time.process_time() - begun
         matched[k] = estimate.matched
     return Cost(seconds, matched, stopwatch.seconds)

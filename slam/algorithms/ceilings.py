@@ -35,25 +35,28 @@ class MappingOnly:
     """
 
     def __init__(
-        self, truth: Truth, grid: MapModel | None = None, keyframes: MotionThreshold = KEYFRAMES
+        self,
+        truth: Truth,
+        map_model: MapModel | None = None,
+        keyframes: MotionThreshold = KEYFRAMES,
     ):
-        self.grid = Histogram() if grid is None else grid
+        self.map_model = Histogram() if map_model is None else map_model
         self.keyframes = keyframes
         self.pose = self._keyframe = Pose2.of(truth.poses[0])
         self._keyframe_at = -math.inf
         self._moments = known_moments(truth.poses)
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Whatever the odometry says, the pose is the true one; nothing is ever matched."""
         self.pose = Pose2.of(next(self._moments))
         if self.keyframes.due(self._keyframe.between(self.pose), scan.time - self._keyframe_at):
-            self.grid.integrate(scan, self.pose)
+            self.map_model.integrate(scan, self.pose)
             self._keyframe, self._keyframe_at = self.pose, scan.time
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
 
     def map(self) -> OccupancyGrid:
         """h as it is now."""
-        return self.grid.cells.grid()
+        return self.map_model.cells.grid()
 
 
 class LocalizationOnly:
@@ -62,20 +65,21 @@ class LocalizationOnly:
     Walls and doors stand in the map where they stand at each scan, and nothing is learned. Where
     the robot is, is found by the same matcher as ever.
 
-    matcher  begins at the true start; its `grid` is a `TrueMap`
+    matcher  begins at the true start; its `map_model` is a `TrueMap`
     """
 
     def __init__(self, matcher: MaximumLikelihood):
-        if not isinstance(matcher.grid, TrueMap):
-            raise InputError(f"LocalizationOnly needs a matcher on a TrueMap, got {matcher.grid}")
+        if not isinstance(matcher.map_model, TrueMap):
+            wrong = matcher.map_model
+            raise InputError(f"LocalizationOnly needs a matcher on a TrueMap, got {wrong}")
         self.matcher = matcher
         self.pose = matcher.pose
-        self._grid = matcher.grid
+        self._map_model = matcher.map_model
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Put the doors where they are, then match."""
-        self.matcher.perception.refresh(self._grid, self._grid.advance())
-        estimate = self.matcher.update(motion, scan)
+        self.matcher.sensor_model.refresh(self._map_model, self._map_model.advance())
+        estimate = self.matcher.update(displacement, scan)
         self.pose = estimate.pose
         return estimate
 
@@ -84,15 +88,15 @@ class LocalizationOnly:
         return self.matcher.map()
 
 
-def mapping_only(grid: Callable[[], MapModel]) -> ShownTruth:
+def mapping_only(map_model: Callable[[], MapModel]) -> ShownTruth:
     """A builder of the ceiling of a map model."""
-    return lambda truth, rng: MappingOnly(truth, grid())
+    return lambda truth, rng: MappingOnly(truth, map_model())
 
 
 def localization_only(truth: Truth, rng: np.random.Generator) -> Slam:
     """The ceiling of localization, all as tuned."""
     start = Pose2.of(truth.poses[0])
-    return LocalizationOnly(MaximumLikelihood(start, rng, grid=TrueMap(truth)))
+    return LocalizationOnly(MaximumLikelihood(start, rng, map_model=TrueMap(truth)))
 
 
 CEILINGS: dict[str, ShownTruth] = {

@@ -22,17 +22,17 @@ class DeadReckoning:
         self.keyframes = keyframes
         self._since_keyframe = Pose2()
         self._keyframe_at = -math.inf
-        self._grid = Static()
+        self._map_model = Static()
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        """Move by `motion`; map the scan if it is a keyframe. Nothing is ever matched."""
-        self.pose = self.pose @ motion
-        self._since_keyframe = self._since_keyframe @ motion
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
+        """Move by `displacement`; map the scan if it is a keyframe. Nothing is ever matched."""
+        self.pose = self.pose @ displacement
+        self._since_keyframe = self._since_keyframe @ displacement
         if self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
-            self._grid.integrate(scan, self.pose)
+            self._map_model.integrate(scan, self.pose)
             self._since_keyframe, self._keyframe_at = Pose2(), scan.time
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
 
     def map(self) -> OccupancyGrid:
         """The scans as the odometry lays them out."""
-        return self._grid.cells.grid()
+        return self._map_model.cells.grid()

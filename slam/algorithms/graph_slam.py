@@ -59,10 +59,10 @@ class GraphSlam:
         start: Pose2 = Pose2(),
         rng: np.random.Generator | None = None,
         *,
-        grid: Callable[[], MapModel] = Static,
+        map_model: Callable[[], MapModel] = Static,
         local: Callable[[], MapModel] = Static,
-        perception: Callable[[], SensorModel] = Endpoint,
-        motion: MotionModel | None = None,
+        sensor_model: Callable[[], SensorModel] = Endpoint,
+        motion_model: MotionModel | None = None,
         search: Search | None = None,
         loops: Loops | None = None,
         stretch: float = 4.0,
@@ -73,10 +73,10 @@ class GraphSlam:
         whole_number("seeds", seeds, 0)
         whole_number("candidates", candidates, 0)
         self.rng = np.random.default_rng(0) if rng is None else rng
-        self.grid = grid
+        self.map_model = map_model
         self.local = local
-        self.perception = perception
-        self.motion = AdaptiveOdometry() if motion is None else motion
+        self.sensor_model = sensor_model
+        self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
         self.loops = Loops() if loops is None else loops
         self.stretch = stretch
@@ -89,16 +89,16 @@ class GraphSlam:
         self._sure = np.zeros((3, 3))  # covariance of the present stretch's frame, in that frame
         self._middles: list[Pose2] = []  # of the finished stretches, each in its frame
         self._matcher = Matcher(self.loops)
-        self._whole = WholeMap(grid)
+        self._whole = WholeMap(map_model)
         self._numbers: list[int] = []  # of the stretch, and the pose in it, for every update
         self._locals: list[Pose2] = []
         self._work: deque[Iterator[None]] = deque()
         self._revisions = 0
         self._finished = 0  # keyframes that there were when there were no more scans
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Find the pose in the present stretch, and do a piece of what loops ask for."""
-        estimate = self._located(motion, scan)
+        estimate = self._located(displacement, scan)
         revised = self._work_on()
         self._numbers.append(len(self.places) - 1)
         self._locals.append(estimate.pose)
@@ -118,7 +118,7 @@ class GraphSlam:
             self._do(self._work[0])
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
-        self._whole = WholeMap(self.grid)  # whatever was drawn on the way
+        self._whole = WholeMap(self.map_model)  # whatever was drawn on the way
         if self._locals:
             self.pose = Pose2.of(self.graph.poses[self._numbers[-1]]) @ self._locals[-1]
 
@@ -136,34 +136,34 @@ class GraphSlam:
     def nbytes(self) -> int:
         """Bytes of all maps at hand: the present stretch's, those ready to match with, the whole
         one. The keyframes' scans come on top."""
-        front = self._front.grid.cells.tiles.nbytes if self._front is not None else 0
+        front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         return front + self._matcher.nbytes + self._whole.nbytes
 
     # -- the present stretch -------------------------------------------------------------------
 
-    def _located(self, motion: Pose2, scan: Scan) -> Estimate:
+    def _located(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose in the present stretch; a new one begins where this is long enough."""
         if self._front is None:
-            self.graph.poses = np.array([self.pose @ motion])
+            self.graph.poses = np.array([self.pose @ displacement])
             return self._begin(LocalMap((), scan))
         before = self._front.keyframe
-        estimate = self._front.update(motion, scan)
+        estimate = self._front.update(displacement, scan)
         if self._front.keyframe is before:
             return estimate
         place = self.places[-1]
         if place.way < self.stretch or len(place.keyframes) < FEWEST:
             place.add(scan, estimate.pose)
             return estimate
-        if isinstance(self._front.perception, Endpoint):
-            self._matcher.keep(place, self._front.perception)
+        if isinstance(self._front.sensor_model, Endpoint):
+            self._matcher.keep(place, self._front.sensor_model)
         self._append(estimate)
         self._work.append(self._close(len(self.places) - 1))
         return self._begin(place.following(scan, estimate.pose, self.seeds), estimate.score)
 
     def _begin(self, place: LocalMap, score: float = 0.0) -> Estimate:
         self._front = MaximumLikelihood(
-            rng=self.rng, grid=self.local(), perception=self.perception(),
-            motion=self.motion, search=self.search,
+            rng=self.rng, map_model=self.local(), sensor_model=self.sensor_model(),
+            motion_model=self.motion_model, search=self.search,
         )  # fmt: skip
         self._front.remember(place, score)
         self.places.append(place)

@@ -29,7 +29,7 @@ EXACT = np.zeros((3, 3))  # the covariance of what is given
 class MaximumLikelihood:
     """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (eq. 5 and 7).
 
-    Static and dynamic SLAM differ by one object: `grid`, the memory of what the cells have been.
+    Static and dynamic SLAM differ by one object: `map_model`, the memory of what the cells have been.
     Scans go into the map at `keyframes`; those between them, at `matches`, are matched from the
     last keyframe on and leave no trace, since whatever enters the map brings its error with it.
 
@@ -41,32 +41,32 @@ class MaximumLikelihood:
         start: Pose2 = Pose2(),
         rng: np.random.Generator | None = None,
         *,
-        grid: MapModel | None = None,
-        perception: SensorModel | None = None,
-        motion: MotionModel | None = None,
+        map_model: MapModel | None = None,
+        sensor_model: SensorModel | None = None,
+        motion_model: MotionModel | None = None,
         search: Search | None = None,
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
     ):
         self.rng = np.random.default_rng(0) if rng is None else rng
-        self.grid = Static() if grid is None else grid
-        self.perception = Endpoint() if perception is None else perception
-        self.motion = AdaptiveOdometry() if motion is None else motion
+        self.map_model = Static() if map_model is None else map_model
+        self.sensor_model = Endpoint() if sensor_model is None else sensor_model
+        self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
-        self._ground = MapUncertainty(self.grid.cells.tiles)
+        self._ground = MapUncertainty(self.map_model.cells.tiles)
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._keyframe_at = self._matched_at = -math.inf
         self._since_keyframe = self._since_match = Pose2()
         self._frozen = False
         self._last_match: tuple[Prediction, Array] | None = None  # what went into the last match
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match and map the scan where that has led far enough."""
-        self._since_keyframe = self._since_keyframe @ motion
-        self._since_match = self._since_match @ motion
+        self._since_keyframe = self._since_keyframe @ displacement
+        self._since_match = self._since_match @ displacement
         if self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
             estimate = self._match(scan)
             self._map(scan, estimate)
@@ -85,7 +85,7 @@ class MaximumLikelihood:
             changed.append(self._draw(scan, estimate))
             self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
         if changed:
-            self.perception.refresh(self.grid, np.concatenate(changed))
+            self.sensor_model.refresh(self.map_model, np.concatenate(changed))
             self.pose = self.keyframe.pose
 
     def place(self, pose: Pose2) -> None:
@@ -106,8 +106,8 @@ class MaximumLikelihood:
         if self._keyframe_at == -math.inf:
             estimate = Estimate(prediction.pose, self.keyframe.covariance, 0.0, True)
         else:
-            pose = self.search(Posterior(self.perception, scan, prediction), self.rng)
-            likelihood, information = laplace(self.perception, scan, pose)
+            pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
+            likelihood, information = laplace(self.sensor_model, scan, pose)
             before = self._carried(self.keyframe, prediction)
             ground = self._ground.covariance(pose, scan.points)
             covariance = fused(before, ground, information)
@@ -122,16 +122,16 @@ class MaximumLikelihood:
             prediction, information = self._last_match
             found = self.keyframe.pose.between(estimate.pose)
             within = fused(prediction.covariance(), EXACT, information)
-            self.motion.learn(self._since_keyframe, found, within)
+            self.motion_model.learn(self._since_keyframe, found, within)
         self._keep(scan, estimate)
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
         """The keyframe that is matched from now on."""
-        self.perception.refresh(self.grid, self._draw(scan, estimate))
+        self.sensor_model.refresh(self.map_model, self._draw(scan, estimate))
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Put the keyframe into the map; the ids of the cells that may have changed."""
-        changed = NOTHING if self._frozen else self.grid.integrate(scan, estimate.pose)
+        changed = NOTHING if self._frozen else self.map_model.integrate(scan, estimate.pose)
         self._ground.settle(estimate.pose, estimate.covariance)
         self.keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
         return changed
@@ -142,10 +142,12 @@ class MaximumLikelihood:
         covariance = self._carried(self._matched, prediction)
         return self._matched._replace(pose=prediction.pose, covariance=covariance, matched=False)
 
-    def _prediction(self, origin: Estimate, motion: Pose2) -> Prediction:
-        """Where `motion` leads from `origin`."""
+    def _prediction(self, origin: Estimate, displacement: Pose2) -> Prediction:
+        """Where `displacement` leads from `origin`."""
         return Prediction(
-            origin.pose, self.motion.corrected(motion), self.motion.deviations(motion)
+            origin.pose,
+            self.motion_model.corrected(displacement),
+            self.motion_model.deviations(displacement),
         )
 
     def _carried(self, origin: Estimate, prediction: Prediction) -> Array:
@@ -155,4 +157,4 @@ class MaximumLikelihood:
 
     def map(self) -> OccupancyGrid:
         """h as it is now."""
-        return self.grid.cells.grid()
+        return self.map_model.cells.grid()

@@ -52,9 +52,9 @@ class ParticleFilter:
         start: Pose2 = Pose2(),
         rng: np.random.Generator | None = None,
         *,
-        grid: MapModel | None = None,
-        perception: SensorModel | None = None,
-        motion: MotionModel | None = None,
+        map_model: MapModel | None = None,
+        sensor_model: SensorModel | None = None,
+        motion_model: MotionModel | None = None,
         search: Correlative | None = None,
         particles: int = 30,
         resample: float = 0.5,
@@ -65,9 +65,9 @@ class ParticleFilter:
         whole_number("particles", particles, 1)
         positive_number("spread", spread)
         self.rng = np.random.default_rng(0) if rng is None else rng
-        self.grid = Static() if grid is None else grid
-        self.perception = Endpoint() if perception is None else perception
-        self.motion = AdaptiveOdometry() if motion is None else motion
+        self.map_model = Static() if map_model is None else map_model
+        self.sensor_model = Endpoint() if sensor_model is None else sensor_model
+        self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
         if self.search.refine.levels > 1:  # coarser fields are brought up to date for one map alone
             raise InputError(
@@ -92,11 +92,11 @@ class ParticleFilter:
         self._since_keyframe = self._since_match = Pose2()
         self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match where that has led far enough, and map at keyframes."""
         scan = replace(scan)  # what is worked out of it is forgotten with it
-        self._since_keyframe = self._since_keyframe @ motion
-        self._since_match = self._since_match @ motion
+        self._since_keyframe = self._since_keyframe @ displacement
+        self._since_match = self._since_match @ displacement
         if not self._maps:
             estimate = self._begin(scan)
         elif self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
@@ -125,19 +125,19 @@ class ParticleFilter:
 
     def map(self) -> OccupancyGrid:
         """That of the best particle."""
-        tiles = self.grid.cells.tiles
+        tiles = self.map_model.cells.tiles
         if self._maps:
             tiles.switch(self._maps[self._best])
-        return self.grid.cells.grid()
+        return self.map_model.cells.grid()
 
     # ------------------------------------------------------------------------------------------
 
     def _begin(self, scan: Scan) -> Estimate:
         """The first scan: one map for all."""
-        tiles = self.grid.cells.tiles
+        tiles = self.map_model.cells.tiles
         pose = self.pose @ self._since_keyframe
         self._poses = np.tile(np.array(pose), (self.particles, 1))
-        self.perception.refresh(self.grid, self.grid.integrate(scan, pose))
+        self.sensor_model.refresh(self.map_model, self.map_model.integrate(scan, pose))
         self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
         self._note(scan, np.arange(self.particles))
         self._last = Estimate(pose, np.zeros((3, 3)), 0.0, True)
@@ -145,9 +145,9 @@ class ParticleFilter:
 
     def _match(self, scan: Scan) -> Estimate:
         """The best particle's pose between keyframes."""
-        self.grid.cells.tiles.switch(self._maps[self._best])
+        self.map_model.cells.tiles.switch(self._maps[self._best])
         prediction = self._prediction(Pose2.of(self._poses[self._best]), self._since_keyframe)
-        posterior = Posterior(self.perception, scan, prediction)
+        posterior = Posterior(self.sensor_model, scan, prediction)
         pose, peak = self.search.refine.top(posterior, self.search.exhaustive(posterior))
         covariance = self._covariance(_inverse(-peak.curvature))
         self._since_match, self._matched_at = Pose2(), scan.time
@@ -172,8 +172,10 @@ class ParticleFilter:
             self._descend(parents)
         self._best = int(np.argmax(weights[parents]))
         for branch, pose in zip(self._maps, self._poses, strict=True):
-            self.grid.cells.tiles.switch(branch)
-            self.perception.refresh(self.grid, self.grid.integrate(scan, Pose2.of(pose)))
+            self.map_model.cells.tiles.switch(branch)
+            self.sensor_model.refresh(
+                self.map_model, self.map_model.integrate(scan, Pose2.of(pose))
+            )
         revised = bool((self._history[-1][parents[self._best]] != self._history[-1][before]).any())
         self._note(scan, parents)
         covariance = self._covariance(covariances[parents[self._best]])
@@ -190,9 +192,9 @@ class ParticleFilter:
         covariances, best = np.empty((self.particles, 3, 3)), self._best
         error, score = np.zeros((1, 3)), 0.0
         for k in (best, *(k for k in range(self.particles) if k != best)):
-            self.grid.cells.tiles.switch(self._maps[k])
+            self.map_model.cells.tiles.switch(self._maps[k])
             prediction = self._prediction(Pose2.of(self._poses[k]), self._since_keyframe)
-            posterior = Posterior(self.perception, scan, prediction)
+            posterior = Posterior(self.sensor_model, scan, prediction)
             if k == best:
                 start = self.search.exhaustive(posterior)
             else:
@@ -204,7 +206,7 @@ class ParticleFilter:
                 error[0] = prediction.error(pose)
                 score = _score(peak, prediction, pose, scan)
                 found = Pose2.of(self._poses[k]).between(pose)
-                self.motion.learn(self._since_keyframe, found, covariances[k])
+                self.motion_model.learn(self._since_keyframe, found, covariances[k])
             self._log_weights[k] += peak.value + float(np.log(np.diag(root)).sum())
             self._poses[k] = np.array(pose) + self.spread * (root @ noise[k])
         self._poses[:, 2] = wrap_angle(self._poses[:, 2])
@@ -213,7 +215,7 @@ class ParticleFilter:
 
     def _descend(self, parents: np.ndarray) -> None:
         """The particles from now on are the descendants of some: (particles,) of which."""
-        tiles, maps, given = self.grid.cells.tiles, [], set[int]()
+        tiles, maps, given = self.map_model.cells.tiles, [], set[int]()
         for parent in parents.tolist():
             tiles.switch(self._maps[parent])
             maps.append(tiles.fork() if parent in given else tiles.current)
@@ -230,9 +232,13 @@ class ParticleFilter:
         self._keyframe_at = self._matched_at = scan.time
         self._since_keyframe = self._since_match = Pose2()
 
-    def _prediction(self, origin: Pose2, motion: Pose2) -> Prediction:
-        """Where `motion` leads from `origin`."""
-        return Prediction(origin, self.motion.corrected(motion), self.motion.deviations(motion))
+    def _prediction(self, origin: Pose2, displacement: Pose2) -> Prediction:
+        """Where `displacement` leads from `origin`."""
+        return Prediction(
+            origin,
+            self.motion_model.corrected(displacement),
+            self.motion_model.deviations(displacement),
+        )
 
     def _covariance(self, own: Array) -> Array:
         """(3, 3) of the particles' poses, had they been drawn in full, and of a particle's own."""

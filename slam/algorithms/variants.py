@@ -61,35 +61,40 @@ READINGS: dict[str, Callable[[], SensorModel]] = {
 
 
 def maximum_likelihood(
-    grid: Callable[[], MapModel],
-    perception: Callable[[], SensorModel] = Endpoint,
-    motion: Callable[[], MotionModel] = AdaptiveOdometry,
+    map_model: Callable[[], MapModel],
+    sensor_model: Callable[[], SensorModel] = Endpoint,
+    motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
 ) -> Builder:
     """A builder of maximum likelihood SLAM on a map model of one's own; all else as tuned."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return MaximumLikelihood(
-            start, rng, grid=grid(), perception=perception(), motion=motion(), search=search()
+            start,
+            rng,
+            map_model=map_model(),
+            sensor_model=sensor_model(),
+            motion_model=motion_model(),
+            search=search(),
         )
 
     return build
 
 
-def particle_filter(grid: Callable[[], MapModel], particles: int = 30) -> Builder:
+def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> Builder:
     """A builder of the particle filter over a map model of one's own."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        return ParticleFilter(start, rng, grid=grid(), particles=particles)
+        return ParticleFilter(start, rng, map_model=map_model(), particles=particles)
 
     return build
 
 
-def graph(grid: Callable[[], MapModel]) -> Builder:
+def graph(map_model: Callable[[], MapModel]) -> Builder:
     """A builder of graph SLAM over a map model of one's own."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        return GraphSlam(start, rng, grid=grid)
+        return GraphSlam(start, rng, map_model=map_model)
 
     return build
 
@@ -102,16 +107,16 @@ def dead_reckoning(start: Pose2, rng: np.random.Generator) -> Slam:
 BUILDERS: dict[str, Builder] = {
     "odometry": dead_reckoning,
     **{
-        f"{name}-ml{tail}": maximum_likelihood(grid, reading)
+        f"{name}-ml{tail}": maximum_likelihood(map_model, reading)
         for tail, reading in READINGS.items()
-        for name, grid in MAPS.items()
+        for name, map_model in MAPS.items()
     },
 }
 for _name in ("static", "dynamic"):
     BUILDERS[f"{_name}-ml/random-restart"] = maximum_likelihood(MAPS[_name], search=RandomRestart)
     BUILDERS[f"{_name}-ml/gauss-newton"] = maximum_likelihood(MAPS[_name], search=GaussNewton)
     BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
-        MAPS[_name], motion=LearnedOdometry
+        MAPS[_name], motion_model=LearnedOdometry
     )
 for _name, _grid in PARTICLE_MAPS.items():
     BUILDERS[f"{_name}-pf"] = particle_filter(_grid)

@@ -59,7 +59,7 @@ class Playback:
 
     def __iter__(self) -> Iterator[Estimate]:
         """One estimate a scan; after the last, nothing is put off any more."""
-        motions, last = self.episode.motions(), len(self.episode.scans)
+        motions, last = self.episode.displacements(), len(self.episode.scans)
         for k, (motion, scan) in enumerate(zip(motions, self.episode.scans, strict=True), 1):
             begun = time.perf_counter()
             estimate = self.slam.update(motion, scan)
@@ -107,7 +107,7 @@ def build(variant: str, episode: Episode, seed: int = 0) -> Slam:
 def warm_up(variant: str, episode: Episode) -> None:
     """Compile what `variant` needs (numba, cached on disk), so that its time is its own."""
     slam = build(variant, episode)
-    for motion, scan in zip(episode.motions(), episode.scans[:WARM_UP_SCANS], strict=False):
+    for motion, scan in zip(episode.displacements(), episode.scans[:WARM_UP_SCANS], strict=False):
         slam.update(motion, scan)
 
 

@@ -19,19 +19,19 @@ TURNED = math.radians(0.2)
 class WholeMap:
     """One map of any model, which is drawn on while the poses stay, and anew when they moved."""
 
-    def __init__(self, grid: Callable[[], MapModel]):
-        self._make = grid
+    def __init__(self, map_model: Callable[[], MapModel]):
+        self._make = map_model
         self._begin()
 
     def _begin(self) -> None:
-        self._grid = self._make()
+        self._map_model = self._make()
         self._drawn = np.zeros((0, 3))  # the poses of local maps that are drawn
         self._keyframes: list[int] = []  # how many of each one's are
 
     @property
     def nbytes(self) -> int:
         """Bytes of the tiles in use."""
-        return self._grid.cells.tiles.nbytes
+        return self._map_model.cells.tiles.nbytes
 
     def map(self, places: Sequence[LocalMap], poses: Array) -> OccupancyGrid:
         """The map of the local maps at `poses` (n, 3), in the order of time; a copy."""
@@ -46,6 +46,6 @@ class WholeMap:
         for number in range(max(new - 1, 0), len(places)):
             frame = Pose2.of(self._drawn[number])
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
-                self._grid.integrate(scan, frame @ pose)
+                self._map_model.integrate(scan, frame @ pose)
             self._keyframes[number] = len(places[number].keyframes)
-        return self._grid.cells.grid()
+        return self._map_model.cells.grid()

@@ -44,23 +44,25 @@ class AdaptiveOdometry:
         self.rate = base.rotation_per_m / width
         self._rotation_per_m = base.rotation_per_m
 
-    def corrected(self, motion: Pose2) -> Pose2:
+    def corrected(self, displacement: Pose2) -> Pose2:
         """The odometry as it is."""
-        return motion
+        return displacement
 
-    def deviations(self, motion: Pose2) -> Array:
+    def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
-        deviations = self.base.deviations(motion)
-        deviations[2] = self.base.rotation(motion, self._rotation_per_m)
+        deviations = self.base.deviations(displacement)
+        deviations[2] = self.base.rotation(displacement, self._rotation_per_m)
         return deviations
 
-    def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
-        """The odometry said `motion`, and a scan then found `found`."""
-        driven = math.hypot(motion.x, motion.y)
+    def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
+        """The odometry said `displacement`, and a scan then found `found`."""
+        driven = math.hypot(displacement.x, displacement.y)
         if driven == 0.0:
             return
-        error = math.remainder(found.theta - motion.theta, math.tau)
-        expected = math.hypot(self.base.rotation_per_rad * motion.theta, self.base.rotation_floor)
+        error = math.remainder(found.theta - displacement.theta, math.tau)
+        expected = math.hypot(
+            self.base.rotation_per_rad * displacement.theta, self.base.rotation_floor
+        )
         square = max(error**2 - expected**2, 0.0) / max(driven, SHORT) ** 2
         weight = min(driven / self.memory, 1.0)
         self.rate = math.sqrt((1.0 - weight) * self.rate**2 + weight * square)

@@ -40,35 +40,35 @@ class GaussianMotion:
         for field in fields(self):
             within(self, field.name, 0.0)
 
-    def corrected(self, motion: Pose2) -> Pose2:
+    def corrected(self, displacement: Pose2) -> Pose2:
         """The odometry as it is."""
-        return motion
+        return displacement
 
-    def deviations(self, motion: Pose2) -> Array:
+    def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
-        driven, turned = math.hypot(motion.x, motion.y), abs(motion.theta)
+        driven, turned = math.hypot(displacement.x, displacement.y), abs(displacement.theta)
         translation = math.hypot(
             self.translation_per_m * driven,
             self.translation_per_rad * turned,
             self.translation_floor,
         )
-        rotation = self.rotation(motion, self.rotation_per_m)
+        rotation = self.rotation(displacement, self.rotation_per_m)
         return np.array([translation, translation, rotation])
 
-    def rotation(self, motion: Pose2, per_m: float) -> float:
+    def rotation(self, displacement: Pose2, per_m: float) -> float:
         """rad, standard deviation of theta where it grows by `per_m` rad with every m driven."""
         return math.hypot(
-            per_m * math.hypot(motion.x, motion.y),
-            self.rotation_per_rad * abs(motion.theta),
+            per_m * math.hypot(displacement.x, displacement.y),
+            self.rotation_per_rad * abs(displacement.theta),
             self.rotation_floor,
         )
 
-    def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
+    def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
         """Nothing is learned."""
 
 
 class Prediction:
-    """p(s | u, s') of one motion: where it leads, and how likely any other pose is.
+    """p(s | u, s') of one displacement: where it leads, and how likely any other pose is.
 
     An error of the heading grows along the way: half of it turns the displacement. Errors are
     Gaussian and independent: x, y in m and theta in rad, in the frame of the predicted pose.
@@ -77,12 +77,14 @@ class Prediction:
     deviations  (3,) of the errors
     """
 
-    def __init__(self, origin: Pose2, motion: Pose2, deviations: Array):
-        self.pose = origin @ motion
+    def __init__(self, origin: Pose2, displacement: Pose2, deviations: Array):
+        self.pose = origin @ displacement
         self.deviations = deviations
-        c, s = math.cos(motion.theta), math.sin(motion.theta)
+        c, s = math.cos(displacement.theta), math.sin(displacement.theta)
         self._centre = np.array(self.pose)
-        self._moved = np.array([c * motion.x + s * motion.y, c * motion.y - s * motion.x])
+        self._moved = np.array(
+            [c * displacement.x + s * displacement.y, c * displacement.y - s * displacement.x]
+        )
 
     def poses(self, errors: Array) -> Array:
         """(n, 3) the poses that errors (n, 3) lead to."""

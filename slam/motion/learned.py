@@ -40,33 +40,33 @@ class LearnedOdometry:
         self._wander = drift**2 * self.doubt
         self._left = replace(base, rotation_per_m=rest * base.rotation_per_m)
 
-    def corrected(self, motion: Pose2) -> Pose2:
+    def corrected(self, displacement: Pose2) -> Pose2:
         """What was probably moved. The error grew along the way: half of it turned the way."""
-        error = float(self.bias @ _moved(motion))
+        error = float(self.bias @ _moved(displacement))
         turn = Pose2(0.0, 0.0, error / 2)
-        return turn @ motion @ turn
+        return turn @ displacement @ turn
 
-    def deviations(self, motion: Pose2) -> Array:
+    def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of what `corrected` leaves: x, y in m and theta in rad."""
-        deviations = self._left.deviations(motion)
-        moved = _moved(motion)
+        deviations = self._left.deviations(displacement)
+        moved = _moved(displacement)
         deviations[2] = math.sqrt(deviations[2] ** 2 + moved @ self.doubt @ moved)
         return deviations
 
-    def learn(self, motion: Pose2, found: Pose2, covariance: Array) -> None:
-        """The odometry said `motion`; a match then found `found`, as sure as (3, 3) `covariance`.
+    def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
+        """The odometry said `displacement`; a match then found `found`, as sure as (3, 3) `covariance`.
 
         What was found is a mean of what the scan says and of what was predicted. The prediction is
         taken out of it again: where a scan said nothing, nothing is learned.
         """
-        predicted, before = self.corrected(motion), self.deviations(motion)[2] ** 2
-        self.doubt = self.doubt + self._wander * math.hypot(motion.x, motion.y)
+        predicted, before = self.corrected(displacement), self.deviations(displacement)[2] ** 2
+        self.doubt = self.doubt + self._wander * math.hypot(displacement.x, displacement.y)
         told = 1.0 / covariance[2, 2] - 1.0 / before
         if told * before < TOLD:
             return
         error = math.remainder(found.theta - predicted.theta, math.tau) / (covariance[2, 2] * told)
-        moved = _moved(motion)
-        noise = 1.0 / told + self._left.deviations(motion)[2] ** 2
+        moved = _moved(displacement)
+        noise = 1.0 / told + self._left.deviations(displacement)[2] ** 2
         gain = self.doubt @ moved / (moved @ self.doubt @ moved + noise)
         self.bias = self.bias + gain * error
         self.doubt = self.doubt - np.outer(gain, moved @ self.doubt)
@@ -75,10 +75,10 @@ class LearnedOdometry:
 TOLD = 0.1  # of what was predicted: a scan that says less of the heading teaches nothing
 
 
-def _rates(motion: GaussianMotion) -> Array:
-    return np.array([motion.rotation_per_m, motion.rotation_per_rad])
+def _rates(displacement: GaussianMotion) -> Array:
+    return np.array([displacement.rotation_per_m, displacement.rotation_per_rad])
 
 
-def _moved(motion: Pose2) -> Array:
+def _moved(displacement: Pose2) -> Array:
     """(2,) m of way and rad of turn."""
-    return np.array([math.hypot(motion.x, motion.y), motion.theta])
+    return np.array([math.hypot(displacement.x, displacement.y), displacement.theta])

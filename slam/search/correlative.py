@@ -61,7 +61,7 @@ class Correlative:
         nodes, centres, bounds = _nodes(*axes, prediction.deviations)
         reach = math.sqrt(2.0) * 0.5 * (SIDE - 1) * self.step
         poses = prediction.poses(centres)
-        bounds += posterior.perception.bound(posterior.scan, poses, reach) + ROUNDING
+        bounds += posterior.sensor_model.bound(posterior.scan, poses, reach) + ROUNDING
         order = np.argsort(-bounds, kind="stable")
         nodes, bounds = nodes[order], bounds[order]
         best, pose, place, begin, size = -math.inf, poses[0], 0, 0, BATCH

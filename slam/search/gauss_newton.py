@@ -49,7 +49,7 @@ class GaussNewton:
     def top(self, posterior: Posterior, start: Pose2) -> tuple[Pose2, Slope]:
         """Where the climb from `start` ends, and what the posterior is like there."""
         pose = start
-        for level in reversed(range(1, min(self.levels, posterior.perception.levels))):
+        for level in reversed(range(1, min(self.levels, posterior.sensor_model.levels))):
             pose, _ = self._climb(posterior, pose, level)
         return self._climb(posterior, pose, 0)
 

@@ -20,20 +20,20 @@ OFFSETS = STEPS * np.array(AXES + ALONG)
 WIDE_OFFSETS = WIDE * np.array(AXES + ALONG + AGAINST)
 
 
-def laplace(perception: SensorModel, scan: Scan, pose: Pose2) -> tuple[float, Array]:
+def laplace(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> tuple[float, Array]:
     """The log-likelihood at `pose`, and its negative Hessian (3, 3) by central differences.
 
     The Hessian is the information about x, y (1/m^2) and theta (1/rad^2) in the world. A direction
     in which the likelihood does not fall off holds none.
     """
-    values = perception.log_likelihood(scan, np.array(pose) + OFFSETS)
+    values = sensor_model.log_likelihood(scan, np.array(pose) + OFFSETS)
     return float(values[0]), _information(values, STEPS)
 
 
-def wide_information(perception: SensorModel, scan: Scan, pose: Pose2) -> Array:
+def wide_information(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> Array:
     """The information (3, 3) by differences so wide that the likelihood levels off: to both sides
     of every diagonal, so that this binds no two axes together."""
-    values = perception.log_likelihood(scan, np.array(pose) + WIDE_OFFSETS)
+    values = sensor_model.log_likelihood(scan, np.array(pose) + WIDE_OFFSETS)
     return _information(values, WIDE)
 
 

@@ -78,24 +78,28 @@ class Beam:
         self.stride = stride
         positive(self, "beta", "sigma", "spread", "z_hit", "z_rand")
         whole(self, "stride", 1)
-        self._grid: MapModel | None = None
+        self._map_model: MapModel | None = None
 
-    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
+    def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
         """Take notice of the `changed` cells (ids) of the map."""
-        if grid is not self._grid:
-            self._begin(grid)
-        cells, tiles = grid.cells, grid.cells.tiles
+        if map_model is not self._map_model:
+            self._begin(map_model)
+        cells, tiles = map_model.cells, map_model.cells.tiles
         _take_notice(
             changed, cells.occupied.flat, cells.centroids.offset.flat, cells.centroids.count.flat,
             self._passing.flat, self._wall.flat, self._even.values, tiles.places, tiles.corner,
             tiles.index,
         )  # fmt: skip
 
-    def _begin(self, grid: MapModel) -> None:
+    def _begin(self, map_model: MapModel) -> None:
         """Layers for a map that was not read before: what is unknown takes the map's prior."""
-        self._grid, self._tiles, self._rays = grid, grid.cells.tiles, grid.cells.rays
-        self._offset = grid.cells.centroids.offset
-        self._unknown = math.log1p(-min(max(grid.cells.prior, H_LOW), H_HIGH))
+        self._map_model, self._tiles, self._rays = (
+            map_model,
+            map_model.cells.tiles,
+            map_model.cells.rays,
+        )
+        self._offset = map_model.cells.centroids.offset
+        self._unknown = math.log1p(-min(max(map_model.cells.prior, H_LOW), H_HIGH))
         self._passing = self._tiles.layer(np.float32, self._unknown)
         self._wall = self._tiles.layer(np.uint8, NO_WALL)
         self._even = self._tiles.layer(np.float32, self._unknown, (BLOCKS**2,))

@@ -51,13 +51,13 @@ class Endpoint:
         self.z_hit = z_hit
         self.z_rand = z_rand
         positive(self, "beta", "sigma", "z_hit", "z_rand")
-        self._grid: MapModel | None = None
+        self._map_model: MapModel | None = None
 
-    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
+    def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
         """Bring the field up to date around the `changed` cells (ids) of the map."""
-        if grid is not self._grid:
-            self._begin(grid)
-        cells, tiles = grid.cells, grid.cells.tiles
+        if map_model is not self._map_model:
+            self._begin(map_model)
+        cells, tiles = map_model.cells, map_model.cells.tiles
         blocks = field.take_notice(
             changed, cells.occupied.flat, cells.centroids.offset.flat, cells.centroids.count.flat,
             self._level.flat, self._moved.flat, self._stale.values, tiles.places, tiles.corner,
@@ -69,10 +69,10 @@ class Endpoint:
             if made is not None:
                 made.due.add(blocks)
 
-    def _begin(self, grid: MapModel) -> None:
+    def _begin(self, map_model: MapModel) -> None:
         """Fields for a map that was not read before: what is unknown takes the map's prior."""
-        tiles = grid.cells.tiles
-        self._grid = grid
+        tiles = map_model.cells.tiles
+        self._map_model = map_model
         self._radius = math.ceil(3 * self.sigma / tiles.resolution - ROUNDING)
         if self._radius + REACH > MARGIN:
             raise InputError(
@@ -88,7 +88,7 @@ class Endpoint:
             np.log(h).astype(np.float32),
             transformed.astype(np.float32),
         )
-        prior = min(max(round(255 * grid.cells.prior), field.H_LOW), field.H_HIGH)
+        prior = min(max(round(255 * map_model.cells.prior), field.H_LOW), field.H_HIGH)
         self._level = tiles.layer(np.uint8, prior)
         self._moved = tiles.layer(np.int8, field.NO_ECHO, (AREA, 2))
         self._stale = tiles.layer(np.bool_, shape=(BLOCKS**2,))

@@ -37,16 +37,16 @@ class Literal:
     def __init__(self, beta: float = 0.05):
         self.beta = beta
         positive(self, "beta")
-        self._grid: MapModel | None = None
+        self._map_model: MapModel | None = None
 
-    def refresh(self, grid: MapModel, changed: np.ndarray) -> None:
+    def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
         """Remember which map is read; all that is looked at, its h, lies there."""
-        self._grid = grid
+        self._map_model = map_model
 
     def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
         """(n,) log p(scan | pose, h) of the poses (n, 3); maybe -inf where it is below `floor`."""
-        assert self._grid is not None
-        cells = self._grid.cells
+        assert self._map_model is not None
+        cells = self._map_model.cells
         tiles, unit = cells.tiles, 1 / cells.tiles.resolution
         sensor, ends, hit = cells.rays.ends(scan, Pose2())
         farthest = np.hypot(*(ends - sensor).T).max(initial=0.0)

@@ -80,10 +80,10 @@ def localiser(session: Session, variant: str, start: Pose2, seed: int = 0) -> Ma
 
 def _reading(session: Session) -> Endpoint:
     """A map of the session, made ready to be matched with."""
-    grid: MapModel = Clamped()
-    changed = [grid.integrate(scan, pose) for scan, pose in session.keyframes()]
+    map_model: MapModel = Clamped()
+    changed = [map_model.integrate(scan, pose) for scan, pose in session.keyframes()]
     reading = Endpoint()
-    reading.refresh(grid, np.unique(np.concatenate(changed)))
+    reading.refresh(map_model, np.unique(np.concatenate(changed)))
     return reading
 
 
@@ -91,9 +91,9 @@ def _panorama(episode: Episode) -> Scan:
     """The echoes of the first metres of an episode, as one scan's, taken at its first pose."""
     front = MaximumLikelihood()
     local, last = LocalMap([], episode.scans[0]), None
-    scans = zip(episode.motions()[:MOST], episode.scans, strict=False)
-    for motion, scan in scans:
-        front.update(motion, scan)
+    scans = zip(episode.displacements()[:MOST], episode.scans, strict=False)
+    for displacement, scan in scans:
+        front.update(displacement, scan)
         if last is not None and front.keyframe is not last:
             local.add(scan, front.pose)
         last = front.keyframe

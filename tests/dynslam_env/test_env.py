@@ -95,7 +95,7 @@ def test_observation_and_truth_say_the_same():
     assert (observation["scan"][scan.no_echo] == 8.0).all()
     assert (observation["scan"][np.isnan(scan.ranges)] == 0.0).all()
     assert np.isnan(scan.ranges).any()
-    assert observation["odometry"] == pytest.approx(np.array(env.motion), abs=1e-6)
+    assert observation["odometry"] == pytest.approx(np.array(env.displacement), abs=1e-6)
     assert info["pose"].tolist() == list(env.pose)
     assert info["collision"] is False
     assert set(info["reward_terms"]) == {"progress", "collision", "time", "arrived"}
@@ -136,7 +136,7 @@ def test_static_and_moving_doors_share_all_else():
         for env in (static, moving):
             env.step(np.array([0.3, 0.0], dtype=np.float32))
         assert static.pose == moving.pose
-        assert static.motion == moving.motion
+        assert static.displacement == moving.displacement
     assert (static.outline() != moving.outline()).any()
 
 
@@ -224,7 +224,7 @@ def test_what_is_no_action_is_refused(action):
         env.step(action)
 
 
-@pytest.mark.parametrize("name", ["pose", "motion", "scan", "layout", "physics"])
+@pytest.mark.parametrize("name", ["pose", "displacement", "scan", "layout", "physics"])
 def test_before_a_reset_there_is_nothing(name):
     with pytest.raises(gym.error.ResetNeeded):
         getattr(DoorWorldEnv(), name)

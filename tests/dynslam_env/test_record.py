@@ -53,12 +53,12 @@ def test_the_truth_is_the_environments(episode):
 
 
 def test_the_odometry_is_what_the_wheels_said(episode):
-    env, motions = DoorWorldEnv(), episode.motions()
+    env, motions = DoorWorldEnv(), episode.displacements()
     env.reset(seed=3)
     assert motions[0] == Pose2()
     for motion in motions[1:]:
         env.step(np.array([0.5, 0.0], dtype=np.float32))
-        assert np.array(motion) == pytest.approx(np.array(env.motion), abs=1e-9)
+        assert np.array(motion) == pytest.approx(np.array(env.displacement), abs=1e-9)
 
 
 def test_the_driver_is_asked_as_stable_baselines3_asks():

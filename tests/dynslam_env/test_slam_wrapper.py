@@ -161,7 +161,7 @@ def test_the_way_between_two_scans_is_all_that_the_wheels_told():
     alone.reset(seed=0)
     for step in range(1, 8):
         alone.step(TURNING)
-        moved = moved @ alone.motion
+        moved = moved @ alone.displacement
         if step % 2 == 0 or step == 7:
             ways.append(moved)
             moved = Pose2()

@@ -48,7 +48,7 @@ def check(name: str, data: bytes) -> None:
         assert str(FOLDER) in text, text  # the file, or the picture that it names
         return
     if isinstance(result, LoadedRecording):
-        result.episode.motions()
+        result.episode.displacements()
         standing(result.episode)
         assert all("\n" not in str(warned) for warned in result.warnings)
 

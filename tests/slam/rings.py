@@ -46,10 +46,10 @@ def drive(laps=2.0, reach=2.5, bias=BIAS, seed=0) -> Episode:
     """
     rng, poses = np.random.default_rng(seed), way(laps)
     times, odometry = np.arange(len(poses)) / 5, [poses[0]]
-    for motion in between(poses[:-1], poses[1:]):
-        driven = math.hypot(motion[0], motion[1])
+    for displacement in between(poses[:-1], poses[1:]):
+        driven = math.hypot(displacement[0], displacement[1])
         wrong = (rng.normal(0, 0.02) * driven, 0.0, bias * driven)
-        odometry.append(compose(odometry[-1], compose(motion, wrong)))
+        odometry.append(compose(odometry[-1], compose(displacement, wrong)))
     scans = []
     for pose, time in zip(poses, times, strict=True):
         ranges = naive.cast(Pose2.of(pose), ANGLES, WALLS, reach)

@@ -57,8 +57,10 @@ def test_the_graph_closes_the_loops_of_aces_wherever_it_begins(
     """Scans lie 0.7 m apart: what was matched wrong on the way is chance, the loops must not be."""
     episode, _ = read_carmen(shared_data / "aces.log.gz")
     robot = GraphSlam()
-    for motion, scan in list(zip(episode.motions(), episode.scans, strict=True))[skipped:]:
-        robot.update(motion, scan)
+    for displacement, scan in list(zip(episode.displacements(), episode.scans, strict=True))[
+        skipped:
+    ]:
+        robot.update(displacement, scan)
     robot.finish()
     trusted = robot.graph.trust() > 0.5
     apart = [edge.second - edge.first for edge in robot.graph.edges if edge.loop]

@@ -25,8 +25,8 @@ def test_the_known_variants_differ_by_what_they_name() -> None:
         tempered, paper = slam.make(name), slam.make(f"{name}/beta1")
         for made in (tempered, paper):
             assert isinstance(made, MaximumLikelihood)
-            assert isinstance(made.grid, grid)
-        betas = tempered.perception.beta, paper.perception.beta  # pyright: ignore
+            assert isinstance(made.map_model, grid)
+        betas = tempered.sensor_model.beta, paper.sensor_model.beta  # pyright: ignore
         assert betas == (Endpoint().beta, 1.0)
     assert slam.make("static-ml").grid.limit == np.inf  # pyright: ignore
     assert slam.make("clamped-ml").grid.limit == 2.0  # pyright: ignore

@@ -49,8 +49,8 @@ def drive(n=150, bias=PAPERS_BIAS, angles=FAN, seed=0) -> Episode:
     poses, times = loop(n), np.arange(n) / 10
     scans = [scan_at(Pose2.of(p), t, angles, rng=rng) for p, t in zip(poses, times, strict=True)]
     odometry = [np.zeros(3)]
-    for motion in between(poses[:-1], poses[1:]):
-        wrong = (0, 0, bias * math.hypot(motion[0], motion[1]))
-        odometry.append(compose(odometry[-1], compose(motion, wrong)))
+    for displacement in between(poses[:-1], poses[1:]):
+        wrong = (0, 0, bias * math.hypot(displacement[0], displacement[1]))
+        odometry.append(compose(odometry[-1], compose(displacement, wrong)))
     truth = Truth(poses, ROOM, np.zeros((n, 0, 4)))
     return Episode(tuple(scans), Trajectory(times, np.array(odometry)), truth, {"bias": bias})

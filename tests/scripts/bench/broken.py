@@ -24,11 +24,11 @@ class Breaking:
         self._inner: Slam = BUILDERS["odometry"](start, rng)
         self._what, self._scans = what, 0
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         self._scans += 1
         if self._scans == 100:
             self._what()
-        return self._inner.update(motion, scan)
+        return self._inner.update(displacement, scan)
 
     def map(self) -> OccupancyGrid:
         return self._inner.map()
@@ -39,23 +39,23 @@ class Breaking:
 
 
 class Lost(Breaking):
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        estimate = super().update(motion, scan)
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
+        estimate = super().update(displacement, scan)
         return estimate._replace(pose=Pose2(np.nan, 0.0, 0.0)) if self._scans > 100 else estimate
 
 
 class Far(Breaking):
     """Finite, and its error too large for a number."""
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        return super().update(motion, scan)._replace(pose=Pose2(1e200, 0.0, 0.0))
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
+        return super().update(displacement, scan)._replace(pose=Pose2(1e200, 0.0, 0.0))
 
 
 class Numpys(Breaking):
     """Says with a numpy bool whether it matched."""
 
-    def update(self, motion: Pose2, scan: Scan) -> Estimate:
-        estimate = super().update(motion, scan)
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
+        estimate = super().update(displacement, scan)
         return estimate._replace(matched=np.bool_(True))  # pyright: ignore[reportArgumentType]
 
 

@@ -189,7 +189,7 @@ class TestLikelihood:
         slam_, scan, pose = mapped("static-ml/beta1", static, until=50), static.scans[50], (4, 0, 1)
         around = surface(slam_, scan, Pose2(*pose))
         x, y = 4 + around.offsets[7], around.offsets[30]
-        expected = slam_.perception.log_likelihood(scan, np.array([[x, y, 1.0]]))[0]
+        expected = slam_.sensor_model.log_likelihood(scan, np.array([[x, y, 1.0]]))[0]
         assert around.values[30, 7] == pytest.approx(np.exp(expected / len(scan.points)))
 
     def test_moved_doors_are_less_likely_at_the_true_pose(self, static, moving):

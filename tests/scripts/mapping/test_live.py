@@ -32,8 +32,8 @@ class Counted:
     def __init__(self, inner: Slam):
         self.inner, self.pose, self.maps = inner, inner.pose, 0
 
-    def update(self, motion, scan):
-        return self.inner.update(motion, scan)
+    def update(self, displacement, scan):
+        return self.inner.update(displacement, scan)
 
     def map(self) -> OccupancyGrid:
         self.maps += 1

@@ -39,7 +39,7 @@ def test_all_formats_tell_of_one_drive(recorded):
     assert (whole.truth.poses == expected.truth.poses).all()
     log, _ = read_carmen(stem.with_suffix(".log.gz"))
     assert log.times == pytest.approx(whole.times, abs=1e-6)
-    assert np.array(log.motions()) == pytest.approx(np.array(whole.motions()), abs=2e-5)
+    assert np.array(log.displacements()) == pytest.approx(np.array(whole.displacements()), abs=2e-5)
     truth = read_tum(stem.with_suffix(".tum"))
     assert truth.poses == pytest.approx(whole.truth.poses, abs=1e-8)
 

@@ -124,7 +124,7 @@ def test_the_second_half_is_an_episode_of_its_own(episode):
     latter = second_half(episode)
     assert latter.scans == episode.scans[20:]
     assert true_start(latter) == Pose2.of(episode.truth.poses[20])
-    np.testing.assert_allclose(latter.motions()[1:], episode.motions()[21:], atol=1e-12)
+    np.testing.assert_allclose(latter.displacements()[1:], episode.displacements()[21:], atol=1e-12)
     bare = second_half(Episode(episode.scans, episode.odometry))
     assert bare.truth is None
     assert len(bare.scans) == 20

@@ -161,8 +161,8 @@ def test_the_map_is_the_truth_at_every_scan() -> None:
     episode = doors_episode()
     robot = build("localization-only", episode)
     there = []
-    for motion, scan in zip(episode.motions(), episode.scans, strict=True):
-        robot.update(motion, scan)
+    for displacement, scan in zip(episode.displacements(), episode.scans, strict=True):
+        robot.update(displacement, scan)
         grid = robot.map()
         row, col = grid.spec.cells(np.array([[-1.3, -0.1]]))[0]
         there.append(float(grid.occupied[row, col]))

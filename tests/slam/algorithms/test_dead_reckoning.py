@@ -14,9 +14,9 @@ ALWAYS = MotionThreshold(0.0, 0.0, 0.0)
 
 def test_motions_add_up_exactly() -> None:
     slam, pose = DeadReckoning(Pose2(1.0, 2.0, 3.0)), Pose2(1.0, 2.0, 3.0)
-    for motion in np.random.default_rng(0).normal(size=(50, 3)):
-        pose = pose @ Pose2.of(motion)
-        estimate = slam.update(Pose2.of(motion), beam(1.0))
+    for displacement in np.random.default_rng(0).normal(size=(50, 3)):
+        pose = pose @ Pose2.of(displacement)
+        estimate = slam.update(Pose2.of(displacement), beam(1.0))
         assert estimate.pose == slam.pose == pose
         assert not estimate.matched
 
@@ -30,9 +30,9 @@ def test_an_episodes_odometry_comes_out_as_it_went_in() -> None:
 def test_the_map_lies_where_the_odometry_says() -> None:
     slam, grid = DeadReckoning(keyframes=ALWAYS), Static()
     pose = Pose2()
-    for motion in (Pose2(), Pose2(0.3, 0.1, 0.5), Pose2(0.2, 0.0, -1.0)):
-        pose = pose @ motion
-        slam.update(motion, beam(1.0))
+    for displacement in (Pose2(), Pose2(0.3, 0.1, 0.5), Pose2(0.2, 0.0, -1.0)):
+        pose = pose @ displacement
+        slam.update(displacement, beam(1.0))
         grid.integrate(beam(1.0), pose)
     expected = grid.cells.grid()
     np.testing.assert_array_equal(slam.map().occupied, expected.occupied)

@@ -32,15 +32,15 @@ def driven() -> Episode:
 
 
 def paired(episode: Episode):
-    return zip(episode.motions(), episode.scans, strict=True)
+    return zip(episode.displacements(), episode.scans, strict=True)
 
 
 @cache
 def finished():
     """A SLAM at the end of the drive, its estimates, and the trajectory after each of them."""
     robot, estimates, trajectories = GraphSlam(), [], []
-    for motion, scan in paired(driven()):
-        estimates.append(robot.update(motion, scan))
+    for displacement, scan in paired(driven()):
+        estimates.append(robot.update(displacement, scan))
         trajectories.append(robot.trajectory())
     robot.finish()
     return robot, estimates, trajectories
@@ -151,7 +151,7 @@ def test_stretches_are_as_long_as_asked_and_begin_with_seeds() -> None:
 
 def test_any_reading_closes_loops() -> None:
     """The one of the front has no field to be searched in."""
-    robot = GraphSlam(perception=Beam)
+    robot = GraphSlam(sensor_model=Beam)
     done = run(robot, drive(1.3, reach=6.0))
     assert any(edge.loop for edge in robot.graph.edges)
     assert off(done.poses, drive(1.3, reach=6.0)).max() < 0.3
@@ -195,9 +195,9 @@ def test_estimates_are_sane() -> None:
 
 def test_a_stretch_begins_with_the_score_of_its_match() -> None:
     robot, matched = GraphSlam(loops=NONE), []
-    for motion, scan in paired(driven()):
+    for displacement, scan in paired(driven()):
         stretches = len(robot.places)
-        estimate = robot.update(motion, scan)
+        estimate = robot.update(displacement, scan)
         if 0 < stretches < len(robot.places):
             matched.append(estimate.score)
             assert robot.update(Pose2(), scan).score == estimate.score  # which stood still
@@ -231,8 +231,8 @@ def test_the_errors_are_as_large_as_it_says() -> None:
 
 def asked(program, **parts) -> GraphSlam:
     robot = GraphSlam(**parts)
-    for k, (motion, scan) in enumerate(paired(driven())):
-        robot.update(motion, scan)
+    for k, (displacement, scan) in enumerate(paired(driven())):
+        robot.update(displacement, scan)
         if k % program[0] == program[0] - 1:
             robot.map()
         if k % program[1] == 0:
@@ -301,16 +301,16 @@ def test_before_the_first_scan_there_is_nothing() -> None:
 
 
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (-2.0, 1.0, 3.0)])
-@pytest.mark.parametrize("motion", [(0.0, 0.0, 0.0), (0.7, -0.3, 1.0)])
-def test_of_one_scan_it_has_the_pose_to_which_the_odometry_leads(start, motion) -> None:
+@pytest.mark.parametrize("displacement", [(0.0, 0.0, 0.0), (0.7, -0.3, 1.0)])
+def test_of_one_scan_it_has_the_pose_to_which_the_odometry_leads(start, displacement) -> None:
     robot = GraphSlam(Pose2(*start))
-    estimate = robot.update(Pose2(*motion), scan_at(Pose2()))
+    estimate = robot.update(Pose2(*displacement), scan_at(Pose2()))
     robot.finish()
-    expected = compose(start, motion)
+    expected = compose(start, displacement)
     assert np.array(estimate.pose) == pytest.approx(expected, abs=1e-9)
     assert robot.trajectory() == pytest.approx(expected[None], abs=1e-9)
     single = MaximumLikelihood(Pose2(*start))
-    single.update(Pose2(*motion), scan_at(Pose2()))
+    single.update(Pose2(*displacement), scan_at(Pose2()))
     assert (robot.map().observed == single.map().observed).mean() > 0.999
 
 
@@ -318,9 +318,9 @@ def test_of_one_scan_it_has_the_pose_to_which_the_odometry_leads(start, motion) 
 def test_without_any_echo_the_odometry_leads(fill: float) -> None:
     robot, pose = GraphSlam(stretch=0.5, seeds=2), Pose2()
     for k in range(120):
-        motion = Pose2(0.1, 0.0, 0.15)  # in circles
-        pose = pose @ motion
-        estimate = robot.update(motion, Scan(np.full(len(FAN), fill), FAN, 6.0, time=0.2 * k))
+        displacement = Pose2(0.1, 0.0, 0.15)  # in circles
+        pose = pose @ displacement
+        estimate = robot.update(displacement, Scan(np.full(len(FAN), fill), FAN, 6.0, time=0.2 * k))
         assert np.isfinite(estimate.covariance).all()
     robot.finish()
     assert len(robot.places) > 8

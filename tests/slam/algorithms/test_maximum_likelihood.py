@@ -34,19 +34,27 @@ def errors(poses, episode) -> tuple[float, float]:
 
 COMBINATIONS = sorted(
     {(grid, "endpoint", "adaptive", search) for grid in GRIDS for search in SEARCHES}
-    | {("static", "endpoint", motion, search) for motion in MOTIONS for search in SEARCHES}
-    | {("dynamic", reading, motion, "correlative") for reading in READINGS for motion in MOTIONS}
+    | {
+        ("static", "endpoint", motion_model, search)
+        for motion_model in MOTIONS
+        for search in SEARCHES
+    }
+    | {
+        ("dynamic", reading, motion_model, "correlative")
+        for reading in READINGS
+        for motion_model in MOTIONS
+    }
     | {("dynamic", reading, "adaptive", search) for reading in READINGS for search in JUMPING}
 )
 
 
-@pytest.mark.parametrize(("grid", "reading", "motion", "search"), COMBINATIONS)
+@pytest.mark.parametrize(("grid", "reading", "motion_model", "search"), COMBINATIONS)
 def test_all_parts_together_follow_where_dead_reckoning_is_lost(
-    grid, reading, motion, search, episode
+    grid, reading, motion_model, search, episode
 ) -> None:
     slam = MaximumLikelihood(
-        true_start(episode), grid=GRIDS[grid](), perception=READINGS[reading](),
-        motion=MOTIONS[motion](), search=SEARCHES[search](),
+        true_start(episode), map_model=GRIDS[grid](), sensor_model=READINGS[reading](),
+        motion_model=MOTIONS[motion_model](), search=SEARCHES[search](),
     )  # fmt: skip
     done = run(slam, episode)
     metres, radians = errors(done.poses, episode)
@@ -63,7 +71,7 @@ def test_dead_reckoning_is_lost(episode) -> None:
 def test_static_and_dynamic_are_about_equal_where_nothing_changes(episode) -> None:
     start = true_start(episode)
     static, dynamic = (
-        run(MaximumLikelihood(start, grid=g), episode) for g in (Static(), Histogram())
+        run(MaximumLikelihood(start, map_model=g), episode) for g in (Static(), Histogram())
     )
     apart = between(static.poses, dynamic.poses)
     assert np.hypot(*apart[:, :2].T).max() < 0.03
@@ -106,21 +114,21 @@ def test_a_robot_at_rest_stays_where_it_is() -> None:
 def test_matches_between_keyframes_leave_no_trace() -> None:
     truth = [Pose2(0.02 * k, 0.1, 0.03 * k) for k in range(9)]
     keyframes = MotionThreshold(0.15, 9.0, 99.0)
-    motions = [Pose2(), *(a.between(b) for a, b in itertools.pairwise(truth))]
+    displacements = [Pose2(), *(a.between(b) for a, b in itertools.pairwise(truth))]
     slams = [
         MaximumLikelihood(truth[0], matches=matches, keyframes=keyframes)
         for matches in (ALWAYS, NEVER)
     ]
     matched = []
-    for pose, motion in zip(truth, motions, strict=True):
-        estimates = [slam.update(motion, scan_at(pose)) for slam in slams]
+    for pose, displacement in zip(truth, displacements, strict=True):
+        estimates = [slam.update(displacement, scan_at(pose)) for slam in slams]
         matched.append([estimate.matched for estimate in estimates])
     assert [all(pair) for pair in matched] == [True] + [False] * 7 + [True]
     assert [pair[0] for pair in matched] == [True] * 9
     assert slams[0].pose == slams[1].pose
     maps = [slam.map() for slam in slams]
     np.testing.assert_array_equal(maps[0].occupied, maps[1].occupied)
-    offsets = [slam.grid.cells.centroids.dense()[0] for slam in slams]
+    offsets = [slam.map_model.cells.centroids.dense()[0] for slam in slams]
     np.testing.assert_array_equal(offsets[0], offsets[1])
 
 
@@ -132,14 +140,14 @@ def carried(covariance, x: float, y: float) -> np.ndarray:
 
 def test_between_matches_the_odometry_leads_and_doubt_grows() -> None:
     far, model = MotionThreshold(0.5, 9.0, 99.0), GaussianMotion()
-    slam = MaximumLikelihood(motion=model, matches=far, keyframes=far)
-    scan, motion = scan_at(Pose2()), Pose2(0.1, 0.02, 0.1)
+    slam = MaximumLikelihood(motion_model=model, matches=far, keyframes=far)
+    scan, displacement = scan_at(Pose2()), Pose2(0.1, 0.02, 0.1)
     at_rest = slam.update(Pose2(), scan)
     assert at_rest.matched
     pose, before = Pose2(), np.zeros(3)
     for _ in range(3):
-        pose = pose @ motion
-        estimate = slam.update(motion, scan)
+        pose = pose @ displacement
+        estimate = slam.update(displacement, scan)
         assert not estimate.matched
         assert estimate.pose == pytest.approx(pose)
         assert (np.diag(estimate.covariance) > before).all()
@@ -170,18 +178,18 @@ def test_a_part_of_ones_own_takes_the_place_of_any_other(episode) -> None:
 
         levels = 1
 
-        def corrected(self, motion):
+        def corrected(self, displacement):
             asked.append("corrected")
-            return motion
+            return displacement
 
-        def deviations(self, motion):
+        def deviations(self, displacement):
             asked.append("deviations")
             return np.full(3, 1e-3)
 
-        def learn(self, motion, found, covariance):
+        def learn(self, displacement, found, covariance):
             asked.append("learn")
 
-        def refresh(self, grid: MapModel, changed):
+        def refresh(self, map_model: MapModel, changed):
             asked.append("refresh")
 
         def log_likelihood(self, scan, poses, floor=-math.inf):
@@ -201,7 +209,7 @@ def test_a_part_of_ones_own_takes_the_place_of_any_other(episode) -> None:
             return start
 
     own = Believing()
-    slam = MaximumLikelihood(true_start(episode), perception=own, motion=own, search=own)
+    slam = MaximumLikelihood(true_start(episode), sensor_model=own, motion_model=own, search=own)
     poses = run(slam, episode).poses
     lost = run(DeadReckoning(true_start(episode)), episode).poses
     np.testing.assert_allclose(poses[:, :2], lost[:, :2], atol=1e-9)
@@ -215,17 +223,19 @@ class Noted(GaussianMotion):
         super().__init__()
         object.__setattr__(self, "taught", [])
 
-    def corrected(self, motion):
-        return Pose2(motion.x / 2, motion.y / 2, motion.theta / 2)
+    def corrected(self, displacement):
+        return Pose2(displacement.x / 2, displacement.y / 2, displacement.theta / 2)
 
-    def learn(self, motion, found, covariance):
-        self.taught.append((motion, found, covariance))  # pyright: ignore
+    def learn(self, displacement, found, covariance):
+        self.taught.append((displacement, found, covariance))  # pyright: ignore
 
 
 def test_a_motion_model_is_taught_at_each_keyframe_but_the_first() -> None:
     poses = [Pose2(0.06 * k, 0.1, 0.02 * k) for k in range(9)]
-    motion = Noted()
-    slam = MaximumLikelihood(poses[0], motion=motion, keyframes=MotionThreshold(0.17, 9.0, 99.0))
+    motion_model = Noted()
+    slam = MaximumLikelihood(
+        poses[0], motion_model=motion_model, keyframes=MotionThreshold(0.17, 9.0, 99.0)
+    )
     keyframes = [slam.pose]
     for k, pose in enumerate(poses):
         told = poses[k - 1].between(pose) if k else Pose2()
@@ -233,7 +243,7 @@ def test_a_motion_model_is_taught_at_each_keyframe_but_the_first() -> None:
         estimate = slam.update(told, scan_at(pose))
         if k and k % 2 == 0:  # 24 cm are told at every second scan
             keyframes.append(estimate.pose)
-    taught = motion.taught  # pyright: ignore
+    taught = motion_model.taught  # pyright: ignore
     assert len(taught) == 4
     for n, (told, found, covariance) in enumerate(taught):
         assert told.x == pytest.approx(0.24, abs=0.002)
@@ -245,7 +255,7 @@ def test_a_motion_model_is_taught_at_each_keyframe_but_the_first() -> None:
 
 def test_between_matches_the_corrected_odometry_leads() -> None:
     never = MotionThreshold(math.inf, math.inf, math.inf)
-    slam = MaximumLikelihood(motion=Noted(), matches=never, keyframes=never)
+    slam = MaximumLikelihood(motion_model=Noted(), matches=never, keyframes=never)
     slam.update(Pose2(), scan_at(Pose2()))
     assert slam.update(Pose2(0.2), scan_at(Pose2(0.1))).pose == pytest.approx((0.1, 0.0, 0.0))
 
@@ -262,7 +272,7 @@ def test_the_map_that_is_given_out_is_a_copy() -> None:
 
 def test_doubt_after_a_match_is_the_matchs_and_the_odometrys() -> None:
     far, model = MotionThreshold(0.3, 9.0, 99.0), GaussianMotion()
-    slam = MaximumLikelihood(motion=model, matches=far, keyframes=far)
+    slam = MaximumLikelihood(motion_model=model, matches=far, keyframes=far)
     slam.update(Pose2(), scan_at(Pose2()))
     match = slam.update(Pose2(0.3), scan_at(Pose2(0.3)))
     after = slam.update(Pose2(0.2), scan_at(Pose2(0.5)))
@@ -275,7 +285,7 @@ def test_doubt_after_a_match_is_the_matchs_and_the_odometrys() -> None:
 
 
 def test_a_match_leaves_less_doubt_than_the_odometry_and_more_than_none() -> None:
-    slam = MaximumLikelihood(motion=GaussianMotion())
+    slam = MaximumLikelihood(motion_model=GaussianMotion())
     slam.update(Pose2(), scan_at(Pose2()))
     match = slam.update(Pose2(0.3), scan_at(Pose2(0.3)))
     assert match.matched

@@ -36,7 +36,7 @@ cases = pytest.mark.parametrize("case", CASES)
 
 
 def paired(episode: Episode):
-    return zip(episode.motions(), episode.scans, strict=True)
+    return zip(episode.displacements(), episode.scans, strict=True)
 
 
 def truth_of(episode: Episode) -> np.ndarray:
@@ -96,8 +96,8 @@ def test_every_particles_map_is_that_of_its_path(case: str, model: str) -> None:
         own = MAPS[model]()
         for scan, pose in zip(grid.scans, path(robot, particle), strict=True):
             own.integrate(scan, pose)
-        robot.grid.cells.tiles.switch(branch)
-        found, expected = robot.grid.cells.grid(), own.cells.grid()
+        robot.map_model.cells.tiles.switch(branch)
+        found, expected = robot.map_model.cells.grid(), own.cells.grid()
         assert found.spec == expected.spec
         np.testing.assert_array_equal(found.observed, expected.observed)
         np.testing.assert_array_equal(found.occupied, expected.occupied)
@@ -109,7 +109,7 @@ def test_the_books_of_the_tiles_are_right_after_every_update(case: str) -> None:
     robot = ParticleFilter(Pose2.of(truth_of(episode)[0]), **CASES[case], keyframes=OFTEN)
     for given in paired(episode):
         robot.update(*given)
-        assert_in_order(robot.grid.cells.tiles, robot._maps)
+        assert_in_order(robot.map_model.cells.tiles, robot._maps)
         assert len({id(branch) for branch in robot._maps}) == robot.particles
 
 
@@ -197,7 +197,7 @@ def test_what_is_asked_on_the_way_changes_nothing(case: str) -> None:
     alone, _ = filtered(case, grid=Histogram())
     episode = room_drive(60)
     robot = ParticleFilter(
-        Pose2.of(truth_of(episode)[0]), np.random.default_rng(1), grid=Histogram(),
+        Pose2.of(truth_of(episode)[0]), np.random.default_rng(1), map_model=Histogram(),
         **CASES[case], keyframes=OFTEN,
     )  # fmt: skip
     for k, given in enumerate(paired(episode)):
@@ -249,10 +249,10 @@ def test_of_one_scan_it_has_the_pose_to_which_the_odometry_leads() -> None:
 def test_odd_scans_are_lived_with(case: str, fill: float, beams: int) -> None:
     robot, pose = ParticleFilter(**CASES[case], keyframes=OFTEN), Pose2()
     for k in range(12):
-        motion = Pose2(0.05 if k else 0.0, 0.0, 0.1)
-        pose = pose @ motion
+        displacement = Pose2(0.05 if k else 0.0, 0.0, 0.1)
+        pose = pose @ displacement
         scan = Scan(np.full(beams, fill), FAN[:beams], MAX_RANGE, time=0.2 * k)
-        estimate = robot.update(motion, scan)
+        estimate = robot.update(displacement, scan)
         assert np.isfinite([*estimate.pose, estimate.score, *estimate.covariance.ravel()]).all()
     assert math.dist(robot.pose[:2], pose[:2]) < 0.5
     assert robot.trajectory().shape == (12, 3)
@@ -260,7 +260,7 @@ def test_odd_scans_are_lived_with(case: str, fill: float, beams: int) -> None:
 
 def test_any_reading_will_do() -> None:
     """One whose slope says nothing: the others cannot climb far."""
-    _, estimates = filtered("sometimes", room_drive(30, bias=0.2), perception=Beam())
+    _, estimates = filtered("sometimes", room_drive(30, bias=0.2), sensor_model=Beam())
     poses = np.array([estimate.pose for estimate in estimates])
     assert np.hypot(*(poses - truth_of(room_drive(30)))[:, :2].T).max() < 0.15
 

@@ -33,9 +33,9 @@ ALWAYS = MotionThreshold(0.0, 0.0, 0.0)
 ROOT = Path(__file__).parents[3]
 
 
-def checked(robot: Slam, motion: Pose2, scan: Scan):
+def checked(robot: Slam, displacement: Pose2, scan: Scan):
     """An update whose estimate is sane."""
-    estimate = robot.update(motion, scan)
+    estimate = robot.update(displacement, scan)
     assert robot.pose == estimate.pose
     assert np.isfinite([*estimate.pose, estimate.score]).all()
     assert abs(estimate.pose.theta) <= math.pi + 1e-9
@@ -106,7 +106,9 @@ SEEING = ["one beam", "2000 beams", "360 degrees", "beams that change", "a laser
 @pytest.mark.parametrize("reading", READINGS)
 @pytest.mark.parametrize("kind", [*BLIND, *EMPTY, *SEEING, "a hair"])
 def test_odd_scans_are_lived_with(kind: str, grid, reading) -> None:
-    robot = MaximumLikelihood(grid=GRIDS[grid](), perception=READINGS[reading](), keyframes=ALWAYS)
+    robot = MaximumLikelihood(
+        map_model=GRIDS[grid](), sensor_model=READINGS[reading](), keyframes=ALWAYS
+    )
     for k, scan in enumerate(scans_of(kind)):
         checked(robot, Pose2(0.05 if k else 0.0), scan)
     if kind != "a hair":  # a cloud around the sensor that drives along holds the robot back
@@ -126,10 +128,10 @@ def test_every_variant_lives_with_odd_scans(variant: str, kind: str) -> None:
     assert robot.pose == pytest.approx((0.45, 0.0, 0.0), abs=close)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion_model", MOTIONS)
 @pytest.mark.parametrize("search", SEARCHES)
-def test_where_nothing_is_seen_the_odometry_leads(search, motion) -> None:
-    robot = MaximumLikelihood(search=SEARCHES[search](), motion=MOTIONS[motion]())
+def test_where_nothing_is_seen_the_odometry_leads(search, motion_model) -> None:
+    robot = MaximumLikelihood(search=SEARCHES[search](), motion_model=MOTIONS[motion_model]())
     pose = Pose2()
     for scan in scans_of("no echo") + scans_of("no reading"):
         moved = Pose2(0.07, 0.01, 0.1)
@@ -173,24 +175,24 @@ def test_odd_times_do_no_harm(variant: str, when: str) -> None:
 @pytest.mark.parametrize("grid", GRIDS)
 @pytest.mark.parametrize("when", TIMES)
 def test_odd_times_do_no_map_harm(grid, when: str) -> None:
-    robot = MaximumLikelihood(LAP[0], grid=GRIDS[grid]())
+    robot = MaximumLikelihood(LAP[0], map_model=GRIDS[grid]())
     assert driven(robot, TIMES[when], LAP)[0] < 0.05
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_minute_of_data_is_missed_and_the_robot_drove_on(motion) -> None:
+@pytest.mark.parametrize("motion_model", MOTIONS)
+def test_a_minute_of_data_is_missed_and_the_robot_drove_on(motion_model) -> None:
     poses = LAP[:12] + LAP[22:]
     times = [*(0.1 * np.arange(12)), *(61.0 + 0.1 * np.arange(8))]
-    robot = MaximumLikelihood(poses[0], motion=MOTIONS[motion]())
+    robot = MaximumLikelihood(poses[0], motion_model=MOTIONS[motion_model]())
     metres, radians = driven(robot, times, poses)
     assert metres < 0.05
     assert radians < math.radians(2.0)
 
 
 @pytest.mark.parametrize("search", SEARCHES)
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_leap_of_the_odometry_is_survived(motion, search) -> None:
-    robot = MaximumLikelihood(motion=MOTIONS[motion](), search=SEARCHES[search]())
+@pytest.mark.parametrize("motion_model", MOTIONS)
+def test_a_leap_of_the_odometry_is_survived(motion_model, search) -> None:
+    robot = MaximumLikelihood(motion_model=MOTIONS[motion_model](), search=SEARCHES[search]())
     for k, leap in enumerate([Pose2(), Pose2(0.1), Pose2(30.0, -20.0, 3.0), Pose2(0.1), Pose2()]):
         checked(robot, leap, scan_at(Pose2(), 0.1 * k))
 
@@ -258,7 +260,7 @@ def thousandths(most: int) -> st.SearchStrategy[float]:
     return st.integers(-most, most).map(lambda n: n / 1000)
 
 
-motions = st.builds(Pose2, thousandths(150), thousandths(50), thousandths(400))
+displacements = st.builds(Pose2, thousandths(150), thousandths(50), thousandths(400))
 onwards = st.builds(Pose2, thousandths(150).map(abs), thousandths(50), thousandths(400))
 drives = st.lists(onwards, min_size=1, max_size=8)
 ranges = st.one_of(st.floats(0, 8), st.sampled_from([math.nan, math.inf, -1.0, 0.0, MAX_RANGE]))
@@ -268,9 +270,9 @@ ranges = st.one_of(st.floats(0, 8), st.sampled_from([math.nan, math.inf, -1.0, 0
 @settings(max_examples=6)
 @given(
     readings=st.lists(st.lists(ranges, min_size=1, max_size=20), min_size=1, max_size=6),
-    told=motions,
+    told=displacements,
     times=st.lists(st.floats(-10, 10), min_size=6, max_size=6),
-    mount=motions,
+    mount=displacements,
 )
 def test_no_scan_breaks_a_variant(variant, readings, told, times, mount) -> None:
     robot = slam.make(variant)
@@ -297,7 +299,11 @@ def test_a_short_drive_is_followed(variant, moved, error) -> None:
 @settings(max_examples=2)
 @given(moved=drives, error=st.tuples(st.floats(-1, 1), st.floats(-1, 1)))
 def test_a_short_drive_is_followed_by_any_parts(grid, reading, search, moved, error) -> None:
-    parts = {"grid": GRIDS[grid](), "perception": READINGS[reading](), "search": SEARCHES[search]()}
+    parts = {
+        "map_model": GRIDS[grid](),
+        "sensor_model": READINGS[reading](),
+        "search": SEARCHES[search](),
+    }
     followed(MaximumLikelihood(**parts), moved, error)
 
 
@@ -312,10 +318,10 @@ def followed(robot: Slam, moved, error) -> None:
     """The odometry is off by a tenth of the way and by up to 60 degrees a metre."""
     pose = Pose2()
     checked(robot, Pose2(), scan_at(pose))
-    for k, motion in enumerate(moved):
-        pose = pose @ motion
-        way = math.hypot(motion.x, motion.y)
+    for k, displacement in enumerate(moved):
+        pose = pose @ displacement
+        way = math.hypot(displacement.x, displacement.y)
         off = Pose2(0.1 * error[0] * way, 0.0, error[1] * math.radians(60.0) * way)
-        estimate = checked(robot, motion @ off, scan_at(pose, 0.3 * (k + 1)))
+        estimate = checked(robot, displacement @ off, scan_at(pose, 0.3 * (k + 1)))
         assert math.dist(estimate.pose[:2], pose[:2]) < 0.08
         assert abs(wrap_angle(estimate.pose.theta - pose.theta)) < math.radians(5.0)

@@ -14,16 +14,16 @@ from slam.sensor_models.endpoint import Endpoint
 
 def test_every_part_is_told_with_its_parameters() -> None:
     made = MaximumLikelihood(
-        grid=Histogram(evidence=Evidence(0.9, -0.5, 0.3), delta_t=2.5, bins=2),
-        perception=Endpoint(beta=0.35),
-        motion=GaussianMotion(rotation_floor=0.01),
+        map_model=Histogram(evidence=Evidence(0.9, -0.5, 0.3), delta_t=2.5, bins=2),
+        sensor_model=Endpoint(beta=0.35),
+        motion_model=GaussianMotion(rotation_floor=0.01),
         search=RandomRestart(7),
     )
     found = configuration(made)
     assert found["type"] == "MaximumLikelihood"
-    assert found["grid"]["type"] == "Histogram"
-    assert (found["grid"]["delta_t"], found["grid"]["bins"]) == (2.5, 2)
-    assert found["grid"]["evidence"] == {
+    assert found["map_model"]["type"] == "Histogram"
+    assert (found["map_model"]["delta_t"], found["map_model"]["bins"]) == (2.5, 2)
+    assert found["map_model"]["evidence"] == {
         "type": "Evidence",         "hit": 0.9,
         "free": -0.5,
         "prior": 0.3,
@@ -31,9 +31,9 @@ def test_every_part_is_told_with_its_parameters() -> None:
     }  # fmt: skip
     assert found["search"]["restarts"] == 7
     assert found["search"]["climber"]["type"] == "HillClimb"
-    assert found["perception"]["beta"] == 0.35
-    assert found["motion"]["type"] == "GaussianMotion"
-    assert found["motion"]["rotation_floor"] == 0.01
+    assert found["sensor_model"]["beta"] == 0.35
+    assert found["motion_model"]["type"] == "GaussianMotion"
+    assert found["motion_model"]["rotation_floor"] == 0.01
 
 
 def test_the_configuration_of_every_variant_is_json_and_tells_them_apart() -> None:
@@ -46,10 +46,12 @@ def test_the_configuration_of_every_variant_is_json_and_tells_them_apart() -> No
 
 
 def test_what_makes_parts_is_told_as_what_it_makes() -> None:
-    made = GraphSlam(grid=partial(Histogram, bins=7), perception=lambda: Endpoint(sigma=0.03))
+    made = GraphSlam(
+        map_model=partial(Histogram, bins=7), sensor_model=lambda: Endpoint(sigma=0.03)
+    )
     found = configuration(made)
-    assert (found["grid"]["type"], found["grid"]["bins"]) == ("Histogram", 7)
-    assert (found["perception"]["type"], found["perception"]["sigma"]) == ("Endpoint", 0.03)
+    assert (found["map_model"]["type"], found["map_model"]["bins"]) == ("Histogram", 7)
+    assert (found["sensor_model"]["type"], found["sensor_model"]["sigma"]) == ("Endpoint", 0.03)
     assert found["loops"]["refine"] == configuration(made.loops.refine)
     assert found["loops"]["farthest"] == list(made.loops.farthest)
     assert configuration(Histogram)["type"] == "Histogram"
@@ -69,7 +71,7 @@ def test_the_configuration_of_what_revises_is_json_and_tells_them_apart() -> Non
     told = {json.dumps(one, allow_nan=False) for one in found.values()}
     assert len(told) == len(names)
     assert found["dynamic-graph"]["type"] == "GraphSlam"
-    assert found["dynamic-graph"]["grid"]["type"] == "Histogram"
+    assert found["dynamic-graph"]["map_model"]["type"] == "Histogram"
     assert found["dynamic-graph"]["stretch"] == GraphSlam().stretch
     assert found["hmm-pf"]["type"] == "ParticleFilter"
     assert found["hmm-pf"]["particles"] == 30

@@ -67,7 +67,7 @@ class Shifting:
     def __init__(self):
         self.pose, self.updates, self.finished = Pose2(), 0, []
 
-    def update(self, motion, scan):
+    def update(self, displacement, scan):
         self.updates += 1
         self.pose = Pose2(float(self.updates))
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, self.updates % 2 == 0, revised=True)

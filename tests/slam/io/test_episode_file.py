@@ -129,11 +129,11 @@ def test_a_killed_write_leaves_the_old_file(saved: Path, monkeypatch) -> None:
 
 def test_motions_are_what_the_odometry_did_between_the_scans() -> None:
     drive = episode()
-    motions = drive.motions()
-    assert motions[0] == Pose2()
+    displacements = drive.displacements()
+    assert displacements[0] == Pose2()
     pose = Pose2.of(drive.odometry.at(drive.times)[0])
-    for motion in motions:
-        pose = pose @ motion
+    for displacement in displacements:
+        pose = pose @ displacement
     np.testing.assert_allclose(pose, drive.odometry.at(drive.times)[-1], atol=1e-12)
     assert drive.times.tolist() == [0.0, 0.3, 0.6]
 

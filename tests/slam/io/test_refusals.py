@@ -47,7 +47,7 @@ def outcome(path: Path) -> str | None:
         assert str(path.parent) in text
         return text
     if isinstance(result, LoadedRecording):
-        standing(result.episode).motions()
+        standing(result.episode).displacements()
         assert all(str(warned).isprintable() for warned in result.warnings)
     return None
 

@@ -37,12 +37,12 @@ def test_the_default_is_as_wide_as_the_papers_systematic_error() -> None:
 
 
 def test_the_odometry_is_believed_as_it_is_for_ever() -> None:
-    model, motion = GaussianMotion(), Pose2(0.1, 0.02, 0.3)
-    before = model.deviations(motion)
+    model, displacement = GaussianMotion(), Pose2(0.1, 0.02, 0.3)
+    before = model.deviations(displacement)
     for _ in range(10):
-        model.learn(motion, Pose2(0.1, 0.0, 0.0), np.eye(3) * 1e-8)
-    assert model.corrected(motion) == motion
-    np.testing.assert_array_equal(model.deviations(motion), before)
+        model.learn(displacement, Pose2(0.1, 0.0, 0.0), np.eye(3) * 1e-8)
+    assert model.corrected(displacement) == displacement
+    np.testing.assert_array_equal(model.deviations(displacement), before)
 
 
 # -- where it leads, and how likely any other pose is ------------------------------------------
@@ -51,34 +51,36 @@ coordinate = st.floats(-50, 50)
 heading = st.floats(-math.pi, math.pi)
 way = st.floats(-0.6, 0.6)
 origins = st.builds(Pose2, coordinate, coordinate, heading)
-motions = st.builds(Pose2, way, way, heading)
+displacements = st.builds(Pose2, way, way, heading)
 wide = st.floats(0.005, 2.0)
 deviations = st.tuples(wide, wide, wide).map(np.array)
 errors = st.tuples(way, way, st.floats(-3.1, 3.1)).map(lambda e: np.array([e]))
 
 
-@given(origins, motions)
-def test_no_error_leads_where_the_odometry_does(origin, motion) -> None:
-    prediction = Prediction(origin, motion, np.ones(3))
-    assert prediction.pose == origin @ motion
+@given(origins, displacements)
+def test_no_error_leads_where_the_odometry_does(origin, displacement) -> None:
+    prediction = Prediction(origin, displacement, np.ones(3))
+    assert prediction.pose == origin @ displacement
     found = prediction.poses(np.zeros((1, 3)))[0]
     np.testing.assert_allclose(found[:2], prediction.pose[:2], atol=1e-12)
     assert wrap_angle(found[2] - prediction.pose.theta) == pytest.approx(0.0, abs=1e-12)
     assert prediction.log_density(found[None])[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@given(origins, motions, deviations, errors)
-def test_density_is_a_gaussian_of_the_error_that_led_there(origin, motion, width, error) -> None:
-    prediction = Prediction(origin, motion, width)
+@given(origins, displacements, deviations, errors)
+def test_density_is_a_gaussian_of_the_error_that_led_there(
+    origin, displacement, width, error
+) -> None:
+    prediction = Prediction(origin, displacement, width)
     found = prediction.log_density(prediction.poses(error))[0]
     assert found == pytest.approx(-0.5 * ((error / width) ** 2).sum(), rel=1e-6, abs=1e-6)
 
 
-@given(origins, motions, errors)
-def test_headings_stay_within_half_a_turn(origin, motion, error) -> None:
-    pose = Prediction(origin, motion, np.ones(3)).poses(error)[0]
+@given(origins, displacements, errors)
+def test_headings_stay_within_half_a_turn(origin, displacement, error) -> None:
+    pose = Prediction(origin, displacement, np.ones(3)).poses(error)[0]
     assert -math.pi <= pose[2] <= math.pi
-    assert wrap_angle(pose[2] - origin.theta - motion.theta - error[0, 2]) == pytest.approx(
+    assert wrap_angle(pose[2] - origin.theta - displacement.theta - error[0, 2]) == pytest.approx(
         0.0, abs=1e-9
     )
 
@@ -131,9 +133,9 @@ def test_half_of_a_heading_error_turns_the_way_as_a_constant_bias_does(turned, b
 
 
 @settings(max_examples=60)
-@given(origins, motions, deviations, errors)
-def test_slope_is_that_of_the_density(origin, motion, width, error) -> None:
-    prediction = Prediction(origin, motion, width)
+@given(origins, displacements, deviations, errors)
+def test_slope_is_that_of_the_density(origin, displacement, width, error) -> None:
+    prediction = Prediction(origin, displacement, width)
     pose = prediction.poses(0.9 * error)[0]
     value, gradient, curvature = prediction.slope(Pose2.of(pose))
     assert value == pytest.approx(prediction.log_density(pose[None])[0], rel=1e-9, abs=1e-9)
@@ -146,9 +148,9 @@ def test_slope_is_that_of_the_density(origin, motion, width, error) -> None:
     assert np.linalg.eigvalsh(curvature).max() <= 1e-9 * scale
 
 
-@pytest.mark.parametrize("motion", [Pose2(), Pose2(0.5, 0.2, 1.0), Pose2(-0.3, 0.4, -2.0)])
-def test_curvature_at_the_prediction_is_the_densitys(motion: Pose2) -> None:
-    prediction = Prediction(Pose2(1, 2, 0.5), motion, np.array([0.1, 0.2, 0.3]))
+@pytest.mark.parametrize("displacement", [Pose2(), Pose2(0.5, 0.2, 1.0), Pose2(-0.3, 0.4, -2.0)])
+def test_curvature_at_the_prediction_is_the_densitys(displacement: Pose2) -> None:
+    prediction = Prediction(Pose2(1, 2, 0.5), displacement, np.array([0.1, 0.2, 0.3]))
     pose, h = np.array(prediction.pose), 1e-4
     numeric: np.ndarray = np.empty((3, 3))
     for a in range(3):
@@ -160,10 +162,10 @@ def test_curvature_at_the_prediction_is_the_densitys(motion: Pose2) -> None:
     np.testing.assert_allclose(prediction.slope(Pose2.of(pose))[2], numeric, rtol=1e-3, atol=1e-2)
 
 
-@pytest.mark.parametrize("motion", [Pose2(), Pose2(0.5, 0.2, 1.0), Pose2(-0.3, 0.4, -2.0)])
-def test_covariance_is_that_of_the_poses_that_small_errors_lead_to(motion: Pose2) -> None:
+@pytest.mark.parametrize("displacement", [Pose2(), Pose2(0.5, 0.2, 1.0), Pose2(-0.3, 0.4, -2.0)])
+def test_covariance_is_that_of_the_poses_that_small_errors_lead_to(displacement: Pose2) -> None:
     width = np.array([0.001, 0.002, 0.003])
-    prediction = Prediction(Pose2(1, 2, 0.5), motion, width)
+    prediction = Prediction(Pose2(1, 2, 0.5), displacement, width)
     errors = np.random.default_rng(0).normal(size=(200_000, 3)) * width
     poses = prediction.poses(errors)
     found = prediction.covariance()

@@ -138,7 +138,7 @@ def test_what_makes_no_sense_is_refused(options, message: str) -> None:
 def test_a_drive_teaches_the_papers_bias_and_is_followed_as_well() -> None:
     episode = drive()
     motion = LearnedOdometry()
-    learned = run(MaximumLikelihood(true_start(episode), motion=motion), episode)
+    learned = run(MaximumLikelihood(true_start(episode), motion_model=motion), episode)
     plain = run(MaximumLikelihood(true_start(episode)), episode)
     assert episode.truth is not None
     errors = [np.hypot(*(done.poses - episode.truth.poses)[:, :2].T) for done in (learned, plain)]

@@ -44,7 +44,7 @@ def test_stamps_that_jitter_are_not_taken_for_speed():
 
 
 def test_is_less_sure_after_a_longer_time():
-    motion = ConstantVelocity()
-    short, long = motion.deviations(0.05), motion.deviations(0.5)
+    displacement = ConstantVelocity()
+    short, long = displacement.deviations(0.05), displacement.deviations(0.5)
     assert (long > 2 * short).all()
-    assert np.allclose(motion.deviations(0.0), [0.03, 0.03, math.radians(1.5)])
+    assert np.allclose(displacement.deviations(0.0), [0.03, 0.03, math.radians(1.5)])

@@ -32,6 +32,6 @@ def view(truth: Pose2):
     return scan_at(truth)
 
 
-def in_room(reading, truth: Pose2, start: Pose2, motion: Pose2, deviations) -> Posterior:
-    """A posterior of what is seen from `truth` where the odometry leads to `start @ motion`."""
-    return Posterior(reading, view(truth), Prediction(start, motion, deviations))
+def in_room(reading, truth: Pose2, start: Pose2, displacement: Pose2, deviations) -> Posterior:
+    """A posterior of what is seen from `truth` where the odometry leads to `start @ displacement`."""
+    return Posterior(reading, view(truth), Prediction(start, displacement, deviations))

@@ -33,7 +33,7 @@ class Peaks:
         self.known = known
         self.asked: list[np.ndarray] = []
 
-    def refresh(self, grid, changed):
+    def refresh(self, map_model, changed):
         """It knows all from the start."""
 
     def log_likelihood(self, scan, poses, floor=-math.inf):
@@ -94,8 +94,8 @@ class Level(Posterior):
 
 
 def posterior(
-    reading: Any, start=Pose2(), deviations: Any = WIDE, motion=Pose2(), kind=Posterior
+    reading: Any, start=Pose2(), deviations: Any = WIDE, displacement=Pose2(), kind=Posterior
 ) -> Posterior:
-    """A posterior around `start @ motion`."""
-    prediction = Prediction(start, motion, np.asarray(deviations, dtype=float))
+    """A posterior around `start @ displacement`."""
+    prediction = Prediction(start, displacement, np.asarray(deviations, dtype=float))
     return kind(reading, beam(1.0), prediction)

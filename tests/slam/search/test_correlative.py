@@ -42,17 +42,17 @@ def first_of_the_best(search: Correlative, asked: Posterior) -> Pose2:
 
 def counted(search: Correlative, asked: Posterior) -> tuple[Pose2, int]:
     """The best, and how many poses were looked at for it."""
-    ask, count = asked.perception.log_likelihood, []
+    ask, count = asked.sensor_model.log_likelihood, []
 
     def asking(scan, poses, floor=-math.inf):
         count.append(len(poses))
         return ask(scan, poses, floor)
 
-    asked.perception.log_likelihood = asking  # pyright: ignore
+    asked.sensor_model.log_likelihood = asking  # pyright: ignore
     try:
         return search.best(asked), sum(count)
     finally:
-        del asked.perception.log_likelihood
+        del asked.sensor_model.log_likelihood
 
 
 # -- exactly the exhaustive search -------------------------------------------------------------
@@ -94,9 +94,9 @@ def test_of_equals_the_first_is_taken(known, deviations, step, turn) -> None:
 
 @pytest.mark.parametrize("known", [True, False])
 def test_where_nothing_is_seen_the_odometry_is_best(known) -> None:
-    motion = Pose2(0.1, 0.02, 0.3)
-    asked = posterior(Plain(known), START, (0.1, 0.1, 0.2), motion)
-    assert Correlative().best(asked) == pytest.approx(START @ motion)
+    displacement = Pose2(0.1, 0.02, 0.3)
+    asked = posterior(Plain(known), START, (0.1, 0.1, 0.2), displacement)
+    assert Correlative().best(asked) == pytest.approx(START @ displacement)
 
 
 @pytest.mark.parametrize("model", ["static", "histogram"])
@@ -108,14 +108,14 @@ def test_where_nothing_is_seen_the_odometry_is_best(known) -> None:
     deviations=deviations,
     step=steps,
     turn=turns,
-    motion=st.tuples(near, near, near),
+    displacement=st.tuples(near, near, near),
 )
 def test_best_is_the_first_of_the_best_in_a_real_map(
-    model, resolution, beta, off, deviations, step, turn, motion
+    model, resolution, beta, off, deviations, step, turn, displacement
 ) -> None:
-    motion = Pose2(*motion)
-    start = TRUTH @ Pose2(*off) @ motion.inverse()
-    asked = in_room(room(resolution, model, beta), TRUTH, start, motion, np.array(deviations))
+    displacement = Pose2(*displacement)
+    start = TRUTH @ Pose2(*off) @ displacement.inverse()
+    asked = in_room(room(resolution, model, beta), TRUTH, start, displacement, np.array(deviations))
     search = Correlative(step=step, turn=turn, reach=1.0)
     assert search.best(asked) == first_of_the_best(search, asked)
 

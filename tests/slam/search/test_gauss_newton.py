@@ -110,8 +110,8 @@ def test_a_start_at_the_peak_is_kept() -> None:
 
 
 def test_where_nothing_is_seen_it_ends_where_the_odometry_leads() -> None:
-    for motion in (Pose2(), Pose2(0.3, 0.1, 1.0)):
-        asked = posterior(Plain(), Pose2(1.0, 2.0, 3.0), (0.1, 0.1, 0.3), motion)
+    for displacement in (Pose2(), Pose2(0.3, 0.1, 1.0)):
+        asked = posterior(Plain(), Pose2(1.0, 2.0, 3.0), (0.1, 0.1, 0.3), displacement)
         assert GaussNewton()(asked, RNG) == asked.prediction.pose
         back = climbed(asked, asked.prediction.pose @ Pose2(0.1, -0.1, 0.2))
         assert away(back, asked.prediction.pose) == pytest.approx((0, 0), abs=1e-3)

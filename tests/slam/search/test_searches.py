@@ -47,9 +47,9 @@ def test_a_start_at_the_peak_is_kept(search) -> None:
 
 @pytest.mark.parametrize("search", SEARCHES)
 def test_where_nothing_is_seen_it_ends_where_the_odometry_leads(search) -> None:
-    motion = Pose2(0.2, -0.05, 0.3)
-    asked = posterior(Plain(), START, DEVIATIONS, motion)
-    assert search(asked, np.random.default_rng(0)) == pytest.approx(START @ motion, abs=1e-9)
+    displacement = Pose2(0.2, -0.05, 0.3)
+    asked = posterior(Plain(), START, DEVIATIONS, displacement)
+    assert search(asked, np.random.default_rng(0)) == pytest.approx(START @ displacement, abs=1e-9)
 
 
 @pytest.mark.parametrize("search", SEARCHES)
@@ -139,10 +139,10 @@ def test_a_climber_takes_the_best_of_its_neighbours() -> None:
 # -- random restarts ---------------------------------------------------------------------------
 
 
-def starts_of(restarts: int, seed: int, motion=Pose2(), deviations=DEVIATIONS) -> np.ndarray:
+def starts_of(restarts: int, seed: int, displacement=Pose2(), deviations=DEVIATIONS) -> np.ndarray:
     """Where the climbing began."""
     reading = Plain()
-    asked = posterior(reading, START, deviations, motion)
+    asked = posterior(reading, START, deviations, displacement)
     RandomRestart(restarts=restarts)(asked, np.random.default_rng(seed))
     return reading.asked[0]
 
@@ -156,9 +156,9 @@ def test_the_same_seed_restarts_at_the_same_places() -> None:
 
 
 def test_restarts_are_drawn_from_the_motion_model() -> None:
-    motion = Pose2(0.5, 0.1, 0.4)
-    starts = starts_of(4000, 0, motion)
-    asked = posterior(Plain(), START, DEVIATIONS, motion)
+    displacement = Pose2(0.5, 0.1, 0.4)
+    starts = starts_of(4000, 0, displacement)
+    asked = posterior(Plain(), START, DEVIATIONS, displacement)
     chi2 = -2 * asked.prediction.log_density(starts[1:])
     assert chi2.mean() == pytest.approx(3.0, abs=0.2)  # three independent errors
     assert chi2.var() == pytest.approx(6.0, rel=0.2)

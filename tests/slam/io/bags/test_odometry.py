@@ -39,7 +39,7 @@ def test_a_drive_as_it_was(tmp_path: Path) -> None:
     np.testing.assert_allclose(drove.odometry.poses[:, 0], 0.1 * np.arange(11))
     assert {one.mount for one in drove.scans} == {Pose2(0.3, 0.0, 0.0)}
     assert dict(drove.meta) == {"source": "some.bag", "laser": "/scan", "odometry": "/odom"}
-    assert drove.motions()[1].x == pytest.approx(0.2)
+    assert drove.displacements()[1].x == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize("parent", ["odom", "/odom", "wheel_odom", "odom_combined"])
@@ -168,7 +168,7 @@ def test_stamps_of_different_clocks(tmp_path: Path) -> None:
     said += [odom(1.0 + k, k, stamp=1e9 + k) for k in range(5)]
     log = read(tmp_path, said)
     assert log.episode.times.tolist() == [2, 3, 4]
-    assert log.episode.motions()[1].x == pytest.approx(1)
+    assert log.episode.displacements()[1].x == pytest.approx(1)
     assert "of different clocks, times of recording used" in told(log)
 
 

@@ -305,7 +305,7 @@ def check_bytes(content: bytes) -> None:
             assert "\n" not in str(error)  # noqa: PT017
         else:
             assert (np.diff(episode.times) > 0).all()
-            assert len(episode.motions()) == len(episode.scans)
+            assert len(episode.displacements()) == len(episode.scans)
 
 
 def test_the_real_logs(shared_data: Path) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dynslam_env.patrol.memory import WATCHED, DynamicMap
-from dynslam_env.patrol.perception import (
+from dynslam_env.patrol.observation import (
     FADES,
     LAYERS,
     OFTEN,
