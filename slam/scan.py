@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Scan:
         return _points(self.ranges, self.directions, self.hit, self.mount.x, self.mount.y)
 
 
-@njit(cache=True)
+@kernel
 def _points(ranges, directions, hit, x, y):
     points = np.empty((hit.sum(), 2))
     n = 0

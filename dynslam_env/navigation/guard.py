@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from dynslam_env.navigation.pursuit import Command
 from dynslam_env.simulation.robot import Robot
+from slam.kernel import kernel
 from slam.scan import Scan
 
 STEP = 0.05  # m, along the arc
@@ -49,7 +49,7 @@ def pressed(scan: Scan, robot: Robot) -> bool:
     return bool((np.hypot(*points.T) < robot.radius + TOUCH).any())
 
 
-@njit(cache=True)
+@kernel
 def _free_length(points, curvature, radius, reach):
     steps = int(np.ceil(reach / STEP))
     first = np.empty(len(points))

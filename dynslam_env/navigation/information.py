@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
 from slam.geometry import Array
+from slam.kernel import kernel
 
 RAYS = 120  # around a viewpoint
 FAINT = 0.02  # a ray that gets no farther than with this probability ends
@@ -73,7 +73,7 @@ def _best_window(bits: Array, width: int) -> tuple[Array, Array]:
     return sums[np.arange(len(bits)), best], np.remainder(headings + math.pi, math.tau) - math.pi
 
 
-@njit(cache=True)
+@kernel
 def _cast(points, stops, entropy, reach, bits):
     """Write the bits (n, rays) of the rays from points (n, 2), x and y in cells.
 

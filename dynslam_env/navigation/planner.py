@@ -6,12 +6,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.costmap import OPEN, TIGHT, Costmap
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
+from slam.kernel import kernel
 
 NOWHERE = -1
 ESCAPE = 10.0  # times what a cell costs where the robot does not fit: it leaves by the nearest way
@@ -60,7 +60,7 @@ def plan(costmap: Costmap, pose: Pose2) -> Plan:
     return Plan(spec, cost, length, parent)
 
 
-@njit(cache=True)
+@kernel
 def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
     """Write cost, length and parent (rows, cols) of all cells that can be reached."""
     rows, cols = kinds.shape
@@ -95,7 +95,7 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
                     size = _push(keys, items, size, total, i * cols + j)
 
 
-@njit(cache=True)
+@kernel
 def _push(keys, items, size, key, item):
     """Into a binary heap, the least key first; gives its new size."""
     k = size
@@ -106,7 +106,7 @@ def _push(keys, items, size, key, item):
     return size + 1
 
 
-@njit(cache=True)
+@kernel
 def _pop(keys, items, size):
     """Take the first out of the heap; gives its new size."""
     size -= 1
@@ -124,7 +124,7 @@ def _pop(keys, items, size):
     return size
 
 
-@njit(cache=True)
+@kernel
 def _trace(parent, cell):
     """Flat indices of the cells from the start to `cell`."""
     n, at = 1, cell

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.costmap import OCCUPIED, UNKNOWN, Costmap
 from dynslam_env.navigation.planner import Plan
 from slam.geometry import Array
+from slam.kernel import kernel
 
 NEAREST, FARTHEST = 0.7, 3.0  # m, from which a door is looked at
 
@@ -58,7 +58,7 @@ def in_sight(costmap: Costmap, cell: tuple[int, int], target: Array, around: flo
     return _first_in_sight(cells, row, col, around / costmap.spec.resolution, costmap.kinds) == 0
 
 
-@njit(cache=True)
+@kernel
 def _first_in_sight(cells, row, col, around, kinds):
     """The first of `cells` (n, 2) from which (row, col) is seen, -1 if there is none; cells."""
     for k in range(len(cells)):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dynslam_env.navigation.beliefs import Beliefs
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.maps.centroids import UNIT
 from slam.maps.hmm import HMM, UNDECIDED
 from slam.maps.log_odds import Evidence
@@ -102,7 +102,7 @@ class DynamicMap:
         )
 
 
-@njit(cache=True)
+@kernel
 def _told(cells, hit, sensor, ranges, angles, side, places, offset, count):
     """(n,) bool: echoes never came from there, one does now, or a beam went through that place."""
     kept = np.ones(len(cells), np.bool_)
@@ -127,7 +127,7 @@ def _told(cells, hit, sensor, ranges, angles, side, places, offset, count):
     return kept
 
 
-@njit(cache=True)
+@kernel
 def _discover(cells, hit, echoed, prior, occupied, state, times):
     """Forget that cells with their first echo were taken to be free: they had been grazed."""
     for k in range(len(cells)):
@@ -136,7 +136,7 @@ def _discover(cells, hit, echoed, prior, occupied, state, times):
             echoed[i], occupied[i], state[i], times[i, 0] = True, prior, UNDECIDED, 0.0
 
 
-@njit(cache=True)
+@kernel
 def _predicted(i, now, occupied, times, counts, last, prior):
     """P(occupied now) of cell `i`: the chain has run since it was seen."""
     changes, free_for, occupied_for = prior
@@ -149,7 +149,7 @@ def _predicted(i, now, occupied, times, counts, last, prior):
     return stationary + np.exp(-(closing + opening) * gone) * (h - stationary)
 
 
-@njit(cache=True)
+@kernel
 def _entropy(cells, now, occupied, times, counts, last, prior):
     """Bits of all cells together."""
     bits = 0.0
@@ -160,7 +160,7 @@ def _entropy(cells, now, occupied, times, counts, last, prior):
     return bits
 
 
-@njit(cache=True)
+@kernel
 def _freshness(now, echoed, times, counts, last):
     total, words = 0.0, echoed.view(np.uint64)
     for word in range(len(words)):
@@ -173,7 +173,7 @@ def _freshness(now, echoed, times, counts, last):
     return total
 
 
-@njit(cache=True)
+@kernel
 def _occupied(
     points, index, origin, scale, now, occupied, observed, times, counts, last, prior
 ):  # fmt: skip

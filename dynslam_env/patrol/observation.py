@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from numba import njit
 
 from dynslam_env.patrol.memory import CELL, DynamicMap
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 
@@ -83,7 +83,7 @@ def observe(
     }
 
 
-@njit(cache=True)
+@kernel
 def _nearest(ranges, shortest, longest, sectors):
     found = np.ones(sectors, np.float32)
     for k in range(len(ranges)):
@@ -93,7 +93,7 @@ def _nearest(ranges, shortest, longest, sectors):
     return found
 
 
-@njit(cache=True)
+@kernel
 def _draw(
     pose, index, origin, scale, now, occupied, observed, times, counts, last, prior, image
 ):  # fmt: skip

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from slam.geometry import Array
+from slam.kernel import kernel
 from slam.validation import within
 
 Rows = NDArray[np.int64]
@@ -83,7 +83,7 @@ class Slips:
         self._drawn[i], self._taken[i] = self._rngs[i].standard_normal((BLOCK, 3)), 0
 
 
-@njit(cache=True)
+@kernel
 def _take(which, drawn, taken, noise):
     """Whether any robot took its last drawn numbers."""
     used_up = False
@@ -95,7 +95,7 @@ def _take(which, drawn, taken, noise):
     return used_up
 
 
-@njit(cache=True)
+@kernel
 def _read(which, before, after, noise, bias, alphas, motions, observed):
     """Turn, drive, turn; backwards, it is turned by 180 degrees from the course."""
     a1, a2, a3, a4 = alphas

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from slam.kernel import kernel
 
 LANES = 16  # beams tried at once
 NEAR = 1e-3  # rad
@@ -14,7 +15,7 @@ EDGE_ON = 1e-9  # m: a segment whose line passes the sensor so near is a point t
 FLAT = 1.2e-3  # 1/m: nearer than FLAT * max_range^2, a line is met at angles that need care
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def look(pose, settings, fan, segments, first_edge, row, noise, lost, ranges, observed, hits):
     """Cast from a robot's pose (3,), add noise, and write what is then measured.
 
@@ -40,7 +41,7 @@ def look(pose, settings, fan, segments, first_edge, row, noise, lost, ranges, ob
             ranges[b] = observed[b] = r
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
     """Ranges from a sensor at (x, y, theta) along a fan of beams, m; inf for none.
 
@@ -108,7 +109,7 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
             ranges[b] = lines[i, 2] / (lines[i, 0] * fan[0, b] + lines[i, 1] * fan[1, b])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _angle(x, y):
     """atan2(y, x) within 2e-5 rad (Abramowitz and Stegun 1964, 4.4.49)."""
     u, v = abs(x), abs(y)
@@ -120,7 +121,7 @@ def _angle(x, y):
     return -a if y < 0 else a
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _nearer(px, py, qx, qy, mx, my, dx, dy, nearest, winner, i, low, high):
     """Put segment number `i` in wherever its inverse range is larger than the `nearest` so far.
 

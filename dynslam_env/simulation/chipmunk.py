@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 import pymunk
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
+
+from slam.kernel import kernel
 
 ROW = 6  # numbers that tell of a body
 
@@ -58,7 +60,7 @@ class States:
         _advance(self._addresses, self._written, steps, dt)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _advance(addresses, written, steps, dt):
     step, each_body, read, space, batch = addresses
     for _ in range(steps):

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from dynslam_env.simulation.laws import Coupled, Fixed, Law, Uniform
 from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
+from slam.kernel import kernel
 from slam.validation import instance, positive, within
 
 BRAKING = 0.75  # share of the torque that slows a leaf down; the rest is kept back
@@ -100,7 +100,7 @@ class Motors:
                       self.openings)  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _drive(leaves, dt, targets, speed, braking, closed, swing, rates, changed, openings):
     """Fast, then braking to stand still: no faster than what the rest of the way allows."""
     count = 0

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array
+from slam.kernel import kernel
 
 
 class Polygons:
@@ -48,7 +48,7 @@ def _counter_clockwise(shape: Array) -> Array:
     return shape if twice_area > 0 else np.concatenate([shape[1::-1], shape[:1:-1]])
 
 
-@njit(cache=True)
+@kernel
 def _outline(bodies, first, corners, edges):
     for i in range(len(bodies)):
         start, stop = first[i], first[i + 1]

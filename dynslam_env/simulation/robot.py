@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from slam.kernel import kernel
 from slam.validation import positive
 
 Rows = NDArray[np.int64]
@@ -91,14 +91,14 @@ class DifferentialDrive:
                 self.poses, self.velocities, self.observed)  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _feasible(v, omega, max_speed, wheel_base):
     wheel = abs(v) + abs(omega) * wheel_base / 2
     slower = min(1.0, max_speed / wheel) if wheel > 0 else 1.0
     return v * slower, omega * slower
 
 
-@njit(cache=True)
+@kernel
 def _command(which, actions, scale, settings, poses, velocities, wheels, chords):
     wheel_base, most_v, most_omega, dt, delay = settings
     for i in which:
@@ -126,7 +126,7 @@ def _command(which, actions, scale, settings, poses, velocities, wheels, chords)
     return -1
 
 
-@njit(cache=True)
+@kernel
 def _settle(which, bodies, chords, scale, poses, velocities, observed):
     for i in which:
         angle = bodies[i, 2]

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dynslam_env.worlds.layout import Layout
 from slam.errors import InputError
 from slam.geometry import Array
+from slam.kernel import kernel
 from slam.validation import instance, number, one_of, positive
 
 Rows = NDArray[np.int64]
@@ -91,7 +91,7 @@ class TaskProgress:
                self.terms, self.rewards, self.ends)  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _along(x, y, paths, i, leg):
     """m, from the beginning of a leg to the point of it that is nearest to (x, y)."""
     x1, y1 = paths[i, leg, 0], paths[i, leg, 1]
@@ -103,7 +103,7 @@ def _along(x, y, paths, i, leg):
     return min(max(along, 0.0), length)
 
 
-@njit(cache=True)
+@kernel
 def _pass(i, paths, legs, at, reach):
     """Pass all waypoints that are within reach; whether the robot is there at the last one."""
     while True:
@@ -114,7 +114,7 @@ def _pass(i, paths, legs, at, reach):
         legs[i, 0] = leg + 1
 
 
-@njit(cache=True)
+@kernel
 def _judge(
     which, poses, collided, dt, reach, paths, legs, at, kinds, weights, ends, terms, rewards, over
 ):

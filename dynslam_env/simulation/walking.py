@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from slam.kernel import kernel
 
 REACH = 0.15  # m, so near a waypoint counts as there
 ROOM = 0.25  # m more than side by side: so near counts as there where another stands
@@ -16,7 +17,7 @@ LOOK = 0.5  # m, so far ahead on the line between waypoints people aim
 SHARP = 0.3  # share of the speed in sharp bends
 
 
-@njit(cache=True)
+@kernel
 def steer(
     time, dt, bodies, robot, opened, routes, lengths, gates, state, clock, settings, ways, out
 ):
@@ -56,13 +57,13 @@ def steer(
     return arrived
 
 
-@njit(cache=True)
+@kernel
 def _gate(i, gates, state):
     """The door of the leg that person `i` is on; -1 for none."""
     return gates[i, min(state[i, 0], state[i, 1])]
 
 
-@njit(cache=True)
+@kernel
 def _may_go(i, opened, gates, state):
     """Nothing speaks against beginning the leg: its door is open, and nobody passes through."""
     gate = _gate(i, gates, state)
@@ -74,7 +75,7 @@ def _may_go(i, opened, gates, state):
     return opened[gate]
 
 
-@njit(cache=True)
+@kernel
 def _there(i, radius, bodies, robot, routes, state):
     """Person `i` is where it walks to, or where it is to stand; beside it, if that is taken."""
     goal = state[i, 1] if state[i, 2] else state[i, 0]
@@ -91,7 +92,7 @@ def _there(i, radius, bodies, robot, routes, state):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _other(k, radius, bodies, robot):
     """x, y and radius of person `k`, or of the robot for -1."""
     if k < 0:
@@ -99,7 +100,7 @@ def _other(k, radius, bodies, robot):
     return bodies[k, 0], bodies[k, 1], radius
 
 
-@njit(cache=True)
+@kernel
 def _arrive(i, lengths, gates, state, clock):
     """Person `i` has come to a waypoint: goes on, waits at a door, or rests at the end (then 1)."""
     at, to = state[i, 1], 2 * state[i, 1] - state[i, 0]
@@ -113,7 +114,7 @@ def _arrive(i, lengths, gates, state, clock):
     return 1 if end else 0
 
 
-@njit(cache=True)
+@kernel
 def _share_at_end(i, opened, routes, lengths, gates, state):
     """Share of the speed at which the leg may end: none where it has to stand, less in a bend."""
     at, to = state[i, 0], state[i, 1]
@@ -128,7 +129,7 @@ def _share_at_end(i, opened, routes, lengths, gates, state):
     return max((ax * bx + ay * by) / (math.hypot(ax, ay) * math.hypot(bx, by)), SHARP)
 
 
-@njit(cache=True)
+@kernel
 def _aim(i, bodies, routes, state, ways):
     """Walk back to the line between the waypoints, and along it; m that are left to go."""
     ax, ay = routes[i, state[i, 0]]
@@ -140,14 +141,14 @@ def _aim(i, bodies, routes, state, ways):
     return _towards(i, ax + along * dx, ay + along * dy, bx, by, bodies, ways)
 
 
-@njit(cache=True)
+@kernel
 def _back(i, bodies, routes, state, ways):
     """To the waypoint where person `i` is to stand; m to go."""
     x, y = routes[i, state[i, 0]]
     return _towards(i, x, y, x, y, bodies, ways)
 
 
-@njit(cache=True)
+@kernel
 def _towards(i, x, y, goal_x, goal_y, bodies, ways):
     dx, dy = x - bodies[i, 0], y - bodies[i, 1]
     far = math.hypot(dx, dy)
@@ -156,7 +157,7 @@ def _towards(i, x, y, goal_x, goal_y, bodies, ways):
     return math.hypot(goal_x - bodies[i, 0], goal_y - bodies[i, 1])
 
 
-@njit(cache=True)
+@kernel
 def _go(i, v, radius, bodies, robot, ways, out):
     """At `v` m/s on one's way, slower and aside of the nearest that is in it."""
     ux, uy = ways[i]
@@ -176,7 +177,7 @@ def _go(i, v, radius, bodies, robot, ways, out):
     out[i, 1] = v * ((1.0 - nearest) * uy - 0.5 * nearest * side * ux)
 
 
-@njit(cache=True)
+@kernel
 def _step_aside(i, speed, radius, bodies, ways, out):
     """Who stands in the way of another steps out of it; whether somebody comes."""
     for k in range(len(bodies)):
@@ -191,7 +192,7 @@ def _step_aside(i, speed, radius, bodies, ways, out):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _lose_patience(i, dt, speed, patience, bodies, ways, state, clock):
     """Who cannot go on for long turns around."""
     along = bodies[i, 3] * ways[i, 0] + bodies[i, 4] * ways[i, 1]

@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
+from slam.kernel import kernel
 
 ARC_STEPS = 6  # edges for the quarter circle of a leaf's free edge
 
@@ -62,7 +62,7 @@ def legs(points: Array) -> Array:
     return np.hstack([points[:-1], points[1:]])
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def gap(these, those):
     """The least distance between a segment of `these` (n, 4) and one of `those` (m, 4), m."""
     least = math.inf
@@ -72,7 +72,7 @@ def gap(these, those):
     return math.sqrt(least)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def any_crossing(these, those):
     """A segment of `these` (n, 4) crosses one of `those` (m, 4)."""
     crosses = False
@@ -82,7 +82,7 @@ def any_crossing(these, those):
     return crosses
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def inside(outline, x, y):
     """The point is inside the outline: a ray to the right leaves it an odd number of times."""
     odd = False
@@ -93,7 +93,7 @@ def inside(outline, x, y):
     return odd
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def any_inside(outline, legs):
     """The first point of any leg is inside the outline."""
     found = False
@@ -102,7 +102,7 @@ def any_inside(outline, legs):
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _gap2(a, b):
     if _cross(a, b):
         return 0.0
@@ -112,19 +112,19 @@ def _gap2(a, b):
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _cross(a, b):
     return _side(a, b[0], b[1]) * _side(a, b[2], b[3]) < 0.0 and (
         _side(b, a[0], a[1]) * _side(b, a[2], a[3]) < 0.0
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _side(s, x, y):
     return (s[2] - s[0]) * (y - s[1]) - (s[3] - s[1]) * (x - s[0])
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _point2(x, y, s):
     dx, dy = s[2] - s[0], s[3] - s[1]
     length2 = dx * dx + dy * dy

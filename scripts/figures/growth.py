@@ -37,7 +37,7 @@ def write_growth(
 ) -> None:
     """Write the film as `path` (.gif or .mp4): a frame a stage, each as believed at its time.
 
-    stages  of a run on `episode`, such as `SnapshotRecorder` keeps; all fit the view of the last one
+    stages  of a run on `episode`, as `SnapshotRecorder` keeps them; all fit the view of the last
     title   what the strip above begins with
     fps     frames a second
     width   of the picture, pixels

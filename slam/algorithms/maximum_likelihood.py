@@ -29,7 +29,7 @@ EXACT = np.zeros((3, 3))  # the covariance of what is given
 class MaximumLikelihood:
     """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (eq. 5 and 7).
 
-    Static and dynamic SLAM differ by one object: `map_model`, the memory of what the cells have been.
+    Static and dynamic SLAM differ by one object, `map_model`: what it keeps of a cell's past.
     Scans go into the map at `keyframes`; those between them, at `matches`, are matched from the
     last keyframe on and leave no trace, since whatever enters the map brings its error with it.
 

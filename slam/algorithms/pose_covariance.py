@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
 
@@ -38,7 +38,7 @@ class MapUncertainty:
                           self._drawn.values, self._settled)  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn, settled):
     c, s, scale = np.cos(theta), np.sin(theta), 1.0 / resolution
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
@@ -59,7 +59,7 @@ def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn
     return result
 
 
-@njit(cache=True)
+@kernel
 def _turned(covariance, x, y):
     """The covariance of a pose that lies (x, y) from the one that is given, rigidly."""
     J = np.eye(3)
@@ -67,13 +67,13 @@ def _turned(covariance, x, y):
     return J @ covariance @ J.T
 
 
-@njit(cache=True)
+@kernel
 def moved(covariance, x, y, odometry):
     """The covariance after a displacement (x, y), world, whose own error has that of `odometry`."""
     return _turned(covariance, x, y) + odometry
 
 
-@njit(cache=True)
+@kernel
 def fused(predicted, ground, information):
     """The covariance after a match with `information` about the pose within the map.
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import heapq
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array
 from slam.graph.edges import Edges
+from slam.kernel import kernel
 
 LEVER = 5.0  # m: what an error of the heading is worth beside one of the place
 LEAST = np.array([1e-4, 1e-4, 1e-2])  # 1/m^2, 1/rad^2: what is not known is not off without end
@@ -26,7 +26,7 @@ def chained(n: int, edges: Edges, trust: Array, origin: int) -> Array:
     return _spread(begins, ways, edges.ends, edges.measured, edges.information, origin)
 
 
-@njit(cache=True)
+@kernel
 def _star(n, ends, links):
     """The edges at each pose: `ways[begins[k] : begins[k + 1]]`, those numbered in `links`."""
     begins = np.zeros(n + 2, np.int64)
@@ -43,7 +43,7 @@ def _star(n, ends, links):
     return begins[:-1], ways
 
 
-@njit(cache=True)
+@kernel
 def _spread(begins, ways, ends, measured, information, origin):
     """Dijkstra's algorithm, the length of a way being the error at its end."""
     n = len(begins) - 1
@@ -69,7 +69,7 @@ def _spread(begins, ways, ends, measured, information, origin):
     return result
 
 
-@njit(cache=True)
+@kernel
 def _carried(P, move, C, forth):
     """The covariance at the other end of an edge, whose own is C in its second's frame."""
     c, s = np.cos(move[2]), np.sin(move[2])
@@ -79,7 +79,7 @@ def _carried(P, move, C, forth):
     return _congruent(c, -s, y, -x, P + C)
 
 
-@njit(cache=True)
+@kernel
 def _congruent(c, s, u, v, P):
     """J P J' with J = [[c, s, u], [-s, c, v], [0, 0, 1]]."""
     half, result = np.empty((3, 3)), np.empty((3, 3))
@@ -94,7 +94,7 @@ def _congruent(c, s, u, v, P):
     return result
 
 
-@njit(cache=True)
+@kernel
 def _inverse(information):
     """Of a symmetric (3, 3) matrix that LEAST is added to, by Cramer's rule."""
     a, b, c = (

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import TILE
 from slam.sensor_models.endpoint import Endpoint
 
@@ -51,7 +51,7 @@ class GlobalSearch:
         return Pose2(x, y, math.remainder(turns[turn], math.tau))
 
 
-@njit(cache=True)
+@kernel
 def _coarse(index, field, pad, unknown):
     """The field in cells CELL times as wide, each the maximum of what it holds; unknown all around,
     `pad` cells wide."""
@@ -74,7 +74,7 @@ def _coarse(index, field, pad, unknown):
     return result
 
 
-@njit(cache=True)
+@kernel
 def _maxima(field, levels, unknown):
     """(levels, rows, cols) the maximum over 1 << level cells from each cell on, up and right."""
     rows, cols = field.shape
@@ -95,13 +95,13 @@ def _maxima(field, levels, unknown):
     return result
 
 
-@njit(cache=True)
+@kernel
 def _larger(a, b, result):
     for k in range(len(result)):
         result[k] = a[k] if a[k] > b[k] else b[k]
 
 
-@njit(cache=True)
+@kernel
 def _search(maxima, points, turns, middle, window, unknown):
     """Turn, row and column of the best candidate; depth first, the best node first."""
     levels, n = len(maxima), len(points)
@@ -158,7 +158,7 @@ def _search(maxima, points, turns, middle, window, unknown):
     return place[0], place[1], place[2]
 
 
-@njit(cache=True)
+@kernel
 def _sum(maxima, rows, cols, i, j, unknown):
     high, wide = maxima.shape
     total = np.float32(0.0)

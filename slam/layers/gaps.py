@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import binary_dilation, maximum_filter
 
 from slam.geometry import Array
 from slam.grid import GridSpec
+from slam.kernel import kernel
 from slam.layers.kinds import FREE, STATIC, UNKNOWN
 
 NARROWEST, WIDEST = 0.55, 1.4  # m, of a door
@@ -34,7 +34,7 @@ def find_gaps(kind: np.ndarray, leaf: np.ndarray, spec: GridSpec) -> list[Array]
     return [spec.centres(ends.astype(np.int64)) for ends in best.reshape(-1, 2, 2)]
 
 
-@njit(cache=True)
+@kernel
 def _apart(gaps):
     """The first of gaps (n, 4), and of the others those whose middle lies farther from that of any
     before than the halves of both are long."""
@@ -52,7 +52,7 @@ def _apart(gaps):
     return kept[:n]
 
 
-@njit(cache=True)
+@kernel
 def _gaps(anchors, kind, value, limits):
     """(n, 5) rows and columns of both ends of each gap, the first an anchor, and how well it is
     filled, s."""
@@ -74,7 +74,7 @@ def _gaps(anchors, kind, value, limits):
     return found[:n]
 
 
-@njit(cache=True)
+@kernel
 def _filled(row, col, to_row, to_col, kind, value, clear, shortest):
     """The sum of the values between two cells, less what speaks against a gap; 0 where something
     always stands between or too little changes."""

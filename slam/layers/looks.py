@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array
 from slam.grid import GridSpec
+from slam.kernel import kernel
 from slam.layers.surface import SurfaceCells, beams
 from slam.maps.rays import Rays
 from slam.scan import Scan
@@ -95,7 +95,7 @@ def look(
     return looks, passed
 
 
-@njit(cache=True)
+@kernel
 def _hit(ends, hit, x, y, scale, moment, number, looks):
     """Cells with an echo in them or beside are occupied; those near it are not spoken of."""
     scan = moment[0]
@@ -120,7 +120,7 @@ def _hit(ends, hit, x, y, scale, moment, number, looks):
                     looks.scan[i] = scan
 
 
-@njit(cache=True)
+@kernel
 def _pass(sensor, ends, hit, x, y, scale, moment, surface, looks, passed):
     """Follow every beam; cells of the surface that it went through are free."""
     x0, y0 = (sensor[0] - x) * scale, (sensor[1] - y) * scale
@@ -165,7 +165,7 @@ def _pass(sensor, ends, hit, x, y, scale, moment, surface, looks, passed):
                 to_col += more_col
 
 
-@njit(cache=True)
+@kernel
 def _see(i, occupied, moment, looks):
     """One look at cell `i`: add to the belief, and to the time in the state that it was in."""
     scan, now, usual = moment

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
+from slam.kernel import kernel
 from slam.maps.rays import Rays
 from slam.scan import Scan
 
@@ -81,14 +81,14 @@ def find_surface(scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec
     return SurfaceCells(number, cells, echoes, places, normals, spread * spec.resolution)
 
 
-@njit(cache=True)
+@kernel
 def _touch(ends, hit, x, y, scale, number):
     for k in range(len(ends)):
         if hit[k]:
             number[int((ends[k, 1] - y) * scale), int((ends[k, 0] - x) * scale)] = 0
 
 
-@njit(cache=True)
+@kernel
 def _gather(ends, hit, x, y, scale, number, echoes, moments):
     """Sums of u, v, uu, uv, vv over the echoes of each cell, in cells from its corner."""
     for k in range(len(ends)):
@@ -104,7 +104,7 @@ def _gather(ends, hit, x, y, scale, number, echoes, moments):
             moments[i, 4] += v * v
 
 
-@njit(cache=True)
+@kernel
 def _fit(number, cells, echoes, moments):
     """(n, 2) mean places, from the grid's corner, (n, 2) normals, (n,) spread across; in cells."""
     places, normals = np.empty((len(cells), 2)), np.zeros((len(cells), 2))

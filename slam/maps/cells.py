@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
+from slam.kernel import kernel
 from slam.maps.centroids import Centroids
 from slam.maps.rays import MARGIN, Rays, Seen, Tracer
 from slam.maps.tiles import Tiles
@@ -53,7 +53,7 @@ class Cells:
         return OccupancyGrid(tiles.spec, tiles.dense(self.occupied), tiles.dense(self.observed))
 
 
-@njit(cache=True)
+@kernel
 def _echoes(cells, hit, count):
     """(n,) bool, cells in which an echo is or was."""
     echoes = np.empty(len(cells), np.bool_)
@@ -62,7 +62,7 @@ def _echoes(cells, hit, count):
     return echoes
 
 
-@njit(cache=True)
+@kernel
 def _mark(cells, observed):
     for k in range(len(cells)):
         observed[np.uint64(cells[k])] = True

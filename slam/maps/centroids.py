@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array
 from slam.grid import TILE
+from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, Tiles
 
 UNIT = 1 / 65536  # of a cell: what offsets are counted in
@@ -38,7 +38,7 @@ class Centroids:
         return offset, self.tiles.dense(self.count)
 
 
-@njit(cache=True)
+@kernel
 def _add(echoes, left, low, scale, index, offset, count):
     """Running means; where an echo lies, in units of cells, is rounded as `rays` does."""
     for k in range(len(echoes)):

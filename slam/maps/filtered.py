@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
+from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence, probability
 from slam.maps.rays import Rays
@@ -76,7 +76,7 @@ class Filtered:
         return OccupancyGrid(tiles.spec, probability(tiles.dense(self.moving)), observed)
 
 
-@njit(cache=True)
+@kernel
 def _observe(cells, hit, log_odds, moving, occupied, hit_evidence, free_evidence, free, limit):
     for k in range(len(cells)):
         i = cells[k]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import AREA, Tiles
 from slam.maps.windowed import Windowed, bin_of
 from slam.scan import Scan
@@ -62,7 +62,7 @@ class Histogram(Windowed):
         return counts
 
 
-@njit(cache=True)
+@kernel
 def _observe(cells, hit, now, window, log_odds, counts, occupied, limits, evidence, belief):
     """Close the windows of cells last seen in an earlier one, add the evidence, and give h.
 
@@ -96,7 +96,7 @@ def _observe(cells, hit, now, window, log_odds, counts, occupied, limits, eviden
     return changed[:n]
 
 
-@njit(cache=True)
+@kernel
 def _count(counts, i, b):
     """One window more; where a bin is full, all that was counted so far counts half."""
     if counts[i, b] == MOST:

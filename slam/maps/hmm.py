@@ -6,10 +6,10 @@ Meyer-Delius, Beinhofer and Burgard 2012; the rates from counted changes, Saarin
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
+from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays, Seen
@@ -126,7 +126,7 @@ class HMM:
         return closing, opening
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _observe(
     cells, hit, now, times, counts, state, last, occupied, hit_ratio, free_ratio, changes,
     free_for, occupied_for,
@@ -151,7 +151,7 @@ def _observe(
                 _count(times, counts, i, state[i] - FREE)
 
 
-@njit(cache=True)
+@kernel
 def _count(times, counts, i, to):
     """One change more; where they are full, all that was learned so far counts half."""
     if counts[i, to] == MOST:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import Tiles
 from slam.maps.windowed import Windowed, bin_of
 from slam.scan import Scan
@@ -66,7 +66,7 @@ class Hybrid(Windowed):
         return seen.cells
 
 
-@njit(cache=True)
+@kernel
 def _observe(
     cells, hit, now, log_odds, current, window, closed, risen, total, occupied, limits,
     hit_evidence, free_evidence, start, weight, prior,
@@ -89,7 +89,7 @@ def _observe(
         occupied[i] = h
 
 
-@njit(cache=True)
+@kernel
 def _close(closed, risen, total, i, log_odds, b):
     """One window more; where they are full, all that was counted so far counts half."""
     if closed[i] == MOST:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import Tiles
 from slam.maps.windowed import Windowed, bin_of
 from slam.scan import Scan
@@ -55,7 +55,7 @@ class Mean(Windowed):
         )
 
 
-@njit(cache=True)
+@kernel
 def _observe(cells, hit, now, window, log_odds, closed, total, occupied, limits, evidence, belief):
     """Close the windows of cells last seen in another one, add the evidence, and give h.
 
@@ -83,7 +83,7 @@ def _observe(cells, hit, now, window, log_odds, closed, total, occupied, limits,
     return changed[:n]
 
 
-@njit(cache=True)
+@kernel
 def _close(closed, total, i, b):
     """One window more; where they are full, all that was counted so far counts half."""
     if closed[i] == MOST:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, Tiles, slot_to_take
 from slam.scan import Scan
 from slam.validation import positive, within
@@ -100,7 +100,7 @@ class Tracer:
         return Seen(cells, flags, echoes)
 
 
-@njit(cache=True)
+@kernel
 def _ends(ranges, directions, hit, no_echo, reach, clear, mount_x, mount_y, x, y, theta):
     c, s = np.cos(theta), np.sin(theta)
     x, y = x + c * mount_x - s * mount_y, y + s * mount_x + c * mount_y
@@ -116,7 +116,7 @@ def _ends(ranges, directions, hit, no_echo, reach, clear, mount_x, mount_y, x, y
     return np.array([x, y]), ends[:n], hits[:n]
 
 
-@njit(cache=True)
+@kernel
 def _box(sensor, ends):
     """Left, low, right and high border of a sensor and the ends of its beams."""
     left, low = sensor[0], sensor[1]
@@ -127,7 +127,7 @@ def _box(sensor, ends):
     return left, low, right, high
 
 
-@njit(cache=True)
+@kernel
 def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, used):
     """Follow every beam, in units of cells from the corner of a window, whose marks are left blank.
 
@@ -171,7 +171,7 @@ def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, use
     return cells[:n], flags[:n], echoes, taken
 
 
-@njit(cache=True)
+@kernel
 def _take_around(cells, hit, row, col, index, free, used, taken):
     """Take the tile that the cells lie in, and all within MARGIN of the hits; gives how many slots
     were taken by now. Cells become ids.
@@ -193,7 +193,7 @@ def _take_around(cells, hit, row, col, index, free, used, taken):
     return taken
 
 
-@njit(cache=True)
+@kernel
 def _follow(marks, bits, x0, y0, x1, y1):
     """Mark the cells of one beam: along the axis that it mostly runs along, in every line of cells
     the one where it comes in and the one where it goes out."""
@@ -205,7 +205,7 @@ def _follow(marks, bits, x0, y0, x1, y1):
     marks[np.uint64(int(y1)) * row + np.uint64(int(x1))] = FREE
 
 
-@njit(cache=True)
+@kernel
 def _walk(marks, along, across, u0, v0, u1, v1):
     """From (u0, v0) to (u1, v1), which is at most as far in v as in u; `along` and `across` are how
     far apart the marks of neighbours in u and in v lie."""

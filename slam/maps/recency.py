@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Pose2
+from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
@@ -77,7 +77,7 @@ class Recency:
         return seen.cells
 
 
-@njit(cache=True)
+@kernel
 def _observe(
     cells, hit, now, rates, log_odds, last, occupied, hit_evidence, free_evidence, prior
 ):  # fmt: skip

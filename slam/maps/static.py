@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.errors import InputError
 from slam.geometry import Pose2
+from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
@@ -50,7 +50,7 @@ class Static:
         return seen.cells
 
 
-@njit(cache=True)
+@kernel
 def _add(cells, hit, log_odds, occupied, hit_evidence, free_evidence, limit):
     one = np.float32(1.0)
     for k in range(len(cells)):

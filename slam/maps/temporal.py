@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
+from slam.kernel import kernel
 from slam.maps.log_odds import probability
 from slam.maps.tiles import AREA, GROWTH, Layer, Tiles
 from slam.maps.windowed import Windowed, bin_of
@@ -116,7 +116,7 @@ def _larger(array: np.ndarray, used: int, room: int) -> np.ndarray:
     return result
 
 
-@njit(cache=True)
+@kernel
 def _observe(
     cells, hit, now, last, closed, total, occupied, previous, window, log_odds, stored, limits,
     hit_evidence, free_evidence, start, weight, prior,
@@ -142,7 +142,7 @@ def _observe(
     return stored
 
 
-@njit(cache=True)
+@kernel
 def _look_up(asked, last, previous, window, log_odds, result, observed):
     """The log-odds of all cells in one window; of a window opened twice, the later one's."""
     for i in range(len(last)):

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import DTypeLike
 
 from slam.errors import InputError
 from slam.grid import TILE, GridSpec
+from slam.kernel import kernel
 
 SHIFT = 6  # 1 << SHIFT cells are a tile's side
 MASK = TILE - 1
@@ -256,13 +256,13 @@ class Tiles:
         return np.moveaxis(tiles, 2, 1).reshape(rows * TILE, cols * TILE, *tiles.shape[4:])
 
 
-@njit(cache=True)
+@kernel
 def slot_to_take(free, used, n):
     """The slot to take after `n` others: the free ones first, then new ones."""
     return free[n] if n < len(free) else used + n - len(free)
 
 
-@njit(cache=True)
+@kernel
 def _new(index, references):
     """The slots in `index` that no map has yet, and their tiles' (n, 2) rows and columns there."""
     slots, places, n = np.empty(index.size, np.int64), np.empty((index.size, 2), np.int64), 0
@@ -274,7 +274,7 @@ def _new(index, references):
     return slots[:n], places[:n]
 
 
-@njit(cache=True)
+@kernel
 def _own(cells, wide, margin, references, places, corner, index, free):
     """Enter new slots for shared ones; gives the (n,) old ones and the new ones."""
     old, new, n = np.empty(index.size, np.int64), np.empty(index.size, np.int64), 0

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.special import logit
 
 from slam.geometry import Array
+from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
 from slam.maps.rays import Rays
@@ -20,7 +20,7 @@ def bin_limits(bins: int) -> Array:
     return logit(np.arange(1, bins) / bins)
 
 
-@njit(cache=True)
+@kernel
 def bin_of(log_odds, limits):
     """The bin that log-odds fall into: few comparisons, since most of what is seen is free."""
     b = 0

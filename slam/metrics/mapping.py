@@ -11,11 +11,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.spatial import KDTree
 
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
+from slam.kernel import kernel
 from slam.metrics.flat import Number, flat
 from slam.metrics.surface import TrueSurface
 
@@ -100,7 +100,7 @@ def _f1(to_truth: Array, to_map: Array, tolerance: float) -> tuple[float, float,
     return precision, recall, 2 * precision * recall / both if both else 0.0
 
 
-@njit(cache=True)
+@kernel
 def _distances(points, segments):
     result = np.empty(len(points))
     for i in range(len(points)):

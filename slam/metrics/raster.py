@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array
 from slam.grid import GridSpec
+from slam.kernel import kernel
 
 TOUCH = 1e-6  # cells: a wall on the border between two cells touches both
 
@@ -24,7 +24,7 @@ def times_touched(segments: Array, spec: GridSpec) -> np.ndarray:
     return count
 
 
-@njit(cache=True)
+@kernel
 def _count(segments, resolution, row0, col0, last, count):
     """Add to `count` the moments at which a cell is touched; `last` is the last one counted."""
     for moment in range(segments.shape[0]):
@@ -36,7 +36,7 @@ def _count(segments, resolution, row0, col0, last, count):
             _touch(x1, y1, x2, y2, moment, last, count)
 
 
-@njit(cache=True)
+@kernel
 def _touch(x1, y1, x2, y2, moment, last, count):
     """Row by row: the stretch of the segment within a row covers a run of columns."""
     rows, cols = count.shape
@@ -55,7 +55,7 @@ def _touch(x1, y1, x2, y2, moment, last, count):
                 count[row, col] += 1
 
 
-@njit(cache=True)
+@kernel
 def _within(v1, v2, low, high):
     """The part [a, b] of [0, 1] in which v1 + t (v2 - v1) lies within [low, high]; a > b: none."""
     d = v2 - v1

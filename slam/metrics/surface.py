@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from slam.episode import Truth
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import GridSpec
+from slam.kernel import kernel
 from slam.scan import Scan
 
 MARGIN = 2.0  # m around the walls in which doors may swing
@@ -76,7 +76,7 @@ def sampled(segments: Array, spacing: float) -> Array:
     return segments[owner, :2] + t[:, None] * (segments[owner, 2:] - segments[owner, :2])
 
 
-@njit(cache=True)
+@kernel
 def _mark(cells, seen):
     """Set the cells (n, 2) and their eight neighbours."""
     rows, cols = seen.shape

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.validation import positive, within
 
 
@@ -107,7 +107,7 @@ class Prediction:
         return _slope(*pose, self._centre, self._moved, self.deviations)
 
 
-@njit(cache=True)
+@kernel
 def _erring(errors, centre, moved):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     poses = np.empty_like(errors)
@@ -121,7 +121,7 @@ def _erring(errors, centre, moved):
     return poses
 
 
-@njit(cache=True)
+@kernel
 def _error(pose, centre, moved):
     """The error (x, y, theta) that leads to a pose: the inverse of `_erring`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
@@ -133,7 +133,7 @@ def _error(pose, centre, moved):
     return x, y, theta
 
 
-@njit(cache=True)
+@kernel
 def _log_density(poses, centre, moved, deviations):
     result = np.empty(len(poses))
     for n in range(len(poses)):
@@ -143,7 +143,7 @@ def _log_density(poses, centre, moved, deviations):
     return result
 
 
-@njit(cache=True)
+@kernel
 def _covariance(centre, moved, deviations):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y = -0.5 * moved[1], 0.5 * moved[0]  # by an error of the heading
@@ -151,7 +151,7 @@ def _covariance(centre, moved, deviations):
     return (J * (deviations * deviations)) @ J.T
 
 
-@njit(cache=True)
+@kernel
 def _slope(x, y, theta, centre, moved, deviations):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y, theta = _error((x, y, theta), centre, moved)

@@ -54,7 +54,7 @@ class LearnedOdometry:
         return deviations
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
-        """The odometry said `displacement`; a match then found `found`, as sure as (3, 3) `covariance`.
+        """The odometry said `displacement`, a match then found `found` with (3, 3) `covariance`.
 
         What was found is a mean of what the scan says and of what was predicted. The prediction is
         taken out of it again: where a scan said nothing, nothing is learned.

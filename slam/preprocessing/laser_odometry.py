@@ -56,7 +56,7 @@ class LaserOdometry:
     def __init__(self, motion: ConstantVelocity = ConstantVelocity()):
         self.motion = motion
         self.pose = Pose2()
-        self._map, self._perception, self._search = Recency(), Endpoint(), Correlative()
+        self._map, self._sensor_model, self._search = Recency(), Endpoint(), Correlative()
         self._rng = np.random.default_rng(0)  # the search draws none
         self._past: deque[tuple[float, Pose2]] = deque()
         self._keyframe, self._keyframe_time = Pose2(), -math.inf
@@ -69,11 +69,11 @@ class LaserOdometry:
             step = Pose2(*(value * seconds for value in step))
             deviations = self.motion.deviations(min(seconds, WIDEST))
             prediction = Prediction(self.pose, step, deviations)
-            self.pose = self._search(Posterior(self._perception, scan, prediction), self._rng)
+            self.pose = self._search(Posterior(self._sensor_model, scan, prediction), self._rng)
         self._past.append((scan.time, self.pose))
         since = self._keyframe.between(self.pose)
         if KEYFRAMES.due(since, scan.time - self._keyframe_time):
-            self._perception.refresh(self._map, self._map.integrate(scan, self.pose))
+            self._sensor_model.refresh(self._map, self._map.integrate(scan, self.pose))
             self._keyframe, self._keyframe_time = self.pose, scan.time
         return self.pose
 

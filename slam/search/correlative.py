@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.interface import Posterior
+from slam.kernel import kernel
 from slam.search.gauss_newton import GaussNewton
 from slam.validation import positive
 
@@ -92,7 +92,7 @@ def _ticks(reach: float, step: float) -> Array:
     return np.arange(-n, n + 1, dtype=np.float64) * step
 
 
-@njit(cache=True)
+@kernel
 def _grid(turns, xs, ys):
     """(n, 3) errors of all candidates, in the order of their places: heading outermost."""
     errors = np.empty((len(turns) * len(xs) * len(ys), 3))
@@ -105,7 +105,7 @@ def _grid(turns, xs, ys):
     return errors
 
 
-@njit(cache=True)
+@kernel
 def _nodes(turns, xs, ys, deviations):
     """Squares of SIDE x SIDE candidates of one heading: (n, 3) turn and first x and y of each,
     (n, 3) the errors at their middles, (n,) the largest log prior within."""
@@ -128,7 +128,7 @@ def _nodes(turns, xs, ys, deviations):
     return nodes, centres, priors
 
 
-@njit(cache=True)
+@kernel
 def _children(nodes, turns, xs, ys):
     """(m, 3) errors of all candidates in some nodes, and (m,) their places in the full grid."""
     errors = np.empty((len(nodes) * SIDE * SIDE, 3))

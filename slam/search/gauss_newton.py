@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Pose2
 from slam.interface import Posterior, Slope
+from slam.kernel import kernel
 from slam.validation import positive, whole
 
 DAMPED = 1e-9  # of the curvature's trace
@@ -70,7 +70,7 @@ class GaussNewton:
         return pose, here
 
 
-@njit(cache=True)
+@kernel
 def _step(g, H):
     """-(H - e)^-1 g for H that is nowhere positive, by Cramer's rule; e: so that it can be had."""
     e = DAMPED * (1.0 - H[0, 0] - H[1, 1] - H[2, 2])

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.interface import Posterior
+from slam.kernel import kernel
 from slam.validation import positive
 
 NEIGHBOURS = 6  # to and fro along x, y and theta of the robot's frame
@@ -48,7 +48,7 @@ class HillClimb:
         return poses
 
 
-@njit(cache=True)
+@kernel
 def _around(poses, scale, active, steps):
     """(len(active) * NEIGHBOURS, 3) the neighbours of the active poses, one after the other."""
     around = np.empty((len(active) * NEIGHBOURS, 3))
@@ -72,7 +72,7 @@ def _around(poses, scale, active, steps):
     return around
 
 
-@njit(cache=True)
+@kernel
 def _move(poses, scores, scale, active, around, values):
     """Each active pose to its best neighbour; where none is better, its steps are halved."""
     for n in range(len(active)):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.interface import SensorModel
+from slam.kernel import kernel
 from slam.scan import Scan
 
 STEPS = np.array([0.02, 0.02, 0.01])  # m, m, rad: wider than the kinks of an interpolated field
@@ -37,7 +37,7 @@ def wide_information(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> Arra
     return _information(values, WIDE)
 
 
-@njit(cache=True)
+@kernel
 def _information(values, steps):
     hessian = np.zeros((3, 3))
     for i in range(3):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.interface import MapModel, Slope
+from slam.kernel import kernel
 from slam.maps.tiles import MASK, SHIFT, TILE
 from slam.scan import Scan
 from slam.sensor_models import differences
@@ -148,7 +148,7 @@ class Beam:
         return differences.slope(lambda poses: self.log_likelihood(scan, poses), pose)
 
 
-@njit(cache=True)
+@kernel
 def _take_notice(changed, occupied, offset, count, passing, wall, even, places, corner, index):
     """Bring up to date what beams look at.
 
@@ -183,7 +183,7 @@ def _take_notice(changed, occupied, offset, count, passing, wall, even, places, 
     _turn(changed, passing, wall, occupied, offset, count, places, corner, index)
 
 
-@njit(cache=True)
+@kernel
 def _turn(changed, passing, wall, occupied, offset, count, places, corner, index):
     """Find anew which way the walls run within NEAR of changed cells that gave echoes."""
     most = 0
@@ -207,7 +207,7 @@ def _turn(changed, passing, wall, occupied, offset, count, places, corner, index
         wall[due[k, 0]] = _direction(due[k, 1], due[k, 2], occupied, offset, count, index)
 
 
-@njit(cache=True)
+@kernel
 def _direction(row, col, occupied, offset, count, index):
     """Which way the wall of a cell runs: along the echoes of the cells around."""
     w = sx = sy = sxx = sxy = syy = 0.0
@@ -232,7 +232,7 @@ def _direction(row, col, occupied, offset, count, index):
     return np.int64(np.round(0.5 * np.arctan2(2 * xy, xx - yy) * (ANGLES / np.pi))) % ANGLES
 
 
-@njit(cache=True)
+@kernel
 def _sums(poses, sensor, ends, hit, origin, unit, maps, unknown, model, floor, tops):
     """(n,) sum of log p of the beams as seen from each pose; -inf where it cannot reach `floor`."""
     echoes = hit.sum()
@@ -260,7 +260,7 @@ def _sums(poses, sensor, ends, hit, origin, unit, maps, unknown, model, floor, t
     return result
 
 
-@njit(cache=True)
+@kernel
 def _follow(x0, y0, dx, dy, z, hit, maps, unknown, model):
     """Density of a first hit that gives the range z, and the probability of none up to there.
 
@@ -331,7 +331,7 @@ def _follow(x0, y0, dx, dy, z, hit, maps, unknown, model):
     return density, np.exp(log_s)
 
 
-@njit(cache=True)
+@kernel
 def _meet(mx, my, dx, dy, wall, spread, t, out):
     """Where a beam meets a wall through (mx, my), how sure that is, and the share of it that lies
     between t and out, in the cell."""
@@ -345,7 +345,7 @@ def _meet(mx, my, dx, dy, wall, spread, t, out):
     return r, spread, 1.0 if t <= r <= out else 0.0
 
 
-@njit(cache=True)
+@kernel
 def _fogged(rate, a, b, z, sigma, log_s):
     """Density at z of a first hit between a and b in fog of so many hits per cell."""
     mean = z - rate * sigma * sigma
@@ -353,13 +353,13 @@ def _fogged(rate, a, b, z, sigma, log_s):
     return rate * np.exp(log_s - rate * (z - a) + 0.5 * (rate * sigma) ** 2) * share
 
 
-@njit(cache=True)
+@kernel
 def _below(x):
     """Share of a normal distribution below x."""
     return 0.5 * (1.0 + math.erf(x * 0.7071067811865476))
 
 
-@njit(cache=True)
+@kernel
 def _cell(index, row, col):
     """The id of a cell; -1 outside of the map."""
     r, c = row >> SHIFT, col >> SHIFT

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Tiles
 
 BLOCK = 8  # cells; a block's side
@@ -43,7 +43,7 @@ def all_blocks(tiles: Tiles) -> np.ndarray:
     return np.argwhere(np.kron(tiles.index > 0, np.ones((BLOCKS, BLOCKS), np.bool_)))
 
 
-@njit(cache=True)
+@kernel
 def _places(ids, places, corner):
     """(n, 2) row and column in `Tiles.index`, in blocks."""
     blocks = np.empty((len(ids), 2), np.int64)
@@ -54,7 +54,7 @@ def _places(ids, places, corner):
     return blocks
 
 
-@njit(cache=True)
+@kernel
 def _new(blocks, index, noted):
     """The ids, slot * BLOCKS^2 + place in the tile, of the blocks that are not noted yet."""
     ids, n = np.empty(len(blocks), np.int64), 0
@@ -67,7 +67,7 @@ def _new(blocks, index, noted):
     return ids[:n].copy()
 
 
-@njit(cache=True)
+@kernel
 def cell_at(index, row, col):
     """The id of a cell by its row and column in `Tiles.index`."""
     return index[row >> SHIFT, col >> SHIFT] * AREA + ((row & MASK) << SHIFT) + (col & MASK)

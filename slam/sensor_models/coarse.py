@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array
+from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
 from slam.sensor_models.blocks import BLOCK, BLOCKS, DirtyBlocks, all_blocks, cell_at
 
@@ -63,7 +63,7 @@ class Means:
         return self._levels[level - 1]
 
 
-@njit(cache=True)
+@kernel
 def _pool(blocks, index, field, half, quarter):
     """Means over squares of 2 and of 4 cells of the blocks."""
     for b in range(len(blocks)):
@@ -71,7 +71,7 @@ def _pool(blocks, index, field, half, quarter):
         _pool_block(first, field, half, quarter)
 
 
-@njit(cache=True)
+@kernel
 def _pool_block(first, field, half, quarter):
     slot, row, col = first >> (2 * SHIFT), (first >> SHIFT) & MASK, first & MASK
     for i in range(BLOCK // 4):
@@ -86,7 +86,7 @@ def _pool_block(first, field, half, quarter):
             quarter[slot, (row // 4 + i) * (TILE // 4) + col // 4 + j] = whole / 4
 
 
-@njit(cache=True)
+@kernel
 def _lift(blocks, index, field, peaks, low, scale):
     """Peaks in the blocks, whose field has changed, and as far around as they are looked at."""
     side = BLOCK + 4 * REACH
@@ -114,7 +114,7 @@ def _lift(blocks, index, field, peaks, low, scale):
                     peaks[slot, place] = np.uint8(min(np.ceil((top - low) * scale), 255.0))
 
 
-@njit(cache=True)
+@kernel
 def _bounds(poses, points, index, peaks, origin, resolution, unknown, low, step, reach):
     scale = 1.0 / resolution
     extra = max(int(np.ceil((reach * scale - 1.0) / 2.0)), 0)
@@ -137,7 +137,7 @@ def _bounds(poses, points, index, peaks, origin, resolution, unknown, low, step,
     return result
 
 
-@njit(cache=True)
+@kernel
 def _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step):
     """The largest of the squares up to `extra` squares away."""
     top = -np.inf
@@ -151,7 +151,7 @@ def _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step):
     return top
 
 
-@njit(cache=True)
+@kernel
 def _peak(x, y, index, peaks):
     i, j = np.uint64(np.int64(y)), np.uint64(np.int64(x))
     slot = np.uint64(index[i >> U_SHIFT, j >> U_SHIFT])

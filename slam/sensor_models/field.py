@@ -7,8 +7,8 @@ samples around, smooth once over, so that it has a slope and a curvature everywh
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from slam.kernel import kernel
 from slam.maps.tiles import MASK, SHIFT, TILE
 from slam.sensor_models.blocks import BLOCK, BLOCKS, cell_at
 
@@ -21,7 +21,7 @@ U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # for its sign
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
 
-@njit(cache=True)
+@kernel
 def take_notice(
     changed, occupied, offset, count, level, moved, stale, places, corner, index, reach
 ):
@@ -74,7 +74,7 @@ def take_notice(
     return blocks[:n]
 
 
-@njit(cache=True)
+@kernel
 def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, table):
     """log(z_hit F + z_rand) at the centres of the cells of all blocks.
 
@@ -121,7 +121,7 @@ def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, ta
                 field[first + r * TILE + c] = table[place]
 
 
-@njit(cache=True)
+@kernel
 def values(poses, points, index, field, origin, resolution, unknown, floor, top):
     """(n,) sum of the field at the points as seen from each pose; `unknown` outside of it.
 
@@ -170,13 +170,13 @@ def values(poses, points, index, field, origin, resolution, unknown, floor, top)
     return result
 
 
-@njit(cache=True)
+@kernel
 def _row(index, field, i, j, u0, u1, u2):
     return (u0 * field[cell_at(index, i, j - 1)] + u1 * field[cell_at(index, i, j)]
             + u2 * field[cell_at(index, i, j + 1)])  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def each(pose, points, index, field, origin, resolution, unknown):
     """(points,) the field in the cell that each point lies in, as seen from one pose."""
     scale = 1.0 / resolution
@@ -193,7 +193,7 @@ def each(pose, points, index, field, origin, resolution, unknown):
     return result
 
 
-@njit(cache=True)
+@kernel
 def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, level, beta):
     """Value, gradient (3,) and curvature (3, 3) of the sum of the field of `level` at a pose, times
     `beta`.
@@ -263,7 +263,7 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
     return beta * value, beta * g, beta * H
 
 
-@njit(cache=True)
+@kernel
 def _bent_down(xx, xy, yy):
     """A symmetric matrix of two rows without its positive eigenvalues."""
     mean, apart = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from slam.geometry import Array, Pose2
 from slam.interface import MapModel, Slope
+from slam.kernel import kernel
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 from slam.sensor_models import differences
@@ -67,7 +67,7 @@ class Literal:
         return differences.slope(lambda poses: self.log_likelihood(scan, poses), pose)
 
 
-@njit(cache=True)
+@kernel
 def _sums(poses, sensor, ends, hit, marks, index, occupied, origin, unit, prior, floor):
     """(n,) sum of log h and log(1 - h) over the cells that the scan sees from each pose;
     maybe -inf where it is below `floor`.
@@ -105,7 +105,7 @@ def _sums(poses, sensor, ends, hit, marks, index, occupied, origin, unit, prior,
     return result
 
 
-@njit(cache=True)
+@kernel
 def _follow(x0, y0, x1, y1, marks, mark, row0, col0, index, occupied, prior, product):
     """Cells that a beam crosses and that were not seen yet (Amanatides and Woo 1987).
 
@@ -138,7 +138,7 @@ def _follow(x0, y0, x1, y1, marks, mark, row0, col0, index, occupied, prior, pro
     return product, logs
 
 
-@njit(cache=True)
+@kernel
 def _h(row, col, index, occupied, prior):
     """P(occupied) of a cell, clipped; the prior outside of the map."""
     r, c = row >> SHIFT, col >> SHIFT

@@ -268,7 +268,7 @@ def test_finishing_twice_is_finishing_once() -> None:
 
 
 def test_the_map_is_that_of_all_stretches_where_they_lie_now() -> None:
-    robot = asked((50, 1000), grid=Histogram)
+    robot = asked((50, 1000), map_model=Histogram)
     grid = Histogram()
     for place, frame in zip(robot.places, robot.graph.poses, strict=True):
         for scan, pose in place.keyframes:

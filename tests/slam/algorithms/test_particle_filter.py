@@ -194,7 +194,7 @@ def test_particles_that_explain_less_die_out() -> None:
 
 @cases
 def test_what_is_asked_on_the_way_changes_nothing(case: str) -> None:
-    alone, _ = filtered(case, grid=Histogram())
+    alone, _ = filtered(case, map_model=Histogram())
     episode = room_drive(60)
     robot = ParticleFilter(
         Pose2.of(truth_of(episode)[0]), np.random.default_rng(1), map_model=Histogram(),

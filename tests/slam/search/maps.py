@@ -33,5 +33,5 @@ def view(truth: Pose2):
 
 
 def in_room(reading, truth: Pose2, start: Pose2, displacement: Pose2, deviations) -> Posterior:
-    """A posterior of what is seen from `truth` where the odometry leads to `start @ displacement`."""
+    """A posterior of the view from `truth`; the odometry leads to `start @ displacement`."""
     return Posterior(reading, view(truth), Prediction(start, displacement, deviations))

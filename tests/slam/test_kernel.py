@@ -1,0 +1,91 @@
+"""The cache of compiled kernels notices every edit that changes what a kernel does."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import dynslam_env
+import slam
+from slam.kernel import kernel
+from slam.maps import rays, tiles
+
+CALLEE = """
+from slam.kernel import kernel
+
+FACTOR = 10
+
+@kernel
+def scaled(x):
+    return 2 * x
+"""
+MIDDLE = """
+from callee import scaled
+from slam.kernel import kernel
+
+@kernel
+def middle(x):
+    return scaled(x)
+"""
+CALLER = """
+from callee import FACTOR
+from middle import middle
+from slam.kernel import kernel
+
+@kernel
+def caller(x):
+    return FACTOR * middle(x)
+
+print(caller(1), caller.stats.cache_hits[caller.signatures[0]])
+"""
+
+
+def called(folder: Path) -> tuple[int, bool]:
+    """What a new process computes, and whether it found the kernel in the cache."""
+    command = [sys.executable, "-B", "caller.py"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    value, hits = done.stdout.split()
+    return int(value), hits != "0"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name, text in (("callee", CALLEE), ("middle", MIDDLE), ("caller", CALLER)):
+        (tmp_path / f"{name}.py").write_text(text)
+    assert called(tmp_path) == (20, False)
+    return tmp_path
+
+
+def test_what_was_not_edited_is_not_compiled_again(folder: Path) -> None:
+    assert called(folder) == (20, True)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "result"), [("2 * x", "3 * x", 30), ("FACTOR = 10", "FACTOR = 100", 200)]
+)
+def test_an_edit_in_another_file_is_noticed(folder: Path, before, after, result) -> None:
+    (folder / "callee.py").write_text(CALLEE.replace(before, after))
+    assert called(folder) == (result, False)
+
+
+def test_the_kernels_of_a_module_that_were_imported_are_known_to_all_of_its_own() -> None:
+    own = rays._trace._cache._cache_file._source_stamp
+    imported = tiles.slot_to_take._cache._cache_file._source_stamp
+    assert ("slot_to_take", imported) in own
+
+
+def test_every_kernel_is_made_here() -> None:
+    """numba's own `njit` does not notice edits in other files."""
+    for package in (slam, dynslam_env):
+        for path in Path(package.__path__[0]).rglob("*.py"):
+            uses = "njit" in path.read_text(encoding="utf-8")
+            assert uses == (path.name == "kernel.py"), path
+
+
+def test_options_are_those_of_numba() -> None:
+    @kernel(error_model="numpy")
+    def quotient(a, b):
+        return a / b
+
+    assert quotient(1.0, 0.0) == float("inf")
