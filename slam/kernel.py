@@ -19,16 +19,20 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
         return lambda kernel_function: kernel(kernel_function, **options)
     compiled: Any = njit(cache=True, **options)(function)
     if isinstance(compiled, CPUDispatcher):  # not under NUMBA_DISABLE_JIT
-        index = compiled._cache._cache_file
+        index = _cache_index(compiled)
         index._source_stamp = (index._source_stamp, *_dependencies(function))
     return compiled
 
 
 def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
     """The kernels and numbers that the module of `function` has imported or computed so far."""
-    scope: dict[str, Any] = function.__globals__
-    for name, value in sorted(scope.items()):
+    for name, value in sorted(function.__globals__.items()):
         if isinstance(value, CPUDispatcher) and value.__module__ != function.__module__:
-            yield name, value._cache._cache_file._source_stamp
+            yield name, _cache_index(value)._source_stamp
         elif isinstance(value, int | float):
             yield name, repr(value)
+
+
+def _cache_index(compiled: Any) -> Any:
+    """numba's file of what is in the cache, and of the source that it was compiled from."""
+    return compiled._cache._cache_file
