@@ -84,7 +84,7 @@ class TaskProgress:
         self._at[i] = pose[:2]
         _pass(i, self._paths, self._legs, self._at, self._reach)
 
-    def judge(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
+    def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
         """Take in a step of `dt` s of robots `which`, now at `poses` (n, 3)."""
         _judge(which, poses, collided, dt, self._reach, self._paths, self._legs, self._at,
                self._terms, self._weights, self._ends,
