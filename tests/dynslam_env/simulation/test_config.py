@@ -1,14 +1,19 @@
-"""No setting of dynslam_env takes a number that is none."""
+"""What environments are made of: their keywords, and numbers that are none."""
 
+import inspect
 import math
 from dataclasses import fields, replace
+from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
 from dynslam_env import (
     Corridor,
     Doors,
+    DoorWorldEnv,
+    DoorWorldVectorEnv,
     Exponential,
     Laser,
     Odometry,
@@ -18,6 +23,11 @@ from dynslam_env import (
     Task,
     Uniform,
 )
+from dynslam_env.patrol.config import PatrolConfig, PatrolKeywords
+from dynslam_env.patrol.env import DoorPatrolEnv
+from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
+from dynslam_env.patrol.vector import DoorPatrolVectorEnv
+from dynslam_env.simulation.config import PlaceKeywords, WorldConfig, WorldKeywords
 from slam import InputError, Pose2
 
 LAWS = (Uniform(), Exponential(), Periodic())
@@ -66,3 +76,55 @@ def test_numbers_within_settings_are_finite(value):
 def test_layouts_are_finite(wrong, message):
     with pytest.raises(InputError, match=message):
         replace(LAYOUT, **wrong)
+
+
+KINDS = [
+    (DoorWorldEnv, WorldKeywords),
+    (DoorWorldVectorEnv, WorldKeywords),
+    (DoorPatrolEnv, PatrolKeywords),
+    (DoorPatrolVectorEnv, PatrolKeywords),
+    (DoorPatrolGoalsEnv, PatrolKeywords),
+]
+
+
+@pytest.mark.parametrize(("env", "keywords"), KINDS)
+def test_an_unknown_keyword_is_answered_with_all_allowed_ones(env, keywords):
+    with pytest.raises(TypeError) as refused:
+        env(dors="static")
+    told, _, listed = str(refused.value).partition("; allowed are ")
+    assert told == f"{env.__name__}() got an unexpected keyword argument 'dors'"
+    named = [name for name in inspect.signature(env).parameters if name != "parts"]
+    assert listed.split(", ") == [*named, *keywords.__annotations__]
+    assert {"world", "doors", "people", "render_mode"} < set(listed.split(", "))
+
+
+def test_a_patrol_takes_no_task():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'task'"):
+        DoorPatrolEnv(task=Task())  # type: ignore[call-arg]
+
+
+def test_gymnasium_passes_the_answer_on():
+    with pytest.raises(TypeError, match=r"argument 'dors'; allowed are .* environment creator"):
+        gym.make("DoorCorridor-v0", dors="static")
+
+
+def test_keywords_and_configurations_name_the_same_parts():
+    assert set(WorldKeywords.__annotations__) == {field.name for field in fields(WorldConfig)}
+    patrol = set(PatrolKeywords.__annotations__) - set(PlaceKeywords.__annotations__)
+    assert patrol == {field.name for field in fields(PatrolConfig)}
+
+
+@pytest.mark.parametrize(("env", "keywords"), KINDS)
+def test_every_keyword_is_documented(env, keywords):
+    first, *_ = [cls for cls, _ in KINDS if cls.__name__ == env.__name__.replace("Vector", "")]
+    owners = {DoorWorldEnv: (), DoorPatrolEnv: (DoorWorldEnv,)}
+    owners[DoorPatrolGoalsEnv] = (DoorPatrolEnv, DoorWorldEnv)
+    text = "".join(inspect.getdoc(cls) or "" for cls in (env, first, *owners[first]))
+    named = {name for name in inspect.signature(env).parameters if name != "parts"}
+    for name in named | set(keywords.__annotations__):
+        assert f"`{name}`" in text, name
+
+
+def test_none_is_the_default():
+    nothing: Any = dict.fromkeys(WorldKeywords.__annotations__)
+    assert DoorWorldEnv(**nothing).world_config == DoorWorldEnv().world_config == WorldConfig()
