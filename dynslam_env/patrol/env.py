@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -11,19 +11,13 @@ from numpy.typing import NDArray
 
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.patrol.config import NO_TASK, PatrolConfig
+from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.rewards import RewardWeights
-from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import Odometry
-from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.laws import Law
-from dynslam_env.simulation.people import People
+from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
-from dynslam_env.worlds.layout import Generator
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.interface import Slam
@@ -101,27 +95,17 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     def __init__(
         self,
         *,
-        slam: str = "hmm-ml",
-        pay: RewardWeights | None = None,
-        speed: float = 0.8,
-        turn: float = 1.5,
-        hold: int = 4,
-        scan_every: int = 2,
         score_every: int = 0,
-        world: str | Generator | None = None,
-        doors: str | Law | Doors = "moving",
-        robot: Robot | None = None,
-        laser: Laser | None = None,
-        odometry: Odometry | None = None,
-        people: People | None = None,
         render_mode: str | None = None,
+        **parts: Unpack[PatrolKeywords],
     ):
-        self.orders = PatrolConfig(slam, speed, turn, hold, scan_every, pay or RewardWeights())
-        self.place = DoorWorldEnv(
-            world=world, doors=doors, robot=robot, laser=laser, odometry=odometry, people=people,
-            task=NO_TASK, render_mode=render_mode,
-        )  # fmt: skip
-        self.wrapped = SlamWrapper(self.place, slam, score_every=score_every, scan_every=scan_every)
+        check_keywords(DoorPatrolEnv, PatrolKeywords, parts)
+        self.orders, place = PatrolConfig.split(parts)
+        self.place = DoorWorldEnv(**place, task=NO_TASK, render_mode=render_mode)
+        scan_every, hold = self.orders.scan_every, self.orders.hold
+        self.wrapped = SlamWrapper(
+            self.place, self.orders.slam, score_every=score_every, scan_every=scan_every
+        )
         if score_every % hold:
             raise InputError(
                 f"infos are of the end of a step: score_every must be a multiple of hold, "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.pilot import REPLAN, Pilot
 from dynslam_env.navigation.survey import survey
+from dynslam_env.patrol.config import PatrolKeywords
 from dynslam_env.patrol.env import DoorPatrolEnv, Observation
 from dynslam_env.patrol.goal_options import FEATURES, SLOTS, GoalCandidate, GoalOptions, menu
 from dynslam_env.patrol.observation import observation_space
+from dynslam_env.simulation.config import check_keywords
 from slam.errors import InputError
 from slam.validation import positive_number
 
@@ -110,8 +112,17 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
 
     metadata = DoorPatrolEnv.metadata
 
-    def __init__(self, *, patience: float = 4.0, budget: float = 100.0, **patrol: Any):
-        self.patrol = DoorPatrolEnv(**patrol)
+    def __init__(
+        self,
+        *,
+        patience: float = 4.0,
+        budget: float = 100.0,
+        score_every: int = 0,
+        render_mode: str | None = None,
+        **parts: Unpack[PatrolKeywords],
+    ):
+        check_keywords(DoorPatrolGoalsEnv, PatrolKeywords, parts)
+        self.patrol = DoorPatrolEnv(score_every=score_every, render_mode=render_mode, **parts)
         self.render_mode = self.patrol.render_mode
         self._patience = _periods("patience", patience, self.patrol.period)
         self._budget = _periods("budget", budget, self.patrol.period)

@@ -120,7 +120,7 @@ class TaskProgress:
         self._at[i] = pose[:2]
         _pass(i, self._paths, self._legs, self._at, self._reach)
 
-    def judge(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
+    def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
         """Take in a step of `dt` s of robots `which`, now at `poses` (n, 3)."""
         positions = PathPositions(self._paths, self._legs, self._at)
         results = StepResults(self.terms, self.rewards, self.ends)
