@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.observation import observation_space
@@ -19,9 +20,9 @@ from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
 from slam.errors import InputError
-from slam.geometry import Array
+from slam.geometry import Pose2
+from slam.grid import OccupancyGrid
 from slam.interface import Slam
-from slam.scan import Scan
 
 Observation = dict[str, Any]
 
@@ -118,25 +119,36 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     # -- what an agent may know ----------------------------------------------------------------
 
+    def snapshot(self) -> PatrolSnapshot:
+        """What the robot knows now; its maps must be read before the next step."""
+        patroller, scan = self.patroller, self.place.scan
+
+        def check_current() -> None:
+            if self._patroller is not patroller or self.time != scan.time:
+                raise RuntimeError("a snapshot's maps must be read before the environment's step")
+
+        def read_map() -> OccupancyGrid:
+            check_current()
+            return self.slam.map()
+
+        def read_beliefs() -> Beliefs:
+            check_current()
+            return patroller.memory.beliefs(scan.time)
+
+        return PatrolSnapshot(
+            scan.time, Pose2.of(self.slam.pose), patroller.estimate.covariance, scan,
+            self.robot, self.limits, self.period, read_map, read_beliefs,
+        )  # fmt: skip
+
     @property
     def slam(self) -> Slam:
         """The SLAM of this episode: its `map()`, its `pose`."""
         return self.wrapped.slam
 
     @property
-    def covariance(self) -> Array:
-        """(3, 3) of the SLAM's pose, as it believes: x, y in m, theta in rad."""
-        return self.patroller.estimate.covariance
-
-    @property
     def time(self) -> float:
         """s since the episode began."""
         return self.place.scan.time
-
-    @property
-    def scan(self) -> Scan:
-        """The last scan."""
-        return self.place.scan
 
     @property
     def robot(self) -> Robot:
@@ -159,10 +171,6 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         if self._patroller is None:
             raise gym.error.ResetNeeded("there is no patrol before reset()")
         return self._patroller
-
-    def beliefs(self) -> Beliefs:
-        """The dynamic map as it stands now."""
-        return self.patroller.memory.beliefs(self.time)
 
     # -- gymnasium -----------------------------------------------------------------------------
 
