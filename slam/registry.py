@@ -17,6 +17,7 @@ from slam.algorithms.variants import BUILDERS
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Builder, Slam
+from slam.validation import unknown_name
 
 _BUILDERS: dict[str, Builder] = dict(BUILDERS)
 
@@ -52,7 +53,7 @@ def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
 def builder_of(name: str) -> Builder:
     """What makes the variant `name`; raises InputError for an unknown one."""
     if name not in _BUILDERS and name not in variants():
-        raise InputError(f"unknown SLAM variant {name!r}; known: {', '.join(variants())}")
+        raise InputError(unknown_name("SLAM variant", name, variants(), "slam.variants()"))
     return _BUILDERS[name]
 
 
