@@ -37,7 +37,7 @@ def test_interrupt_is_no_traceback(capsys, monkeypatch):
     def interrupted(arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(main, "_command", interrupted)
+    monkeypatch.setattr(main, "_run", interrupted)
     assert main.status([]) == 130
     assert capsys.readouterr().err == "dynslam: interrupted\n"
 
