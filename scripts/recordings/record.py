@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 from slam.errors import InputError
-from slam.validation import one_of
+from slam.validation import one_of, unknown_name
 
 if TYPE_CHECKING:
     from slam.episode import Episode
@@ -82,7 +82,8 @@ class RecordCommand:
         from ..trials.cache import episode_of
         from ..trials.sources import SimulatedDrive
 
-        one_of("env", self.env, tuple(WORLDS))
+        if self.env not in WORLDS:
+            raise InputError(unknown_name("environment", self.env, WORLDS))
         formats = parse_selection("format", self.formats, list(FORMATS), "dynslam record --help")
         parameters = {}
         if self.doors is not None:

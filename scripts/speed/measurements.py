@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from agents import record_corridor
-from slam.benchmark.results import versions
+from slam.benchmark.results import Result, versions
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.formats import read_log

@@ -106,7 +106,7 @@ def _places(world: DoorWorldEnv) -> Array:
 
 
 def _crossed(before: Array, world: DoorWorldEnv) -> bool:
-    """The centre of the robot or of a person, at `before` (b, 2) m a step ago, has crossed a wall."""
+    """Whether a centre of the robot or people, at `before` (b, 2) m a step ago, crossed a wall."""
     return bool(any_crossing(np.hstack([before, _places(world)]), world.layout.walls))
 
 
