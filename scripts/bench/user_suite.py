@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from dynslam_env import WORLDS, Doors, Laser, Odometry, Task
-from dynslam_env.simulation import laws
+from dynslam_env.simulation.laws import Exponential, Fixed, Periodic, Uniform
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.setup import NAMED_DOORS, NAMED_WORLDS
@@ -27,7 +27,7 @@ TOP = ("name", "variants", "seeds", "case")
 OF_CASE = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot", "laser",
            "odometry", "people", "task")  # fmt: skip
 PARTS = {"robot": Robot, "laser": Laser, "odometry": Odometry, "people": People, "task": Task}
-LAWS = {name: getattr(laws, name) for name in ("Uniform", "Exponential", "Periodic", "Static")}
+LAWS = {law.__name__: law for law in (Uniform, Exponential, Periodic, Fixed)}
 
 
 def read_suite(path: Path) -> Suite:
