@@ -124,7 +124,3 @@ def test_the_checks_see_something():
     assert arguments("train [--algo ppo|recurrent-ppo] [--seed S]") == [
         "train", "--algo", "ppo", "--seed", "1",
     ]  # fmt: skip
-
-
-def test_the_readme_stays_short():
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) < 150
