@@ -1,4 +1,4 @@
-"""RandomAgent: uniformly random actions; the floor for every other agent."""
+"""RandomAgent: uniformly random actions, the baseline of all agents."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class RandomAgent:
-    """Draws from an action space with a generator of its own."""
+    """Draws actions uniformly from an action space, whose generator it seeds."""
 
     def __init__(self, action_space: gym.Space[Any], seed: int | None = None):
         self._space = action_space
@@ -22,5 +22,5 @@ class RandomAgent:
         episode_start: Any = None,
         deterministic: bool = False,
     ) -> tuple[np.ndarray, Any]:
-        """Any action; `state` is handed through."""
+        """A random action; `state` is returned unchanged."""
         return self._space.sample(), state

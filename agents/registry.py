@@ -1,9 +1,15 @@
-"""Agents by name, and trained ones by the file of their policy."""
+"""Agents by name: name -> builder. Users add theirs with `register` or an entry point.
+
+A package that declares an entry point of the group `dynslam.agents`, its name the agent's and its
+object an `AgentBuilder`, makes it known to every command without an import.
+"""
 
 from __future__ import annotations
 
-import importlib.util
+import warnings
 from collections.abc import Callable
+from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,78 +20,94 @@ import numpy as np
 from agents.goal_choosers.doors import DoorChooser, LongestUnseen, RoundRobin
 from agents.goal_choosers.frontiers import ExploreLite, FrontierChooser, nearest
 from agents.goal_choosers.goal_agent import GoalAgent, GoalChooser
-from agents.goal_choosers.information import InformationChooser, laser_of, with_pose
+from agents.goal_choosers.information import InformationChooser
 from agents.goal_choosers.lookout import LookoutChooser
-from agents.goal_choosers.oracle import OracleChooser, TrueDoors
+from agents.goal_choosers.oracle import OracleChooser, door_truth
+from agents.goal_choosers.pose_information import PoseInformation
 from agents.path_patrol import PathPatrol
 from agents.random_agent import RandomAgent
 from agents.wall_follower import WallFollower
-from dynslam_env.navigation.site import PatrolView
 from dynslam_env.record import Driver
 from slam.errors import InputError
+from slam.io.python_file import load_object, names_object
+from slam.scan import Scan
+from slam.validation import unknown_name
 
 Env = gym.Env[Any, Any]
-ALLOWED = "allowed are a policy's file, FILE.py:NAME, and"
+AgentBuilder = Callable[[Env, int], Driver]
+"""Builds an agent for an environment after its `reset`, from the environment and a seed; a class
+whose constructor takes these two is one."""
+
+FORMS = "or a policy's file, or FILE.py:NAME"
 POLICIES = Path(__file__).parent / "policies"
-"""What was trained for the project; its card is docs/agents.md."""
+"""Policies that were trained for the project; described in docs/agents.md."""
+
+
+def register(name: str, builder: AgentBuilder) -> None:
+    """Make `builder` known as `name` in this process; an entry point makes it known in all."""
+    if not name or any(c.isspace() or c in ",:" for c in name):
+        raise InputError(f"an agent's name has no spaces, commas or colons, got {name!r}")
+    if name in BUILDERS:
+        raise InputError(f"{name!r} is one of dynslam's own agents; choose another name")
+    if not callable(builder):
+        raise InputError(f"an agent's builder is called with (env, seed), got {builder!r}")
+    _BUILDERS[name] = builder
 
 
 def names() -> list[str]:
-    """The names that `make` knows."""
-    return list(_AGENTS)
+    """The names of all registered agents, in the order of their registration."""
+    _discover()
+    return list(_BUILDERS)
 
 
 def make(name: str, env: Env, seed: int = 0) -> Driver:
-    """The agent `name` for the episode that `env` has begun; a new episode needs a new one.
+    """A new agent for the episode that `env` has begun; every episode needs a new agent.
 
     name  one of `names()`; the file of a policy that `dynslam train` wrote (best.zip); or
-          FILE.py:NAME, where NAME is a class or function (env, seed) -> agent in that file
-    env   a patrol environment after `reset`; its `unwrapped` is the `PatrolView`, and its
-          `unwrapped.place` is the world: "scripted-path" is shown the path of its layout, "oracle"
-          its layout and doors, and no other agent anything of it
+          FILE.py:NAME, where NAME is an `AgentBuilder` in that file
+    env   a patrol environment after `reset`. Its `unwrapped` is the `PatrolView`; of its
+          `unwrapped.place`, the true world, "scripted-path" reads the path of the layout, "oracle"
+          the doors, and no other agent anything
     seed  of the agent's own randomness: the same seed, the same actions
 
     Raises InputError for an unknown name.
     """
-    if name in _AGENTS:
-        return _AGENTS[name](env, seed)
-    path, _, attribute = name.rpartition(":")
-    if path.endswith(".py"):
-        return _from_file(Path(path), attribute)(env, seed)
-    if Path(name).is_file():
-        return _trained(Path(name), env)
-    raise InputError(f"unknown agent {name!r}; {ALLOWED} {', '.join(names())}")
+    return builder_of(name)(env, seed)
 
 
 def check(name: str) -> None:
-    """Raises InputError where `make` would for want of such an agent, or of a policy in its file;
-    takes no environment."""
-    path, _, attribute = name.rpartition(":")
-    if name in _AGENTS:
-        return
-    if path.endswith(".py"):
-        _from_file(Path(path), attribute)
-    elif Path(name).is_file():
+    """Raises InputError where `make` would for an unknown name or a wrong file; takes no
+    environment."""
+    if name not in names() and not names_object(name) and Path(name).is_file():
         _training().read_policy(Path(name))
     else:
-        raise InputError(f"unknown agent {name!r}; {ALLOWED} {', '.join(names())}")
+        builder_of(name)
 
 
-def _from_file(path: Path, attribute: str) -> Callable[[Env, int], Driver]:
-    """What is called `attribute` in a Python file: (env, seed) -> agent."""
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if not path.is_file() or spec is None or spec.loader is None:
-        raise InputError(f"{path}: a Python file that holds {attribute!r} was expected")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-        return getattr(module, attribute)
-    except Exception as error:  # whatever is wrong with a user's file
-        raise InputError(f"{path}: {attribute!r} cannot be had ({error!r})") from None
+def builder_of(name: str) -> AgentBuilder:
+    """The builder of the agent `name`; raises InputError for an unknown one."""
+    if name in _BUILDERS or name in names():
+        return _BUILDERS[name]
+    if names_object(name):
+        return load_object(name)
+    if Path(name).is_file():
+        return lambda env, seed: _training().Trained(Path(name), env)
+    raise InputError(f"{unknown_name('agent', name, names())}; {FORMS}")
 
 
-def _trained(path: Path, env: Env) -> Driver:
-    return _training().Trained(path, env)
+@cache
+def _discover() -> None:
+    """Register the entry points of all installed packages, once; what was registered stays.
+
+    One that does not load is left out with a warning: it is no reason for the others to fail.
+    """
+    for entry in entry_points(group="dynslam.agents"):
+        if entry.name in _BUILDERS:
+            continue
+        try:
+            register(entry.name, entry.load())
+        except Exception as error:
+            warnings.warn(f"agent {entry.name!r} ({entry.value}): {error}", stacklevel=2)
 
 
 def _training() -> ModuleType:
@@ -96,13 +118,14 @@ def _training() -> ModuleType:
     return trained
 
 
-def _chooser(
-    choice: Callable[[PatrolView, np.random.Generator], GoalChooser],
-) -> Callable[[Env, int], Driver]:
+def _goal_agent(chooser: Callable[[Scan, np.random.Generator], GoalChooser]) -> AgentBuilder:
+    """A `GoalAgent`; its chooser is made from the first scan and a generator."""
+
     def build(env: Env, seed: int) -> Driver:
-        site: Any = env.unwrapped
-        ours, recovery = np.random.SeedSequence(seed).spawn(2)
-        return GoalAgent(site, choice(site, np.random.default_rng(ours)), recovery)
+        view: Any = env.unwrapped
+        choices, recoveries = np.random.SeedSequence(seed).spawn(2)
+        chosen = chooser(view.snapshot().scan, np.random.default_rng(choices))
+        return GoalAgent(view, chosen, recoveries)
 
     return build
 
@@ -112,31 +135,40 @@ def _random(env: Env, seed: int) -> Driver:
 
 
 def _scripted_path(env: Env, seed: int) -> Driver:
-    site: Any = env.unwrapped
-    return PathPatrol(site, site.place.layout.path, seed)
+    view: Any = env.unwrapped
+    return PathPatrol(view, view.place.layout.path, seed)
 
 
 def _wall_follower(env: Env, seed: int) -> Driver:
-    site: Any = env.unwrapped
-    return WallFollower(site, seed)
+    view: Any = env.unwrapped
+    return WallFollower(view, seed)
 
 
 def _oracle(env: Env, seed: int) -> Driver:
-    site: Any = env.unwrapped
-    return GoalAgent(site, OracleChooser(TrueDoors(site.place)), seed)
+    view: Any = env.unwrapped
+    return GoalAgent(view, OracleChooser(lambda: door_truth(view.place)), seed)
 
 
-_AGENTS: dict[str, Callable[[Env, int], Driver]] = {
+def _ppo(env: Env, seed: int) -> Driver:
+    return _training().Trained(POLICIES / "ppo.zip", env)
+
+
+BUILDERS: dict[str, AgentBuilder] = {
     "random": _random,
     "scripted-path": _scripted_path,
     "wall-follower": _wall_follower,
-    "nearest-frontier": _chooser(lambda site, rng: FrontierChooser(nearest)),
-    "frontier": _chooser(lambda site, rng: FrontierChooser(ExploreLite())),
-    "information-gain": _chooser(lambda site, rng: InformationChooser(rng, laser_of(site))),
-    "information-gain-pose": _chooser(with_pose),
-    "round-robin": _chooser(lambda site, rng: DoorChooser(RoundRobin())),
-    "longest-unseen": _chooser(lambda site, rng: DoorChooser(LongestUnseen())),
-    "lookout": _chooser(lambda site, rng: LookoutChooser(rng, site.scan.max_range)),
+    "nearest-frontier": _goal_agent(lambda scan, rng: FrontierChooser(nearest)),
+    "frontier": _goal_agent(lambda scan, rng: FrontierChooser(ExploreLite())),
+    "information-gain": _goal_agent(lambda scan, rng: InformationChooser(rng, scan)),
+    "information-gain-pose": _goal_agent(
+        lambda scan, rng: InformationChooser(rng, scan, PoseInformation())
+    ),
+    "round-robin": _goal_agent(lambda scan, rng: DoorChooser(RoundRobin())),
+    "longest-unseen": _goal_agent(lambda scan, rng: DoorChooser(LongestUnseen())),
+    "lookout": _goal_agent(lambda scan, rng: LookoutChooser(rng, scan.max_range)),
     "oracle": _oracle,
-    "ppo": lambda env, seed: _trained(POLICIES / "ppo.zip", env),
+    "ppo": _ppo,
 }
+"""dynslam's own agents."""
+
+_BUILDERS = dict(BUILDERS)

@@ -6,20 +6,32 @@ from dynslam_env.registration import PATROLS, WORLDS
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
 from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.laws import Coupled, Exponential, Fixed, Periodic, Scripted, Uniform
+from dynslam_env.simulation.laws import (
+    Clock,
+    Coupled,
+    Exponential,
+    Fixed,
+    FlipClock,
+    Law,
+    Periodic,
+    Scripted,
+    Uniform,
+)
 from dynslam_env.simulation.people import People
+from dynslam_env.simulation.registry import register_law, register_world
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
 from dynslam_env.slam_wrapper import SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
-from dynslam_env.worlds.layout import Door, Layout
+from dynslam_env.worlds.layout import Door, Generator, Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 
 __all__ = [
     "PATROLS",
     "WORLDS",
+    "Clock",
     "Corridor",
     "Coupled",
     "Door",
@@ -29,7 +41,10 @@ __all__ = [
     "Driver",
     "Exponential",
     "Fixed",
+    "FlipClock",
+    "Generator",
     "Laser",
+    "Law",
     "Layout",
     "Loop",
     "Odometry",
@@ -43,4 +58,6 @@ __all__ = [
     "Task",
     "Uniform",
     "record",
+    "register_law",
+    "register_world",
 ]

@@ -1,10 +1,10 @@
-"""DoorCorridor-v0 and the other worlds: a fleet of one as a Gymnasium environment."""
+"""DoorCorridor-v0 and the other worlds: a batch of one as a Gymnasium environment."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -14,19 +14,13 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
 from dynslam_env.reset_options import start_of
-from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import Odometry
-from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.fleet import Fleet, actions_of
-from dynslam_env.simulation.laws import Law
-from dynslam_env.simulation.localizability import pose_bound
-from dynslam_env.simulation.past import CELL, Past
-from dynslam_env.simulation.people import People
+from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
+from dynslam_env.simulation.occupancy_history import CELL, OccupancyHistory
+from dynslam_env.simulation.pose_bounds import pose_bound
 from dynslam_env.simulation.robot import Robot
-from dynslam_env.simulation.setup import Setup
-from dynslam_env.simulation.task import Task
 from dynslam_env.simulation.world import CONTROL_DT, World
-from dynslam_env.worlds.layout import Generator, Layout
+from dynslam_env.simulation.world_batch import WorldBatch, actions_of
+from dynslam_env.worlds.layout import Layout
 from slam.geometry import Array, Pose2
 from slam.metrics.bound import Bound
 from slam.metrics.change import TrueOccupancy
@@ -34,7 +28,7 @@ from slam.scan import Scan
 from slam.validation import one_of
 
 Observation = dict[str, Any]
-ALONE = np.zeros(1, dtype=np.int64)  # the rows of a fleet of one
+ALONE = np.zeros(1, dtype=np.int64)  # the rows of a batch of one
 TRAIL = 6000  # poses that are kept to be drawn
 
 
@@ -156,27 +150,15 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": round(1 / CONTROL_DT)}  # noqa: RUF012
 
-    def __init__(
-        self,
-        *,
-        world: str | Generator | None = None,
-        doors: str | Law | Doors = "moving",
-        robot: Robot | None = None,
-        laser: Laser | None = None,
-        odometry: Odometry | None = None,
-        people: People | None = None,
-        task: Task | None = None,
-        render_mode: str | None = None,
-    ):
+    def __init__(self, *, render_mode: str | None = None, **parts: Unpack[WorldKeywords]):
+        check_keywords(DoorWorldEnv, WorldKeywords, parts)
         one_of("render_mode", render_mode, (None, *self.metadata["render_modes"]))
-        parts = {"world": world, "doors": doors, "robot": robot, "laser": laser}
-        parts |= {"odometry": odometry, "people": people, "task": task}
-        self.setup = Setup.of(parts)
+        self.world_config = WorldConfig.of(parts)
         self.render_mode = render_mode
-        self.action_space = self.setup.action_space()
-        self.observation_space = self.setup.observation_space()
-        self._fleet = Fleet(self.setup, 1)
-        self._terms, self._ends = tuple(self.setup.task.reward), self.setup.task.ends
+        self.action_space = self.world_config.action_space()
+        self.observation_space = self.world_config.observation_space()
+        self._batch = WorldBatch(self.world_config, 1)
+        self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
         self.view = View()
         """What `render` shows of the world, and how large."""
@@ -199,7 +181,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def robot(self) -> Robot:
         """The robot's body and limits."""
-        return self.setup.robot
+        return self.world_config.robot
 
     @property
     def pose(self) -> Pose2:
@@ -209,13 +191,13 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def displacement(self) -> Pose2:
         """The odometry's displacement in the last step, in the robot's frame at its beginning."""
-        return Pose2.of(self._begun.motions[0])
+        return Pose2.of(self._begun.displacements[0])
 
     @property
     def scan(self) -> Scan:
         """The last scan, in double precision: no echo is inf, no reading NaN."""
-        fleet = self._begun
-        return fleet.scanners[0].scan(fleet.ranges[0].copy(), fleet.worlds[0].time)
+        batch = self._begun
+        return batch.scanners[0].scan(batch.ranges[0].copy(), batch.worlds[0].time)
 
     def outline(self) -> Array:
         """(e, 4) edges of all that can move, as it stands now: x1, y1, x2, y2 in m.
@@ -227,7 +209,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     def occupancy(self, cell: float = CELL) -> TrueOccupancy:
         """The true map so far in cells of `cell` m: `now`, and `share`, of the time since reset."""
         _ = self._begun  # before a reset there is no past
-        return self._past.occupancy(cell)
+        return self._history.occupancy(cell)
 
     def bound(self) -> Bound:
         """The Cramer-Rao bound of the pose from the last scan alone, the place being known."""
@@ -236,7 +218,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def config(self) -> dict[str, Any]:
         """All parameters, as plain data."""
-        return self.setup.plain()
+        return self.world_config.plain()
 
     # -- gymnasium -----------------------------------------------------------------------------
 
@@ -249,8 +231,8 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
                  layout's own start
         """
         super().reset(seed=seed)
-        self._fleet.reset(0, self.np_random, start_of(options))
-        self._past = Past(self.layout.walls, self.physics.outlines)
+        self._batch.reset(0, self.np_random, start_of(options))
+        self._history = OccupancyHistory(self.layout.walls, self.physics.outlines)
         self._trail: deque[Pose2] = deque(maxlen=TRAIL)
         self._take_down()
         return self._observation(), self._info()
@@ -259,9 +241,9 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for a tenth of a second."""
-        fleet = self._begun
-        judge = fleet.judge
-        fleet.step(ALONE, actions_of(action, (2,))[None])
+        batch = self._begun
+        judge = batch.progress
+        batch.step(ALONE, actions_of(action, (2,))[None])
         self._take_down()
         info = self._info()
         info["reward_terms"] = dict(zip(self._terms, judge.terms[0].tolist(), strict=True))
@@ -289,32 +271,32 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
             self._viewer = None
 
     @property
-    def _begun(self) -> Fleet:
-        if self._fleet.worlds[0] is None:
+    def _begun(self) -> WorldBatch:
+        if self._batch.worlds[0] is None:
             raise gym.error.ResetNeeded("there is no world before reset()")
-        return self._fleet
+        return self._batch
 
     # -- parts of a step -----------------------------------------------------------------------
 
     def _take_down(self) -> None:
-        self._past.see(self._fleet.worlds[0].poses())
+        self._history.see(self._batch.worlds[0].poses())
         if self.render_mode is not None:
             self._trail.append(self.pose)
         if self.render_mode == "human" and self.belief is None:
             self.render()
 
     def _observation(self) -> Observation:
-        fleet = self._fleet
+        batch = self._batch
         return {
-            "scan": fleet.scans[0].copy(),
-            "odometry": fleet.odometry[0].copy(),
-            "velocity": fleet.drive.observed[0].copy(),
+            "scan": batch.scans[0].copy(),
+            "odometry": batch.odometry[0].copy(),
+            "velocity": batch.drive.observed[0].copy(),
         }
 
     def _info(self) -> dict[str, Any]:
-        world = self._fleet.worlds[0]
+        world = self._batch.worlds[0]
         return {
-            "pose": self._fleet.drive.poses[0].copy(),
+            "pose": self._batch.drive.poses[0].copy(),
             "door_angles": world.openings.copy(),
             "people": world.people.copy(),
             "collision": world.collided,

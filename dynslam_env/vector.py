@@ -1,9 +1,9 @@
-"""The native vector environment: a fleet of n worlds as a Gymnasium VectorEnv."""
+"""The native vector environment: a batch of n worlds as a Gymnasium VectorEnv."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -16,17 +16,9 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import scene
 from dynslam_env.env import DoorWorldEnv, Observation
 from dynslam_env.reset_options import reset_mask, start_of
-from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import Odometry
-from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.fleet import Fleet, Rows, actions_of
-from dynslam_env.simulation.laws import Law
-from dynslam_env.simulation.people import People
-from dynslam_env.simulation.robot import Robot
-from dynslam_env.simulation.setup import Setup
-from dynslam_env.simulation.task import Task
+from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
-from dynslam_env.worlds.layout import Generator
+from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.validation import one_of, whole_number
@@ -61,15 +53,10 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         max_episode_steps: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int = 1,
-        world: str | Generator | None = None,
-        doors: str | Law | Doors = "moving",
-        robot: Robot | None = None,
-        laser: Laser | None = None,
-        odometry: Odometry | None = None,
-        people: People | None = None,
-        task: Task | None = None,
         render_mode: str | None = None,
+        **parts: Unpack[WorldKeywords],
     ):
+        check_keywords(DoorWorldVectorEnv, WorldKeywords, parts)
         whole_number("num_envs", num_envs, 1)
         if max_episode_steps == -1:  # as in gymnasium.make
             max_episode_steps = None
@@ -79,18 +66,19 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
             one_of("autoreset_mode", autoreset_mode, MODES)
         whole_number("threads", threads, 1)
         one_of("render_mode", render_mode, (None, "rgb_array"))
-        parts = {"world": world, "doors": doors, "robot": robot, "laser": laser}
-        parts |= {"odometry": odometry, "people": people, "task": task}
-        self.setup = Setup.of(parts)
+        self.world_config = WorldConfig.of(parts)
         self.num_envs, self.render_mode = num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         own = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.metadata = DoorWorldEnv.metadata | own
-        self.single_action_space = self.setup.action_space()
-        self.single_observation_space = self.setup.observation_space()
+        self.single_action_space = self.world_config.action_space()
+        self.single_observation_space = self.world_config.observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._fleet, self._all = Fleet(self.setup, num_envs, threads), np.arange(num_envs)
+        self._batch, self._all = (
+            WorldBatch(self.world_config, num_envs, threads),
+            np.arange(num_envs),
+        )
         self._limit = np.inf if max_episode_steps is None else max_episode_steps
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._over: Bools = np.ones(num_envs, dtype=np.bool_)
@@ -113,7 +101,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     @property
     def physics(self) -> list[World]:
         """The simulated worlds of the present episodes."""
-        return self._fleet.worlds
+        return self._batch.worlds
 
     # -- gymnasium -----------------------------------------------------------------------------
 
@@ -145,7 +133,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         which = self._all if stepped.all() else np.flatnonzero(stepped)
         rewards = np.where(stepped, self._drive(which, commands), 0.0)
         self._steps[which] += 1
-        terminated = self._fleet.judge.ends.any(axis=1) & stepped
+        terminated = self._batch.progress.ends.any(axis=1) & stepped
         truncated = (self._steps >= self._limit) & stepped
         over, infos = terminated | truncated, {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and over.any():
@@ -162,31 +150,31 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
             return (None,) * self.num_envs
         while len(self._viewers) < self.num_envs:
             self._viewers.append(Viewer(False, self.metadata["render_fps"]))
-        poses = self._fleet.drive.poses
+        poses = self._batch.drive.poses
         return tuple(
-            viewer.draw(scene(self._fleet, i, [Pose2.of(poses[i])]), None)
+            viewer.draw(scene(self._batch, i, [Pose2.of(poses[i])]), None)
             for i, viewer in enumerate(self._viewers)
         )
 
     def close_extras(self, **kwargs: Any) -> None:
         """Let the threads go."""
-        self._fleet.close()
+        self._batch.close()
 
     def _drive(self, which: Rows, commands: Array) -> Array:
         """Let worlds `which` step; (n,) what it pays."""
-        self._fleet.step(which, commands)
-        return self._fleet.judge.rewards
+        self._batch.step(which, commands)
+        return self._batch.progress.rewards
 
     # -- episodes ------------------------------------------------------------------------------
 
     def _reset(self, i: int, start: Pose2 | None = None) -> None:
         try:
-            self._fleet.reset(i, self._rng(i), start)
+            self._batch.reset(i, self._rng(i), start)
             world = self.physics[i]
             self._openings.put(i, world.openings)
             self._people.put(i, world.people)
         except InputError:
-            self._fleet.forget(i)  # no step before a reset that succeeds
+            self._batch.forget(i)  # no step before a reset that succeeds
             raise
         self._steps[i], self._over[i] = 0, False
 
@@ -210,7 +198,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
     def _ready(self) -> Bools:
         """Which worlds are to step; those whose episode was over begin a new one instead."""
-        if not self._fleet.ready:
+        if not self._batch.ready:
             raise gym.error.ResetNeeded("call reset() before step()")
         stepped = ~self._over
         if not stepped.all():
@@ -238,20 +226,20 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     # -- what is given back --------------------------------------------------------------------
 
     def _observations(self) -> Observation:
-        fleet = self._fleet
+        batch = self._batch
         return {
-            "scan": fleet.scans.copy(),
-            "odometry": fleet.odometry.copy(),
-            "velocity": fleet.drive.observed.copy(),
+            "scan": batch.scans.copy(),
+            "odometry": batch.odometry.copy(),
+            "velocity": batch.drive.observed.copy(),
         }
 
     def _infos(self, mask: Bools) -> Infos:
         """What a reset and a step tell of worlds `mask`; zero for the others."""
         infos = {
-            "pose": self._fleet.drive.poses.copy(),
+            "pose": self._batch.drive.poses.copy(),
             "door_angles": self._openings.array(),
             "people": self._people.array(),
-            "collision": self._fleet.collided.copy(),
+            "collision": self._batch.collided.copy(),
             "time": self._steps * CONTROL_DT,
         }
         if not mask.all():
@@ -263,7 +251,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         """What a step tells of worlds `mask` besides."""
         if not mask.any():
             return {}
-        judge, task = self._fleet.judge, self.setup.task
+        judge, task = self._batch.progress, self.world_config.task
         terms = dict(zip(task.reward, np.where(mask, judge.terms.T, 0.0), strict=True))
         ends = dict(zip(task.ends, judge.ends.T & mask, strict=True))
         named = {"reward_terms": masked(terms, mask), "ends": masked(ends, mask)}

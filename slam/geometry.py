@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slam.kernel import kernel
+
 Array = NDArray[np.float64]
 
 
@@ -86,7 +88,18 @@ def transform_points(pose: Pose2, points: ArrayLike) -> Array:
     return points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
 
 
+@kernel
+def lever_jacobian(x, y):
+    """(3, 3) Jacobian of a pose that lies (x, y) m from a frame's origin, by the frame's pose.
+
+    Rigidly, world axes: an error of the frame's heading, rad, moves the pose by (-y, x) m.
+    """
+    J = np.eye(3)
+    J[0, 2], J[1, 2] = -y, x
+    return J
+
+
 def turned(theta: float) -> Array:
-    """(3, 3) what x, y and theta as seen from a frame are in its parent, turned by theta, rad."""
+    """(3, 3) rotation by theta (rad) of (x, y, theta): from a frame's axes to its parent's."""
     c, s = math.cos(theta), math.sin(theta)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -13,7 +13,8 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Compile `function` by numba and keep the result on disk; `options` are those of `njit`.
 
     Numba compiles again when the kernel's own file was edited. This does so, too, when an imported
-    kernel was edited, or the value of an imported number, in whatever file.
+    kernel was edited, the value of an imported number, or the fields of an imported NamedTuple, in
+    whatever file. A kernel that takes a NamedTuple says so in its signature, which imports it.
     """
     if function is None:
         return lambda kernel_function: kernel(kernel_function, **options)
@@ -25,12 +26,14 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
 
 def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """The kernels and numbers that the module of `function` has imported or computed so far."""
+    """The kernels, numbers and NamedTuples in the module of `function` so far."""
     for name, value in sorted(function.__globals__.items()):
         if isinstance(value, CPUDispatcher) and value.__module__ != function.__module__:
             yield name, _cache_index(value)._source_stamp
         elif isinstance(value, int | float):
             yield name, repr(value)
+        elif isinstance(value, type) and issubclass(value, tuple):
+            yield name, getattr(value, "_fields", ())
 
 
 def _cache_index(compiled: Any) -> Any:

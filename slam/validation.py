@@ -3,11 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
 from slam.errors import InputError
+
+MAX_NAMES = 10  # names that a message lists
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str], source: str = "") -> str:
+    """The message for an unknown `name`: the nearest known names, else the first ten of them.
+
+    kind    what the name is one of, such as "SLAM variant"
+    source  where the whole list is found, such as "slam.variants()"
+    """
+    names = list(known)
+    near = get_close_matches(name, names)
+    if near:
+        message = f"unknown {kind} {name!r}; did you mean {', '.join(near)}?"
+    else:
+        more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+        message = f"unknown {kind} {name!r}; known: {', '.join(names[:MAX_NAMES]) or 'none'}{more}"
+    return f"{message} (all {len(names)}: {source})" if source else message
 
 
 def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf) -> None:

@@ -1,4 +1,4 @@
-"""Which of the doors found to look at: round robin, or the one unseen longest."""
+"""Door inspection: visits the doors found, in turn or by the time since each was seen."""
 
 from __future__ import annotations
 
@@ -7,137 +7,139 @@ from typing import NamedTuple, Protocol
 
 from agents.goal_choosers.frontiers import FrontierChooser, nearest
 from agents.goal_choosers.goal_agent import look_around
-from dynslam_env.navigation.blacklist import FORGET, LOOKED, Blacklist
+from dynslam_env.navigation.blacklist import BLACKLIST_TIME, DOOR_REST_TIME, Blacklist
 from dynslam_env.navigation.doors_found import FoundDoor, doors_found
 from dynslam_env.navigation.goal import Goal, look_at
-from dynslam_env.navigation.survey import PlanningSnapshot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 
-SPEED = 0.5  # m/s, that a way takes
-TURN_TIME = 3.0  # s, for turning and speeding up, on any way
-ENOUGH = 3  # doors: with fewer it explores
-SAME = 0.7  # m: centres no farther apart are those of one door
-FRESH = 5.0  # s: a door seen so lately is not looked at again while frontiers are left
-KEEP = 1.25  # times: so much better another door must be than the one it is driving to
-EXPLORE = 15.0  # s, of exploring after each round, while frontiers are left
+PATH_SPEED = 0.5  # m/s, assumed on a path
+DOOR_OVERHEAD = 3.0  # s, for turning and accelerating, on any path to a door
+MIN_DOORS = 3  # with fewer it explores
+SAME_DOOR_DISTANCE = 0.7  # m: centres no farther apart are those of one door
+MIN_AGE = 5.0  # s: a door seen later than that is left out while frontiers are left
+SWITCH_RATIO = 1.25  # by which another door must be better than the present goal
+EXPLORE_TIME = 15.0  # s, of exploring after each round, while frontiers are left
 
 
-class Look(NamedTuple):
-    """A door that can be looked at from `goal`, some `time` s away."""
+class DoorVisit(NamedTuple):
+    """A door that can be looked at from `goal`, which takes `time` s to reach."""
 
     door: FoundDoor
     goal: Goal
     time: float
 
 
-class Order(Protocol):
-    """Which door comes next."""
+class DoorOrder(Protocol):
+    """The order in which doors are visited."""
 
-    def pick(self, looks: list[Look], time: float) -> Look | None:
-        """One of `looks`, at `time`, s; None to explore instead."""
+    def pick(self, visits: list[DoorVisit], time: float) -> DoorVisit | None:
+        """The next of `visits`, at `time`, s; None to explore instead."""
         ...
 
     def ended(self, goal: Goal, time: float) -> None:
-        """The robot was at the goal, or could not get there."""
+        """The robot reached the goal, or was stuck on the way."""
         ...
 
 
 class RoundRobin:
-    """Each door once a round, always the nearest of those whose turn is still to come."""
+    """Each door once a round, always the nearest of those left."""
 
     def __init__(self) -> None:
         self._visited: list[tuple[float, float]] = []
         self._last: tuple[float, float] | None = None
         self._exploring_until = -math.inf
 
-    def pick(self, looks: list[Look], time: float) -> Look | None:
-        """See `Order`."""
+    def pick(self, visits: list[DoorVisit], time: float) -> DoorVisit | None:
+        """See `DoorOrder`."""
         if time < self._exploring_until:
             return None
-        due = [look for look in looks if not _any_near(look.goal.target, self._visited)]
-        if not due:
+        left = [visit for visit in visits if not _any_near(visit.goal.target, self._visited)]
+        if not left:
             self._visited.clear()
-            self._exploring_until = time + EXPLORE
+            self._exploring_until = time + EXPLORE_TIME
             return None
-        last = [self._last] if self._last else []
-        look = min(
-            due, key=lambda look: look.time * (1 if _any_near(look.goal.target, last) else KEEP)
-        )
-        self._last = look.goal.target
-        return look
+        picked = min(left, key=self._cost)
+        self._last = picked.goal.target
+        return picked
 
     def ended(self, goal: Goal, time: float) -> None:
-        """See `Order`."""
+        """See `DoorOrder`."""
         self._visited.append(goal.target)
         self._last = None
 
+    def _cost(self, visit: DoorVisit) -> float:
+        last = [self._last] if self._last else []
+        return visit.time * (1 if _any_near(visit.goal.target, last) else SWITCH_RATIO)
+
 
 class LongestUnseen:
-    """The door of the largest age for each second that it takes to get there."""
+    """The door of the largest age per second that it takes to reach."""
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
 
-    def pick(self, looks: list[Look], time: float) -> Look | None:
-        """See `Order`."""
-        stale = [look for look in looks if look.door.age >= FRESH]
+    def pick(self, visits: list[DoorVisit], time: float) -> DoorVisit | None:
+        """See `DoorOrder`."""
+        stale = [visit for visit in visits if visit.door.age >= MIN_AGE]
         if not stale:
             return None
-        look = max(stale, key=self._value)
-        self._last = look.goal.target
-        return look
+        picked = max(stale, key=self._value)
+        self._last = picked.goal.target
+        return picked
 
     def ended(self, goal: Goal, time: float) -> None:
-        """See `Order`."""
+        """See `DoorOrder`."""
         self._last = None
 
-    def _value(self, look: Look) -> float:
+    def _value(self, visit: DoorVisit) -> float:
         last = [self._last] if self._last else []
-        return look.door.age / look.time * (KEEP if _any_near(look.goal.target, last) else 1.0)
+        ratio = SWITCH_RATIO if _any_near(visit.goal.target, last) else 1.0
+        return visit.door.age / visit.time * ratio
 
 
 class DoorChooser:
     """Looks at the doors found in some order; explores the nearest frontiers until it knows some.
 
-    order  which door comes next
+    order  of the doors
     """
 
-    def __init__(self, order: Order):
-        self._order, self._explore = order, FrontierChooser(nearest)
+    def __init__(self, order: DoorOrder):
+        self._order, self._explorer = order, FrontierChooser(nearest)
         self._blacklist = Blacklist()
         self._exploring = True
 
-    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+    def goal(self, planning: PlanningSnapshot) -> Goal | None:
         """See `GoalChooser`."""
-        looks = self._looks(survey)
-        picked = self._order.pick(looks, survey.time) if len(looks) >= ENOUGH else None
-        goal = picked.goal if picked else self._explore.goal(survey)
+        visits = self._visits(planning)
+        picked = self._order.pick(visits, planning.time) if len(visits) >= MIN_DOORS else None
+        goal = picked.goal if picked else self._explorer.goal(planning)
         self._exploring = picked is None
-        if goal is not None or not looks:
-            return goal or look_around(survey)
+        if goal is not None or not visits:
+            return goal or look_around(planning)
         self._exploring = False
-        return max(looks, key=lambda look: look.door.age / look.time).goal
+        return max(visits, key=lambda visit: visit.door.age / visit.time).goal
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
         """See `GoalChooser`."""
         if self._exploring:
-            self._explore.ended(goal, reached, time)
+            self._explorer.ended(goal, reached, time)
             return
         self._order.ended(goal, time)
-        self._blacklist.add(goal.target, time, LOOKED if reached else FORGET)
+        self._blacklist.add(goal.target, time, DOOR_REST_TIME if reached else BLACKLIST_TIME)
 
-    def _looks(self, survey: PlanningSnapshot) -> list[Look]:
-        looks = []
-        for door in doors_found(survey.beliefs):
-            goal = look_at(survey, door.centre)
-            if goal and not self._blacklist.holds(goal.target, survey.time):
-                looks.append(Look(door, goal, time_to(goal, survey)))
-        return looks
+    def _visits(self, planning: PlanningSnapshot) -> list[DoorVisit]:
+        visits = []
+        for door in doors_found(planning.beliefs):
+            goal = look_at(planning, door.centre)
+            if goal and not self._blacklist.holds(goal.target, planning.time):
+                visits.append(DoorVisit(door, goal, time_to(goal, planning)))
+        return visits
 
 
-def time_to(goal: Goal, survey: PlanningSnapshot) -> float:
-    """s that it takes to get there."""
-    return float(survey.plan.length[goal.cell]) / SPEED + TURN_TIME
+def time_to(goal: Goal, planning: PlanningSnapshot) -> float:
+    """s to reach a goal."""
+    return float(planning.plan.length[goal.cell]) / PATH_SPEED + DOOR_OVERHEAD
 
 
 def _any_near(target: tuple[float, float], places: list[tuple[float, float]]) -> bool:
-    return any(math.dist(target, place) < SAME for place in places)
+    return any(math.dist(target, place) < SAME_DOOR_DISTANCE for place in places)

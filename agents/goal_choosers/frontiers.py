@@ -1,4 +1,4 @@
-"""Which frontier to explore: the nearest, or the one of explore_lite's least cost."""
+"""Frontier exploration: the nearest frontier, or the one of explore_lite's least cost."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from agents.goal_choosers.goal_agent import look_around
 from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.frontiers import Frontier, frontiers
 from dynslam_env.navigation.goal import Goal, explore
-from dynslam_env.navigation.survey import PlanningSnapshot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from slam.validation import positive, within
 
-SHIFT = 1.5  # m, by which the centroid of a frontier may move as it is driven to
-STAY = 1.5  # m or cost by which another frontier must be better than the one it is driving to
+SAME_FRONTIER_DISTANCE = 1.5  # m, by which the centroid of a frontier may move on the way to it
+SWITCH_COST = 1.5  # by which another frontier must be cheaper than the present goal
 
 Cost = Callable[[Frontier], float]
 
 
 def nearest(frontier: Frontier) -> float:
-    """m of the way to it (Yamauchi 1997)."""
+    """m of the path to it (Yamauchi 1997)."""
     return frontier.length
 
 
@@ -29,8 +29,8 @@ class ExploreLite:
     """The cost of explore_lite (Horner 2016), a ROS package, with the defaults of its code.
 
     potential_scale * distance - gain_scale * size, both in m: the size as the length of a frontier.
-    The least cost is gone for. With these defaults it is the size that decides; the distance, which
-    there is taken straight, breaks ties.
+    The least cost is chosen. With these defaults the size decides; the distance, which explore_lite
+    takes as a straight line, breaks ties.
 
     potential_scale  1/m
     gain_scale       1/m
@@ -53,40 +53,40 @@ class ExploreLite:
 
 
 class FrontierChooser:
-    """The frontier of least `cost`; where there is none, the robot stands still until there is.
+    """Chooses the frontier of least `cost`; without any, the robot stands still.
 
-    While frontiers are left but no way leads to any, as behind a door that closed, it turns on the
+    Where frontiers are left but no path leads to them, as behind a closed door, it turns on the
     spot and waits.
 
-    cost      of a frontier
-    smallest  cells, of a frontier; explore_lite's is 0.5 m
+    cost       of a frontier
+    min_cells  of a frontier; explore_lite's is 0.5 m
     """
 
-    def __init__(self, cost: Cost, smallest: int = 5):
-        self._cost, self._smallest = cost, smallest
+    def __init__(self, cost: Cost, min_cells: int = 5):
+        self._cost, self._min_cells = cost, min_cells
         self._blacklist = Blacklist()
         self._last: tuple[float, float] | None = None
 
-    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+    def goal(self, planning: PlanningSnapshot) -> Goal | None:
         """See `GoalChooser`."""
-        found = frontiers(survey.costmap, survey.plan, survey.position, self._smallest)
+        found = frontiers(planning.costmap, planning.plan, planning.position, self._min_cells)
         best, least = None, math.inf
         for frontier in found:
-            goal = explore(survey, frontier)
-            if goal is None or self._blacklist.holds(goal.target, survey.time):
+            goal = explore(planning, frontier)
+            if goal is None or self._blacklist.holds(goal.target, planning.time):
                 continue
-            cost = self._cost(frontier) - (STAY if self._is_last(goal.target) else 0.0)
+            cost = self._cost(frontier) - (SWITCH_COST if self._is_last(goal.target) else 0.0)
             if cost < least:
                 best, least = goal, cost
         if best is None:
-            return look_around(survey) if found else None
+            return look_around(planning) if found else None
         self._last = best.target
         return best
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """See `GoalChooser`: a frontier that is still one after a visit cannot be explored."""
+        """See `GoalChooser`: a frontier that remains after a visit cannot be explored."""
         self._blacklist.add(goal.target, time)
         self._last = None
 
     def _is_last(self, target: tuple[float, float]) -> bool:
-        return self._last is not None and math.dist(target, self._last) < SHIFT
+        return self._last is not None and math.dist(target, self._last) < SAME_FRONTIER_DISTANCE

@@ -1,4 +1,4 @@
-"""GoalAgent: drives to where a `GoalChooser` says, on the SLAM's map."""
+"""GoalAgent: drives to the goals of a `GoalChooser` on the SLAM's map."""
 
 from __future__ import annotations
 
@@ -8,44 +8,45 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.navigation.goal import NOTHING, Goal
-from dynslam_env.navigation.pilot import REPLAN, Pilot
-from dynslam_env.navigation.site import PatrolView
-from dynslam_env.navigation.survey import PlanningSnapshot, survey
+from dynslam_env.navigation.goal import NO_TARGET, Goal
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot, PatrolView
+from dynslam_env.navigation.pilot import REPLAN_PERIOD, Pilot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot, planning_snapshot
 
 
 class GoalChooser(Protocol):
-    """One way to choose goals. It is asked about once a second; one object an episode."""
+    """A way to choose goals, called about once a second; one object per episode."""
 
-    def goal(self, survey: PlanningSnapshot) -> Goal | None:
-        """Where to go now; None to stand still."""
+    def goal(self, planning: PlanningSnapshot) -> Goal | None:
+        """The next goal; None to stand still."""
         ...
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """The robot stood at the goal and looked (`reached`), or could not get on, at `time` s."""
+        """The robot reached the goal and its heading, or was stuck on the way, at `time` s."""
         ...
 
 
 class GoalAgent:
-    """Plans on the costmap to the goal that `choice` names, follows the path, and gets unstuck.
+    """Plans on the costmap to the goal that `chooser` names, follows the path, and recovers.
 
-    One object an episode; its clock is the site's.
+    One object per episode. A decision takes one snapshot of the patrol; once a second it is planned
+    on, and a goal is chosen anew.
 
-    site    the environment; see `PatrolView`
-    choice  where to go
-    seed    of the recoveries
+    view     the environment
+    chooser  of the goals
+    seed     of the recoveries
     """
 
     def __init__(
-        self, site: PatrolView, choice: GoalChooser, seed: int | np.random.SeedSequence = 0
+        self, view: PatrolView, chooser: GoalChooser, seed: int | np.random.SeedSequence = 0
     ):
-        self._site, self._choice = site, choice
-        self._pilot = Pilot(site, np.random.default_rng(seed))
+        self._view, self._chooser = view, chooser
+        self._pilot = Pilot(np.random.default_rng(seed))
         self._next = -math.inf  # s, when to choose again
 
     @property
     def goal(self) -> Goal | None:
-        """Where it is going."""
+        """The present goal."""
         return self._pilot.goal
 
     def predict(
@@ -55,65 +56,65 @@ class GoalAgent:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[np.float32], Any]:
-        """The next action (2,), in -1 .. 1; `state` is handed through."""
-        return self._action(), state
+        """The next action (2,), in -1 .. 1; `state` is returned unchanged."""
+        return self._action(self._view.snapshot()), state
 
-    def _action(self) -> NDArray[np.float32]:
+    def _action(self, snapshot: PatrolSnapshot) -> NDArray[np.float32]:
         pilot = self._pilot
-        if not pilot.recovering:
-            if pilot.arrived:
-                self._end(reached=True)
-            if self._site.time >= self._next:
-                self._choose()
-        action = pilot.action()
+        if not pilot.recovering(snapshot):
+            if pilot.arrived(snapshot):
+                self._end(snapshot.time, reached=True)
+            if snapshot.time >= self._next:
+                self._choose(snapshot)
+        action = pilot.action(snapshot)
         if pilot.stuck:
-            self._end(reached=False)
+            self._end(snapshot.time, reached=False)
         return action
 
-    def _end(self, reached: bool) -> None:
+    def _end(self, time: float, reached: bool) -> None:
         if self._pilot.goal is not None:
-            self._choice.ended(self._pilot.goal, reached, self._site.time)
+            self._chooser.ended(self._pilot.goal, reached, time)
         self._next = -math.inf
         self._pilot.halt()
 
-    def _choose(self) -> None:
-        seen = survey(self._site)
-        self._next = self._site.time + REPLAN
-        goal = self._kept(seen) or self._choice.goal(seen) or _leave(seen)
+    def _choose(self, snapshot: PatrolSnapshot) -> None:
+        planning = planning_snapshot(snapshot)
+        self._next = snapshot.time + REPLAN_PERIOD
+        goal = self._kept(planning) or self._chooser.goal(planning) or _leave(planning)
         if goal is None:
             self._pilot.halt()
         else:
-            self._pilot.go(goal, seen)
+            self._pilot.go(goal, planning)
 
-    def _kept(self, seen: PlanningSnapshot) -> Goal | None:
-        """The present goal, where a leaf may sweep: that is no place to think again."""
-        return self._pilot.goal_in(seen) if _in_the_way(seen) else None
+    def _kept(self, planning: PlanningSnapshot) -> Goal | None:
+        """The present goal while the robot is where a leaf may sweep: it drives on from there."""
+        return self._pilot.goal_in(planning) if _is_swept(planning) else None
 
 
-def _in_the_way(survey: PlanningSnapshot) -> bool:
+def _is_swept(planning: PlanningSnapshot) -> bool:
     """Whether the robot is where a leaf may sweep."""
-    here = survey.costmap.spec.cells(np.array([survey.position]))[0]
-    return bool(survey.costmap.swept[tuple(here)])
+    cell = planning.costmap.spec.cells(np.array([planning.position]))[0]
+    return bool(planning.costmap.swept[tuple(cell)])
 
 
-def _leave(survey: PlanningSnapshot) -> Goal | None:
-    """Out of where a leaf may sweep, if the robot is there: that is no place to stand still."""
-    if not _in_the_way(survey):
+def _leave(planning: PlanningSnapshot) -> Goal | None:
+    """The nearest cell by path cost that no leaf may sweep, if the robot stands in one."""
+    if not _is_swept(planning):
         return None
-    cost = np.where(survey.costmap.swept, math.inf, survey.plan.cost)
+    cost = np.where(planning.costmap.swept, math.inf, planning.plan.cost)
     row, col = np.unravel_index(int(np.argmin(cost)), cost.shape)
     if not math.isfinite(cost[row, col]):
         return None
-    return Goal((int(row), int(col)), None, NOTHING)
+    return Goal((int(row), int(col)), None, NO_TARGET)
 
 
-def look_around(survey: PlanningSnapshot) -> Goal | None:
-    """Turn by a quarter, in the widest place that can be reached: there it is seen soonest when a
-    door opens, and no leaf comes."""
-    fit = survey.plan.reached & ~survey.costmap.swept
+def look_around(planning: PlanningSnapshot) -> Goal | None:
+    """Turn by a quarter at the reachable cell of the largest clearance: an opening door is seen
+    from there, and no leaf sweeps it."""
+    fit = planning.plan.reached & ~planning.costmap.swept
     if not fit.any():
         return None
-    room = np.where(fit, survey.costmap.clearance, -math.inf)
-    row, col = np.unravel_index(int(np.argmax(room)), room.shape)
-    heading = math.remainder(survey.pose.theta + math.pi / 2, math.tau)
-    return Goal((int(row), int(col)), heading, NOTHING)
+    clearance = np.where(fit, planning.costmap.clearance, -math.inf)
+    row, col = np.unravel_index(int(np.argmax(clearance)), clearance.shape)
+    heading = math.remainder(planning.pose.theta + math.pi / 2, math.tau)
+    return Goal((int(row), int(col)), heading, NO_TARGET)

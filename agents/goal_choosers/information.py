@@ -1,4 +1,4 @@
-"""Where a scan brings the most bits for the time it takes to get there."""
+"""Information gain: the viewpoint whose scan brings the most bits per second of the way there."""
 
 from __future__ import annotations
 
@@ -8,41 +8,40 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.goal_choosers.pose_information import PoseInformation
 from dynslam_env.navigation.frontiers import frontiers
 from dynslam_env.navigation.goal import Goal
 from dynslam_env.navigation.information import expected_bits
-from dynslam_env.navigation.site import PatrolView
-from dynslam_env.navigation.survey import PlanningSnapshot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from slam.geometry import Array
+from slam.scan import Scan
 
-SAMPLES = 40  # viewpoints drawn from all that can be reached
-SPEED = 0.5  # m/s, that a way takes
-TURN_TIME = 2.0  # s, for turning and speeding up, on any way
-KEEP = 1.25  # times: so much better another goal must be than the one it is driving to
-LEAST = 5.0  # bits: for less nothing is worth a way
+VIEWPOINTS = 40  # drawn from all reachable cells
+PATH_SPEED = 0.5  # m/s, assumed on a path
+VIEW_OVERHEAD = 2.0  # s, for turning and accelerating, on any path to a viewpoint
+SWITCH_RATIO = 1.25  # by which another viewpoint must be better than the present goal
+MIN_BITS = 5.0  # of a viewpoint; with less the robot stays
 
 
 class PoseTerm(Protocol):
-    """What a viewpoint brings besides what its scan shows of the map."""
+    """The information of a viewpoint beside that of the map."""
 
-    def follow(self, survey: PlanningSnapshot) -> None:
-        """Take notice of where the robot is."""
+    def follow(self, planning: PlanningSnapshot) -> None:
+        """Record the robot's present pose."""
         ...
 
     def places(self) -> Array:
-        """(k, 2) m, viewpoints that it wants to be considered."""
+        """(k, 2) m, further candidates for viewpoints."""
         ...
 
     def bits(self, points: Array, lengths: Array) -> Array:
-        """(n,) of viewpoints (n, 2), m, at the end of ways of `lengths` (n,), m."""
+        """(n,) of viewpoints (n, 2), m, at the end of paths of `lengths` (n,), m."""
         ...
 
 
 class NoPoseTerm:
-    """The map alone."""
+    """No information beside that of the map."""
 
-    def follow(self, survey: PlanningSnapshot) -> None:
+    def follow(self, planning: PlanningSnapshot) -> None:
         """See `PoseTerm`."""
 
     def places(self) -> Array:
@@ -55,41 +54,38 @@ class NoPoseTerm:
 
 
 class InformationChooser:
-    """Of sampled viewpoints, the one with the most expected bits a second of way.
+    """Chooses, of sampled viewpoints, the one with the most expected bits per second of the way.
 
     A next-best view (Gonzalez-Banos and Latombe 2002) with the expected information of a scan as
-    its gain. Cells that change lose what was known of them while nobody looks, so that the doors
-    seen longest ago draw it back without being named.
+    its gain. The entropy of changing cells grows while they are not seen, so that it returns to the
+    doors seen longest ago.
 
-    rng    draws the viewpoints
-    laser  field of view, rad, and range, m, of the scans that are foreseen
-    pose   what a viewpoint brings for the pose
+    rng   draws the viewpoints
+    scan  one of the laser's, for its field of view and range
+    pose  information beside that of the map
     """
 
-    def __init__(
-        self,
-        rng: np.random.Generator,
-        laser: tuple[float, float] = (math.pi, 8.0),
-        pose: PoseTerm | None = None,
-    ):
-        self._rng, self._laser, self._pose = rng, laser, pose or NoPoseTerm()
+    def __init__(self, rng: np.random.Generator, scan: Scan, pose: PoseTerm | None = None):
+        field_of_view = min(float(scan.angles[-1] - scan.angles[0]), math.tau)
+        self._laser = field_of_view, scan.max_range
+        self._rng, self._pose = rng, pose or NoPoseTerm()
         self._last: tuple[float, float] | None = None
 
-    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+    def goal(self, planning: PlanningSnapshot) -> Goal | None:
         """See `GoalChooser`."""
-        self._pose.follow(survey)
-        cells, kept = self._candidates(survey)
+        self._pose.follow(planning)
+        cells, kept = self._candidates(planning)
         if not len(cells):
             return None
-        points = survey.costmap.spec.centres(cells)
-        lengths = survey.plan.length[tuple(cells.T)]
-        bits, headings = expected_bits(survey.beliefs, points, *self._laser)
+        points = planning.costmap.spec.centres(cells)
+        lengths = planning.plan.length[tuple(cells.T)]
+        bits, headings = expected_bits(planning.beliefs, points, *self._laser)
         bits += self._pose.bits(points, lengths)
-        value = bits / (lengths / SPEED + TURN_TIME)
+        value = bits / (lengths / PATH_SPEED + VIEW_OVERHEAD)
         if kept:
-            value[0] *= KEEP
+            value[0] *= SWITCH_RATIO
         best = int(np.argmax(value))
-        if bits[best] < LEAST:
+        if bits[best] < MIN_BITS:
             return None
         x, y = points[best].tolist()
         self._last = (x, y)
@@ -100,30 +96,19 @@ class InformationChooser:
         """See `GoalChooser`."""
         self._last = None
 
-    def _candidates(self, survey: PlanningSnapshot) -> tuple[NDArray[np.int64], bool]:
-        """(n, 2) cells that can be reached, and whether the first is the last goal."""
-        reached = np.argwhere(survey.plan.reached & ~survey.costmap.swept)
+    def _candidates(self, planning: PlanningSnapshot) -> tuple[NDArray[np.int64], bool]:
+        """(n, 2) reachable cells, and whether the first is the present goal."""
+        reached = np.argwhere(planning.plan.reached & ~planning.costmap.swept)
         if not len(reached):
             return reached, False
-        drawn = reached[self._rng.integers(len(reached), size=SAMPLES)]
-        found = frontiers(survey.costmap, survey.plan, survey.position)
+        drawn = reached[self._rng.integers(len(reached), size=VIEWPOINTS)]
+        found = frontiers(planning.costmap, planning.plan, planning.position)
         gates = [frontier.cell for frontier in found if frontier.cell is not None]
-        spec, places = survey.costmap.spec, self._pose.places()
+        spec, places = planning.costmap.spec, self._pose.places()
         if self._last is not None:
             places = np.concatenate([[self._last], places])
         wanted = spec.cells(places)
         fits: NDArray[np.bool_] = np.all((wanted >= 0) & (wanted < spec.shape), axis=1)
-        fits[fits] = survey.plan.reached[tuple(wanted[fits].T)]
+        fits[fits] = planning.plan.reached[tuple(wanted[fits].T)]
         kept = self._last is not None and bool(fits[0])
         return np.concatenate([wanted[fits], np.array(gates, int).reshape(-1, 2), drawn]), kept
-
-
-def laser_of(site: PatrolView) -> tuple[float, float]:
-    """Field of view, rad, and range, m, of a site's scans."""
-    angles = site.scan.angles
-    return min(float(angles[-1] - angles[0]), math.tau), site.scan.max_range
-
-
-def with_pose(site: PatrolView, rng: np.random.Generator) -> InformationChooser:
-    """The map's bits and the pose's."""
-    return InformationChooser(rng, laser_of(site), PoseInformation(site))

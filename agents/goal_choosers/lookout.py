@@ -1,4 +1,4 @@
-"""A lookout: the place with the widest view, and turning round there."""
+"""Lookout: turns on the spot at the place with the widest view."""
 
 from __future__ import annotations
 
@@ -7,48 +7,50 @@ import math
 import numpy as np
 
 from agents.goal_choosers.goal_agent import look_around
-from dynslam_env.navigation.goal import NOTHING, Goal
+from dynslam_env.navigation.goal import NO_TARGET, Goal
 from dynslam_env.navigation.information import seen_around
-from dynslam_env.navigation.survey import PlanningSnapshot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 
-AHEAD = 2.5  # rad that it wants to turn on: it is asked again long before it has
-ROOM = 0.3  # m to the next wall, where it stands
-WIDER = 1.1  # times: so much wider another view must be before it goes there
-SAMPLES = 60  # places that are tried
-TURN = 5.0  # s, of turning between two thoughts of another place
+TURN_AHEAD = 2.5  # rad, of the heading: farther than the robot turns before the next choice
+MIN_CLEARANCE = 0.3  # m, of a place
+VIEW_RATIO = 1.1  # by which another place's view must be wider before it goes there
+PLACES = 60  # that are compared
+MOVE_PERIOD = 5.0  # s, of turning between two comparisons
 
 
 class LookoutChooser:
-    """Turns round on the spot where most of what it knows is in sight, as far as the laser reaches.
+    """Turns on the spot where most of the observed cells are in sight, within the laser's range.
 
-    Not out of a paper: in a place where most doors are seen from one spot, to drive on is to turn
-    one's back on half of them.
+    Not from a paper: where most doors are seen from one place, driving on turns the laser away from
+    half of them.
 
-    rng    draws the places
-    reach  m, of the laser
+    rng        draws the places
+    max_range  m, of the laser
     """
 
-    def __init__(self, rng: np.random.Generator, reach: float):
-        self._rng, self._reach = rng, reach
+    def __init__(self, rng: np.random.Generator, max_range: float):
+        self._rng, self._max_range = rng, max_range
         self._place: tuple[float, float] | None = None
-        self._again = -math.inf
+        self._next = -math.inf  # s, when to compare places again
 
-    def goal(self, survey: PlanningSnapshot) -> Goal | None:
+    def goal(self, planning: PlanningSnapshot) -> Goal | None:
         """See `GoalChooser`."""
-        fit = survey.plan.reached & ~survey.costmap.swept & (survey.costmap.clearance > ROOM)
+        costmap = planning.costmap
+        fit = planning.plan.reached & ~costmap.swept & (costmap.clearance > MIN_CLEARANCE)
         if not fit.any():
-            return look_around(survey)
-        cells, spec = np.argwhere(fit), survey.costmap.spec
-        if self._place is None or survey.time >= self._again:
-            drawn = spec.centres(cells[self._rng.integers(len(cells), size=SAMPLES)])
-            drawn[0] = survey.position if self._place is None else self._place
-            wide = seen_around(survey.beliefs, drawn, self._reach)
-            wide[0] *= WIDER
-            x, y = drawn[int(np.argmax(wide))].tolist()
-            self._place, self._again = (x, y), survey.time + TURN
-        away = np.hypot(*(spec.centres(cells) - self._place).T)
-        row, col = cells[int(np.argmin(away))].tolist()
-        return Goal((row, col), math.remainder(survey.pose.theta + AHEAD, math.tau), NOTHING)
+            return look_around(planning)
+        cells, spec = np.argwhere(fit), costmap.spec
+        if self._place is None or planning.time >= self._next:
+            drawn = spec.centres(cells[self._rng.integers(len(cells), size=PLACES)])
+            drawn[0] = planning.position if self._place is None else self._place
+            seen = seen_around(planning.beliefs, drawn, self._max_range)
+            seen[0] *= VIEW_RATIO
+            x, y = drawn[int(np.argmax(seen))].tolist()
+            self._place, self._next = (x, y), planning.time + MOVE_PERIOD
+        distance = np.hypot(*(spec.centres(cells) - self._place).T)
+        row, col = cells[int(np.argmin(distance))].tolist()
+        heading = math.remainder(planning.pose.theta + TURN_AHEAD, math.tau)
+        return Goal((row, col), heading, NO_TARGET)
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
         """See `GoalChooser`."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dynslam_env.simulation.fleet import Fleet
+from dynslam_env.simulation.world_batch import WorldBatch
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.scan import Scan
@@ -81,16 +81,18 @@ def pose_between(a: Pose2, b: Pose2, share: float) -> Pose2:
     return Pose2(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.theta + share * turn)
 
 
-def scene(fleet: Fleet, i: int, trail: Sequence[Pose2]) -> Scene:
+def scene(batch: WorldBatch, i: int, trail: Sequence[Pose2]) -> Scene:
     """The truth of world `i` as it stands; `trail` is where its robot has been."""
-    layout, world, setup = fleet.layouts[i], fleet.worlds[i], fleet.setup
-    angle = setup.doors.open_angle
+    layout, world, config = batch.layouts[i], batch.worlds[i], batch.config
+    angle = config.doors.open_angle
     sweeps = [(*d.hinge, d.closed, d.swing * angle) for d in layout.doors]
     edges = world.segments[world.first_edge :][: 4 * len(layout.doors)]
-    scan = fleet.scanners[i].scan(fleet.ranges[i].copy(), world.time)
-    pose = Pose2.of(fleet.drive.poses[i])
+    scan = batch.scanners[i].scan(batch.ranges[i].copy(), world.time)
+    pose = Pose2.of(batch.drive.poses[i])
     title = f"truth   {world.time:5.1f} s"
     leaves, swings = edges.copy().reshape(-1, 4, 4), np.array(sweeps).reshape(-1, 4)
-    radii = np.full(len(world.people), setup.people.radius)
+    radii = np.full(len(world.people), config.people.radius)
     people = np.column_stack([world.people, radii])
-    return Scene(layout.walls, leaves, swings, scan, pose, setup.robot.radius, trail, title, people)
+    return Scene(
+        layout.walls, leaves, swings, scan, pose, config.robot.radius, trail, title, people
+    )

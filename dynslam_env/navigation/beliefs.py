@@ -1,4 +1,4 @@
-"""Beliefs: what a robot that patrols knows of every place, and since when."""
+"""Beliefs: the dynamic map of a patrol as arrays."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from slam.grid import GridSpec
 
 
 class Beliefs(NamedTuple):
-    """The dynamic map of the task, as it stands now.
+    """The task's dynamic map, predicted for one moment.
 
-    spec      its cells, 0.15 m
-    occupied  (rows, cols) float32, P(occupied now), predicted: what changes and is not looked at
-              goes back to the share of time that it is occupied
+    spec      grid of its cells, 0.15 m
+    occupied  (rows, cols) float32, P(occupied now), predicted: a cell that changes and is not seen
+              relaxes towards its stationary probability
     observed  (rows, cols) bool
     age       (rows, cols) float32, s since the cell was last seen; inf where it never was
-    flips     (rows, cols) float32, changes seen for every second of watching; 0 where none was
+    flips     (rows, cols) float32, observed changes per second of observation; 0 without any
     """
 
     spec: GridSpec

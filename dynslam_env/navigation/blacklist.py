@@ -1,24 +1,29 @@
-"""Blacklist: places that are not to be gone to for a while."""
+"""Blacklist: targets that are not chosen again for a while."""
 
 from __future__ import annotations
 
 import math
 
-SAME = 0.5  # m: targets no farther apart are the same
-FORGET = 60.0  # s, after which a place on the blacklist may be tried again: doors open
-LOOKED = 8.0  # s for which a door just looked at is left alone, even if little of it was seen
+SAME_TARGET_DISTANCE = 0.5  # m: targets no farther apart count as one
+BLACKLIST_TIME = 60.0  # s, after which a target may be tried again: doors open
+DOOR_REST_TIME = 8.0  # s for which a door just looked at is left out, even if seen in part only
 
 
 class Blacklist:
-    """Places that could not be reached, or that showed nothing new, for a while."""
+    """Targets that could not be reached or showed nothing new, each with the time of its end."""
 
     def __init__(self) -> None:
         self._until: list[tuple[float, tuple[float, float]]] = []
 
-    def add(self, target: tuple[float, float], time: float, forget: float = FORGET) -> None:
-        """From `time`, s, on, for `forget` s."""
-        self._until.append((time + forget, target))
+    def add(
+        self, target: tuple[float, float], time: float, duration: float = BLACKLIST_TIME
+    ) -> None:
+        """List `target`, m, from `time`, s, on for `duration` s."""
+        self._until.append((time + duration, target))
 
     def holds(self, target: tuple[float, float], time: float) -> bool:
-        """Whether `target`, m, is near one of them."""
-        return any(time < until and math.dist(target, place) < SAME for until, place in self._until)
+        """Whether a listed target is near `target`, m."""
+        return any(
+            time < until and math.dist(target, place) < SAME_TARGET_DISTANCE
+            for until, place in self._until
+        )

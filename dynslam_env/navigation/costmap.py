@@ -1,4 +1,4 @@
-"""Costmap: where a round robot can be, and what it costs to be there.
+"""Costmap: the cells where a round robot fits, and the cost of a metre in each.
 
 After costmap_2d of ROS (Lu, Hershberger and Smart 2014): obstacles are inflated by the robot's
 radius, and beyond it the cost falls off exponentially.
@@ -13,48 +13,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.navigation.regions import EIGHT, FOUR, distance_to, grown
+from dynslam_env.navigation.regions import EIGHT_NEIGHBOURS, FOUR_NEIGHBOURS, dilated, distance_to
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import GridSpec, OccupancyGrid
 from slam.scan import Scan
 from slam.validation import positive, within
 
 UNKNOWN, OPEN, TIGHT, OCCUPIED = 0, 1, 2, 3
-"""Kinds of cells: nothing seen; the robot's centre can be there; free, but nearer to something
-occupied than the robot is wide; occupied."""
+"""Kinds of cells: not observed; free for the robot's centre; free, but nearer to an obstacle than
+the robot's radius; occupied."""
 
 Kinds = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class Inflation:
-    """How far obstacles reach.
+    """The cost of being near obstacles and doors.
 
-    margin   m, kept between the body and the border of an occupied cell. Such a cell is wider than
-             what stands in it already, and of a door of 0.9 m but six cells are free
-    weight   what a metre costs beside an obstacle, above the 1 that it costs in the open
-    falloff  m, in which that extra falls to 1/e
-    swing    m, from what is known to change: so far a leaf may come, and it is no place to stop
-    crossing what a metre costs there, above the other
-    occupied h from which on a cell counts as occupied
-    changing the same for cells that are known to change: those of a door relax towards the share
-             of time that it is closed, and a door that may be open again is worth a try
+    margin              m, kept between the body and the border of an occupied cell; small, as the
+                        cell exceeds its obstacle, and a door of 0.9 m has only six free cells
+    weight              added cost of a metre beside an obstacle; 1 is its cost in the open
+    falloff             m, in which the added cost falls to 1/e
+    swept_distance      m, around changing cells, that a door leaf may sweep
+    swept_weight        added cost of a metre there
+    occupied_threshold  P(occupied) above which a cell counts as occupied
+    changing_threshold  the same for changing cells, which relax towards the share of time that
+                        their door is closed; higher, as the door may be open again
     """
 
     margin: float = 0.02
     weight: float = 3.0
     falloff: float = 0.2
-    swing: float = 0.6
-    crossing: float = 2.0
-    occupied: float = 0.5
-    changing: float = 0.7
+    swept_distance: float = 0.6
+    swept_weight: float = 2.0
+    occupied_threshold: float = 0.5
+    changing_threshold: float = 0.7
 
     def __post_init__(self) -> None:
         positive(self, "falloff")
         within(self, "margin", 0.0)
         within(self, "weight", 0.0)
-        within(self, "occupied", 0.0, 1.0)
-        within(self, "changing", 0.0, 1.0)
+        within(self, "occupied_threshold", 0.0, 1.0)
+        within(self, "changing_threshold", 0.0, 1.0)
 
 
 class Costmap(NamedTuple):
@@ -63,7 +63,7 @@ class Costmap(NamedTuple):
     kinds      (rows, cols) uint8, UNKNOWN, OPEN, TIGHT or OCCUPIED
     cost       (rows, cols) float64, of a metre there, 1 or more
     clearance  (rows, cols) float64, m, from the cell's centre to the nearest occupied cell's border
-    swept      (rows, cols) bool, near what changes: a way may cross it, but none should end there
+    swept      (rows, cols) bool, near changing cells: a path may cross these, but not end there
     """
 
     spec: GridSpec
@@ -83,12 +83,11 @@ def costmap(
 ) -> Costmap:
     """The costmap of a SLAM's map for a robot of `radius` m at the estimated `pose`.
 
-    Cells that the task's map knows to change are taken from there, as predicted for now. What the
-    last scan hit is occupied, and where the robot's body is, is not: both are facts, whatever the
-    map has not learnt yet.
+    Changing cells are taken from the beliefs, as predicted for now. Cells hit by the last scan are
+    occupied and those under the robot's body free, whatever the map says.
     """
-    spec, occupied, observed = coarse(grid, inflation.occupied)
-    changing = _overlay(spec, occupied, beliefs, inflation.changing)
+    spec, occupied, observed = coarse(grid, inflation.occupied_threshold)
+    changing = _overlay(spec, occupied, beliefs, inflation.changing_threshold)
     rows, cols = _cells_inside(spec, transform_points(pose, scan.points))
     occupied[rows, cols] = observed[rows, cols] = True
     rows, cols = _body(spec, pose, radius)
@@ -107,19 +106,19 @@ def inflated(
     """The costmap of bool arrays (rows, cols) for a robot of `radius` m."""
     cell = spec.resolution
     clearance = distance_to(occupied, cell) - cell / 2
-    swept = distance_to(changing, cell) <= inflation.swing
+    swept = distance_to(changing, cell) <= inflation.swept_distance
     near = radius + inflation.margin
     kinds = np.where(observed, np.where(clearance < near, TIGHT, OPEN), UNKNOWN).astype(np.uint8)
     kinds[occupied] = OCCUPIED
     cost = 1.0 + inflation.weight * np.exp(-np.maximum(clearance - near, 0.0) / inflation.falloff)
-    cost[swept] += inflation.crossing
+    cost[swept] += inflation.swept_weight
     return Costmap(spec, kinds, cost, clearance, swept)
 
 
 def coarse(
     grid: OccupancyGrid, threshold: float
 ) -> tuple[GridSpec, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Cells of twice the size: spec, occupied (any of the four is), observed (any of them is)."""
+    """Spec, occupied and observed of cells of twice the size: true where any of their four is."""
     spec = grid.spec
     half = GridSpec(
         2 * spec.resolution, spec.row0 // 2, spec.col0 // 2, spec.rows // 2, spec.cols // 2
@@ -136,9 +135,10 @@ def _any_of_four(fine: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _overlay(
     spec: GridSpec, occupied: NDArray[np.bool_], beliefs: Beliefs, threshold: float
 ) -> NDArray[np.bool_]:
-    """Where the beliefs saw changes, and beside it, take what they predict; gives the cells that
-    change."""
-    there, changing = beliefs.spec, grown(_in_the_open(beliefs), EIGHT)
+    """Write the beliefs' prediction into changing cells of `occupied` and their neighbours.
+
+    Returns these cells (rows, cols)."""
+    there, changing = beliefs.spec, dilated(_in_the_open(beliefs), EIGHT_NEIGHBOURS)
     rows = _counterpart(spec.row0, spec.rows, spec.resolution, there.row0, there.resolution)
     cols = _counterpart(spec.col0, spec.cols, spec.resolution, there.col0, there.resolution)
     known_rows = (rows >= 0) & (rows < there.rows)
@@ -152,11 +152,11 @@ def _overlay(
 
 
 def _in_the_open(beliefs: Beliefs) -> NDArray[np.bool_]:
-    """(rows, cols) cells that change and lie beside nothing solid: where a leaf hangs, its coarse
-    cells would make the doorway narrower than it is."""
+    """(rows, cols) changing cells that are not beside a wall: those at a hinge would make the
+    doorway narrower than it is."""
     changed = beliefs.flips > 0
     solid = ~beliefs.observed | (~changed & (beliefs.occupied > 0.5))
-    return changed & ~grown(solid, FOUR)
+    return changed & ~dilated(solid, FOUR_NEIGHBOURS)
 
 
 def _counterpart(

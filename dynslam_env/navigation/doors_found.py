@@ -1,4 +1,4 @@
-"""Doors found: clusters of cells that were seen to change."""
+"""Doors found: clusters of cells whose state was observed to change."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.regions import loose_clusters
 from slam.geometry import Array
 
-FEWEST = 3  # cells
-WIDEST = 1.2  # m from the centre: what changes over more than that is no one door
-SEEN_SHARE = 0.3  # of its cells: a door counts as seen when so many were; a leaf hides the others
+MIN_DOOR_CELLS = 3
+MAX_DOOR_RADIUS = 1.2  # m: a larger cluster is not one door
+AGE_QUANTILE = 0.3  # of the cells' ages is the door's: an open leaf hides the others
 
 
 class FoundDoor(NamedTuple):
-    """Something that was seen to change where it stands: a door, most likely.
+    """A cluster of changing cells: most likely a door.
 
     centre  (2,) m
-    reach   m, from the centre to its farthest cell
+    radius  m, from the centre to the farthest cell
     age     s since it was last seen
-    flips   1/s, mean over its cells of the observed changes of state
-    cells   of the beliefs, so many
+    flips   1/s, observed changes of state, mean over the cells
+    cells   number of cells of the beliefs
     """
 
     centre: Array
-    reach: float
+    radius: float
     age: float
     flips: float
     cells: int
 
 
-def doors_found(beliefs: Beliefs, fewest: int = FEWEST) -> list[FoundDoor]:
-    """Clusters of at least `fewest` changing cells with no gap between them wider than two cells.
+def doors_found(beliefs: Beliefs, min_cells: int = MIN_DOOR_CELLS) -> list[FoundDoor]:
+    """Clusters of at least `min_cells` changing cells, gaps of up to two cells allowed.
 
-    What is too wide for one door, such as where people walk, is left out.
+    Clusters too large for one door, such as where people walk, are left out.
     """
-    found = [_door(beliefs, cells) for cells in loose_clusters(beliefs.flips > 0, fewest)]
-    return [door for door in found if door.reach <= WIDEST]
+    found = [_door(beliefs, cells) for cells in loose_clusters(beliefs.flips > 0, min_cells)]
+    return [door for door in found if door.radius <= MAX_DOOR_RADIUS]
 
 
 def _door(beliefs: Beliefs, cells: NDArray[np.int64]) -> FoundDoor:
@@ -49,7 +49,7 @@ def _door(beliefs: Beliefs, cells: NDArray[np.int64]) -> FoundDoor:
     return FoundDoor(
         centre,
         float(np.hypot(*(points - centre).T).max()),
-        float(np.quantile(beliefs.age[rows, cols], SEEN_SHARE)),
+        float(np.quantile(beliefs.age[rows, cols], AGE_QUANTILE)),
         float(beliefs.flips[rows, cols].mean()),
         len(cells),
     )

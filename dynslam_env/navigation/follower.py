@@ -1,4 +1,4 @@
-"""Follower: drives a path and looks where it is to look, one held command at a time."""
+"""Follower: follows a path by pure pursuit, then turns to a heading."""
 
 from __future__ import annotations
 
@@ -7,129 +7,127 @@ from enum import Enum
 
 import numpy as np
 
-from dynslam_env.navigation.guard import guarded, pressed
+from dynslam_env.navigation.guard import contact_ahead, guarded
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.navigation.pursuit import Command, PathProgress, arc_to
-from dynslam_env.navigation.site import PatrolView
 from slam.geometry import Array, Pose2
 
-NEAREST = 0.4  # m, lookahead at a standstill; it grows with the speed
-AHEAD = 0.5  # s, by which it grows
-REACH = 0.15  # m, so near the end counts as there
-FACED = math.radians(12)  # so well a heading is taken
-SLOWEST = 0.25  # m/s, beside an obstacle and at the end
-CLEAR = 0.6  # m, of clearance from which on the robot drives at full speed
-BRAKING = 0.6  # share of the deceleration that is counted on
-TURNING = 0.8  # share of the largest omega that arcs are driven with
-BACK = Command(-0.25, 0.0)  # away from what the robot touches, or nearly
-CREEP = 0.02  # m/s, less is standing before something
+MIN_LOOKAHEAD = 0.4  # m, at a standstill
+LOOKAHEAD_TIME = 0.5  # s: the lookahead grows by this times the speed
+GOAL_TOLERANCE = 0.15  # m, from the end of the path
+HEADING_TOLERANCE = math.radians(12)
+MIN_SPEED = 0.25  # m/s, beside an obstacle and at the end
+FULL_SPEED_CLEARANCE = 0.6  # m, of clearance from which on the robot drives at full speed
+BRAKING_SHARE = 0.6  # of the robot's deceleration that is planned with
+TURN_SHARE = 0.8  # of the largest omega, for arcs
+BACK_OFF = Command(-0.25, 0.0)  # away from a contact ahead
+MIN_PROGRESS = 0.02  # m/s; slower than this, the robot counts as blocked
+CLEARANCE_CELLS = 10  # of the path, 0.1 m each, whose clearance limits the speed
 
 
 class State(Enum):
-    """What a follower is about."""
+    """The purpose of a follower's last command."""
 
-    STANDING = "it is to stand still"
-    TURNING = "it turns on the spot"
-    DRIVING = "it drives, or would if nothing stood in the way"
+    STANDING = "stand still"
+    TURNING = "turn on the spot"
+    DRIVING = "drive, even where an obstacle prevents it"
 
 
 class Follower:
     """Pure pursuit that slows down in arcs, in narrow places, at the end, and before echoes.
 
-    site   the environment; of it the SLAM's pose and the last scan are used
-    state  what the last command was for
+    state  purpose of the last command
     """
 
-    def __init__(self, site: PatrolView):
-        self._site = site
-        self._way: PathProgress | None = None
+    def __init__(self) -> None:
+        self._path: PathProgress | None = None
         self._heading: float | None = None
         self._clearance = np.empty(0)
         self._v = 0.0
         self.state = State.STANDING
 
     def follow(self, points: Array, heading: float | None, clearance: Array) -> None:
-        """Take the path (n, 2) m from now on, and turn to `heading`, rad, at its end (None: as it
-        is); `clearance` (n,) m is that of the costmap along the path."""
-        self._way, self._heading, self._clearance = PathProgress(points), heading, clearance
+        """Follow the path `points` (n, 2), m, then turn to `heading`, rad (None: do not turn).
+
+        clearance  (n,) m, of the costmap along the path
+        """
+        self._path, self._heading, self._clearance = PathProgress(points), heading, clearance
 
     def halt(self) -> None:
-        """Stand still from now on."""
-        self._way = None
+        """Drop the path and stand still."""
+        self._path = None
 
     @property
-    def driven(self) -> float:
-        """m of the path that lie behind; 0 without one."""
-        return self._way.at if self._way is not None else 0.0
+    def travelled(self) -> float:
+        """m of the path that lie behind the robot; 0 without a path."""
+        return self._path.travelled if self._path is not None else 0.0
 
-    @property
-    def arrived(self) -> bool:
-        """At the end of the path, looking where it was to look."""
-        if self._way is None or not self._at_end(self._way):
+    def arrived(self, pose: Pose2) -> bool:
+        """Whether `pose` is at the end of the path and has the heading."""
+        if self._path is None or not _at_end(self._path, pose):
             return False
-        return self._heading is None or abs(self._aside(self._heading)) < FACED
+        return self._heading is None or abs(_offset(self._heading, pose)) < HEADING_TOLERANCE
 
-    def command(self) -> Command:
-        """What to hold for the next period, m/s and rad/s."""
-        wanted = self._wanted()
+    def command(self, snapshot: PatrolSnapshot) -> Command:
+        """The command to hold for the next period, m/s and rad/s."""
+        wanted, pose = self._wanted(snapshot), snapshot.pose
         self.state = _state(wanted)
-        robot, period = self._site.robot, self._site.period
-        command = guarded(wanted, self._site.scan, robot, period)
+        command = guarded(wanted, snapshot.scan, snapshot.robot, snapshot.period)
         turning = self.state is State.TURNING
-        if not turning and pressed(self._site.scan, robot):
-            command = BACK
-        elif wanted.v > 0.0 and command.v < CREEP and self._way is not None:
-            x, y = self._way.carrot(self._pose, NEAREST)
-            command = self._turn(math.atan2(y - self._pose.y, x - self._pose.x))
+        if not turning and contact_ahead(snapshot.scan, snapshot.robot):
+            command = BACK_OFF
+        elif wanted.v > 0.0 and command.v < MIN_PROGRESS and self._path is not None:
+            x, y = self._path.lookahead_point(pose, MIN_LOOKAHEAD)
+            command = _turn(math.atan2(y - pose.y, x - pose.x), snapshot)
         self._v = max(command.v, 0.0)
         return command
 
-    @property
-    def _pose(self) -> Pose2:
-        return Pose2.of(self._site.slam.pose)
-
-    def _wanted(self) -> Command:
-        """What would be driven if nothing unforeseen stood there."""
-        if self._way is None or self.arrived:
+    def _wanted(self, snapshot: PatrolSnapshot) -> Command:
+        """The command if there were no unmapped obstacle."""
+        pose, (max_speed, max_turn) = snapshot.pose, snapshot.limits
+        if self._path is None or self.arrived(pose):
             return Command(0.0, 0.0)
-        if self._at_end(self._way):
+        if _at_end(self._path, pose):
             assert self._heading is not None
-            return self._turn(self._heading)
-        pose, (fastest, turn) = self._pose, self._site.limits
-        lookahead = NEAREST + AHEAD * self._v
-        carrot = self._way.carrot(pose, lookahead)
-        away = max(math.hypot(carrot[0] - pose.x, carrot[1] - pose.y), 0.05)
-        v, omega = arc_to(pose, carrot, self._speed(self._way, fastest), away)
+            return _turn(self._heading, snapshot)
+        x, y = self._path.lookahead_point(pose, MIN_LOOKAHEAD + LOOKAHEAD_TIME * self._v)
+        distance = max(math.hypot(x - pose.x, y - pose.y), 0.05)
+        v, omega = arc_to(pose, (x, y), self._speed(self._path, max_speed, snapshot), distance)
         if v == 0.0:
-            return self._turn(math.atan2(carrot[1] - pose.y, carrot[0] - pose.x))
-        slower = min(1.0, TURNING * turn / max(abs(omega), 1e-9))
-        return Command(v * slower, omega * slower)
+            return _turn(math.atan2(y - pose.y, x - pose.x), snapshot)
+        factor = min(1.0, TURN_SHARE * max_turn / max(abs(omega), 1e-9))
+        return Command(v * factor, omega * factor)
 
-    def _speed(self, way: PathProgress, fastest: float) -> float:
-        """m/s that the clearance along the path and the way left allow."""
-        at = int(np.searchsorted(way.along, way.at))
-        near = self._clearance[at : at + round(1.0 / 0.1)]
-        radius = self._site.robot.radius
-        room = float(near.min()) - radius if len(near) else CLEAR
-        share = min(max(room / (CLEAR - radius), 0.0), 1.0)
-        v = SLOWEST + (fastest - SLOWEST) * share
-        braking = math.sqrt(2 * BRAKING * self._site.robot.acceleration * max(way.left, 0.0))
-        return min(v, max(braking, SLOWEST))
+    def _speed(self, path: PathProgress, max_speed: float, snapshot: PatrolSnapshot) -> float:
+        """m/s that the clearance along the path and the remaining length allow."""
+        robot = snapshot.robot
+        first = int(np.searchsorted(path.distances, path.travelled))
+        near = self._clearance[first : first + CLEARANCE_CELLS]
+        room = float(near.min()) - robot.radius if len(near) else FULL_SPEED_CLEARANCE
+        share = min(max(room / (FULL_SPEED_CLEARANCE - robot.radius), 0.0), 1.0)
+        v = MIN_SPEED + (max_speed - MIN_SPEED) * share
+        braking = math.sqrt(2 * BRAKING_SHARE * robot.acceleration * max(path.remaining, 0.0))
+        return min(v, max(braking, MIN_SPEED))
 
-    def _turn(self, heading: float) -> Command:
-        """On the spot, no faster than can be stopped and than a held command does not overshoot."""
-        aside, period = self._aside(heading), self._site.period
-        stoppable = math.sqrt(self._site.robot.turn_acceleration * abs(aside))
-        omega = min(0.7 * abs(aside) / period, stoppable, self._site.limits[1])
-        return Command(0.0, math.copysign(omega, aside))
 
-    def _aside(self, heading: float) -> float:
-        return math.remainder(heading - self._pose.theta, math.tau)
+def _turn(heading: float, snapshot: PatrolSnapshot) -> Command:
+    """Turn on the spot, no faster than the robot can stop and without overshoot in one period."""
+    offset = _offset(heading, snapshot.pose)
+    stoppable = math.sqrt(snapshot.robot.turn_acceleration * abs(offset))
+    omega = min(0.7 * abs(offset) / snapshot.period, stoppable, snapshot.limits[1])
+    return Command(0.0, math.copysign(omega, offset))
 
-    def _at_end(self, way: PathProgress) -> bool:
-        x, y = way.points[-1]
-        if way.left > 2 * REACH:
-            return False  # the path only passes by its end here
-        return math.hypot(x - self._pose.x, y - self._pose.y) < REACH
+
+def _offset(heading: float, pose: Pose2) -> float:
+    """rad from the robot's heading to `heading`, wrapped."""
+    return math.remainder(heading - pose.theta, math.tau)
+
+
+def _at_end(path: PathProgress, pose: Pose2) -> bool:
+    x, y = path.points[-1]
+    if path.remaining > 2 * GOAL_TOLERANCE:
+        return False  # the path passes near its own end
+    return math.hypot(x - pose.x, y - pose.y) < GOAL_TOLERANCE
 
 
 def _state(wanted: Command) -> State:

@@ -12,8 +12,8 @@ from dynslam_env.navigation.planner import Plan
 from dynslam_env.navigation.regions import clusters, nearest_of
 from slam.geometry import Array
 
-ASIDE = 0.4  # m: so far from a frontier a reachable cell may be to count as its near side
-BEYOND = 1.0  # m, into the unknown
+GATE_DISTANCE = 0.4  # m, between a frontier and a reachable cell from which it is explored
+LOOK_BEYOND = 1.0  # m, from the centroid into the unknown
 
 
 class Frontier(NamedTuple):
@@ -21,10 +21,10 @@ class Frontier(NamedTuple):
 
     size      cells
     centroid  (2,) m
-    beyond    (2,) m, BEYOND from the centroid into the unknown: where to look
-    cell      row, column of the reachable cell nearest to it by the way; None where there is none
-    length    m, of the way there; inf where there is none
-    distance  m, from the robot straight to its nearest cell
+    beyond    (2,) m, LOOK_BEYOND from the centroid into the unknown: the point to look at
+    cell      row, column of the reachable cell near it of least path cost; None without one
+    length    m, of the path to that cell; inf without one
+    distance  m, straight from the robot to its nearest cell
     """
 
     size: int
@@ -36,17 +36,17 @@ class Frontier(NamedTuple):
 
 
 def frontiers(
-    costmap: Costmap, plan: Plan, position: tuple[float, float], smallest: int = 5
+    costmap: Costmap, plan: Plan, position: tuple[float, float], min_cells: int = 5
 ) -> list[Frontier]:
-    """All frontiers of at least `smallest` cells, as seen from a robot at `position`, m."""
+    """All frontiers of at least `min_cells` cells, for a robot at `position`, m."""
     near, to = nearest_of(plan.reached, costmap.spec.resolution)
     found = []
-    for here in clusters(frontier_cells(costmap), smallest):
+    for here in clusters(frontier_cells(costmap), min_cells):
         points = costmap.spec.centres(here)
         away = np.hypot(*(points - position).T)
         cell, length = _gate(here, plan, near, to)
         size, centroid = len(here), points.mean(axis=0)
-        beyond = centroid + BEYOND * _outward(here, costmap)
+        beyond = centroid + LOOK_BEYOND * _outward(here, costmap)
         found.append(Frontier(size, centroid, beyond, cell, length, float(away.min())))
     return found
 
@@ -64,7 +64,7 @@ def frontier_cells(costmap: Costmap) -> NDArray[np.bool_]:
 
 
 def _outward(cells: NDArray[np.int64], costmap: Costmap) -> Array:
-    """(2,) unit vector from a frontier's cells (n, 2) to the unknown ones beside them; zero where
+    """(2,) unit vector from a frontier's cells (n, 2) to the unknown cells beside them; zero where
     these lie on all sides."""
     unknown = np.pad(costmap.kinds == UNKNOWN, 1)
     total = np.zeros(2)
@@ -76,8 +76,8 @@ def _outward(cells: NDArray[np.int64], costmap: Costmap) -> Array:
 def _gate(
     cells: NDArray[np.int64], plan: Plan, near: Array, to: NDArray[np.int32]
 ) -> tuple[tuple[int, int] | None, float]:
-    """The reachable cell from which a frontier's cells (n, 2) are nearest by the way."""
-    rows, cols = cells[near[tuple(cells.T)] <= ASIDE].T
+    """The reachable cell of least path cost near a frontier's cells (n, 2); the path's length."""
+    rows, cols = cells[near[tuple(cells.T)] <= GATE_DISTANCE].T
     if not len(rows):
         return None, np.inf
     gate_rows, gate_cols = to[0, rows, cols], to[1, rows, cols]

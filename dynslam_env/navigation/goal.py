@@ -1,4 +1,4 @@
-"""Goal: a place to go to and a way to look there, for a frontier or for a door."""
+"""Goal: a cell to drive to and a heading to take there, for a frontier or for a door."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import math
 from typing import NamedTuple
 
 from dynslam_env.navigation.frontiers import Frontier
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from dynslam_env.navigation.sight import viewpoint
-from dynslam_env.navigation.survey import PlanningSnapshot
 from slam.geometry import Array
 
-HIDES = 0.5  # m around a door's centre, in which its own leaf does not count as hiding it
-NOTHING = (math.inf, math.inf)  # m: the target of a goal that is for nothing in particular
+LEAF_RADIUS = 0.5  # m around a door's centre, in which its own leaf does not count as hiding it
+NO_TARGET = (math.inf, math.inf)  # m: of a goal that is for no particular target
 
 
 class Goal(NamedTuple):
-    """Where to go.
+    """A place to drive to.
 
     cell     row, column of the costmap, one that can be reached
-    heading  rad, to look there at the end; None: as it comes
-    target   x, y in m, what the goal is for: by it a choice knows it again
+    heading  rad, to turn to at the end; None: as the robot arrives
+    target   x, y in m of the frontier or door; it identifies the goal in later maps
     """
 
     cell: tuple[int, int]
@@ -27,25 +27,25 @@ class Goal(NamedTuple):
     target: tuple[float, float]
 
 
-def explore(survey: PlanningSnapshot, frontier: Frontier) -> Goal | None:
-    """Stand before a frontier and look beyond it; None where no way leads there."""
+def explore(planning: PlanningSnapshot, frontier: Frontier) -> Goal | None:
+    """Stand before a frontier and look beyond it; None where no path leads there."""
     if frontier.cell is None:
         return None
-    heading = _bearing(survey, frontier.cell, frontier.beyond)
+    heading = _bearing(planning, frontier.cell, frontier.beyond)
     return Goal(frontier.cell, heading, _target(frontier.centroid))
 
 
-def look_at(survey: PlanningSnapshot, centre: Array) -> Goal | None:
-    """Stand where a door's `centre` (2,), m, is seen at the least cost, and look at it; None where
-    no such place can be reached."""
-    cell = viewpoint(survey.costmap, survey.plan, centre, HIDES)
+def look_at(planning: PlanningSnapshot, centre: Array) -> Goal | None:
+    """Look at a door's `centre` (2,), m, from the cell of least path cost that sees it; None where
+    no such cell can be reached."""
+    cell = viewpoint(planning.costmap, planning.plan, centre, LEAF_RADIUS)
     if cell is None:
         return None
-    return Goal(cell, _bearing(survey, cell, centre), _target(centre))
+    return Goal(cell, _bearing(planning, cell, centre), _target(centre))
 
 
-def _bearing(survey: PlanningSnapshot, cell: tuple[int, int], place: Array) -> float:
-    x, y = (place - survey.centre(cell)).tolist()
+def _bearing(planning: PlanningSnapshot, cell: tuple[int, int], place: Array) -> float:
+    x, y = (place - planning.centre(cell)).tolist()
     return math.atan2(y, x)
 
 

@@ -1,4 +1,4 @@
-"""Guard: how fast a robot may drive an arc, given what the last scan sees."""
+"""Guard: the speed at which the last scan allows the robot to drive an arc."""
 
 from __future__ import annotations
 
@@ -11,20 +11,23 @@ from dynslam_env.simulation.robot import Robot
 from slam.kernel import kernel
 from slam.scan import Scan
 
-STEP = 0.05  # m, along the arc
-REACH = 1.5  # m, looked ahead
-TOUCH = 0.02  # m, between body and echo
-MARGIN = 0.03  # m, kept between the body and an echo
+ARC_STEP = 0.05  # m, between the poses of an arc that are checked
+MAX_FREE_LENGTH = 1.5  # m, of an arc that is checked
+CONTACT_GAP = 0.02  # m, between body and echo, that counts as contact
+ECHO_MARGIN = 0.03  # m, kept between body and echo
 
 
-def free_length(scan: Scan, curvature: float, radius: float, reach: float = REACH) -> float:
-    """m that a disc of `radius` m can go along an arc before it touches an echo; at most `reach`.
+def free_length(
+    scan: Scan, curvature: float, radius: float, max_length: float = MAX_FREE_LENGTH
+) -> float:
+    """m that a disc of `radius` m can move along an arc before it touches an echo, at most
+    `max_length`.
 
-    What touches it already does not count as long as the arc leads away from it.
+    An echo that the disc touches at the start does not count while the arc leads away from it.
 
     curvature  1/m, positive to the left
     """
-    return _free_length(scan.points, curvature, radius, reach)
+    return _free_length(scan.points, curvature, radius, max_length)
 
 
 def guarded(command: Command, scan: Scan, robot: Robot, period: float) -> Command:
@@ -34,29 +37,30 @@ def guarded(command: Command, scan: Scan, robot: Robot, period: float) -> Comman
     """
     v, omega = command
     if v <= 0.0:
-        return command  # the laser does not see what is behind
-    clear = free_length(scan, omega / v, robot.radius + MARGIN)
+        return command  # the laser does not see behind the robot
+    clear = free_length(scan, omega / v, robot.radius + ECHO_MARGIN)
     a = robot.acceleration
-    fastest = a * (math.sqrt(period**2 + 2 * clear / a) - period)  # v T + v^2 / 2 a = clear
-    if v <= fastest:
+    max_v = a * (math.sqrt(period**2 + 2 * clear / a) - period)  # v T + v^2 / 2 a = clear
+    if v <= max_v:
         return command
-    return Command(fastest, omega * fastest / v)
+    return Command(max_v, omega * max_v / v)
 
 
-def pressed(scan: Scan, robot: Robot) -> bool:
-    """Whether something ahead all but touches the robot, as a leaf that swings against it."""
+def contact_ahead(scan: Scan, robot: Robot) -> bool:
+    """Whether an echo ahead is within CONTACT_GAP of the body, as of a leaf that swings
+    against it."""
     points = scan.points[scan.points[:, 0] > robot.radius / 2]
-    return bool((np.hypot(*points.T) < robot.radius + TOUCH).any())
+    return bool((np.hypot(*points.T) < robot.radius + CONTACT_GAP).any())
 
 
 @kernel
-def _free_length(points, curvature, radius, reach):
-    steps = int(np.ceil(reach / STEP))
+def _free_length(points, curvature, radius, max_length):
+    steps = int(np.ceil(max_length / ARC_STEP))
     first = np.empty(len(points))
     for p in range(len(points)):
         first[p] = math.sqrt(points[p, 0] ** 2 + points[p, 1] ** 2)
     for k in range(1, steps + 1):
-        s = min(k * STEP, reach)
+        s = min(k * ARC_STEP, max_length)
         turn = curvature * s
         if abs(turn) < 1e-6:
             x, y = s, 0.0
@@ -66,5 +70,5 @@ def _free_length(points, curvature, radius, reach):
             dx, dy = points[p, 0] - x, points[p, 1] - y
             away = math.sqrt(dx * dx + dy * dy)
             if away < radius and away < first[p]:
-                return s - STEP
-    return reach
+                return s - ARC_STEP
+    return max_length

@@ -1,4 +1,4 @@
-"""Pilot: drives to a goal on the SLAM's map, or along a path, and gets unstuck."""
+"""Pilot: drives to a goal on the SLAM's map, or along a path, and recovers when stuck."""
 
 from __future__ import annotations
 
@@ -7,82 +7,79 @@ from numpy.typing import NDArray
 
 from dynslam_env.navigation.follower import Follower
 from dynslam_env.navigation.goal import Goal
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from dynslam_env.navigation.pursuit import Command
 from dynslam_env.navigation.recovery import Recovery
-from dynslam_env.navigation.site import PatrolView
-from dynslam_env.navigation.survey import PlanningSnapshot
 
-REPLAN = 1.0  # s, between two looks at the map
+REPLAN_PERIOD = 1.0  # s, between two plans
 
 
 class Pilot:
-    """A follower, and the recoveries from where it does not get on.
+    """A path follower with recoveries.
 
-    site      the environment
     rng       of the recoveries
-    follower  which is given its paths, here or by whoever knows one
-    goal      where it drives to; None where it stands, or follows a path that it was given
-    stuck     whether the last action began a recovery: it does not get there
+    follower  to which paths are given by `go`, or directly
+    goal      the present goal; None while standing, or on a path given directly
+    stuck     whether the last action began a recovery: the goal was not reached
     """
 
-    def __init__(self, site: PatrolView, rng: np.random.Generator):
-        self.follower = Follower(site)
+    def __init__(self, rng: np.random.Generator):
+        self.follower = Follower()
         self.goal: Goal | None = None
         self.stuck = False
-        self._site, self._recovery = site, Recovery(rng)
-        self._at = np.zeros(2)  # m, where the goal is: a map that grows numbers its cells anew
+        self._recovery = Recovery(rng)
+        self._goal_point = np.zeros(2)  # m: cell numbers change when the map grows
 
-    def go(self, goal: Goal, survey: PlanningSnapshot) -> None:
-        """Drive from now on to a goal that can be reached, by the map of `survey`."""
-        path = survey.plan.path(goal.cell)
-        clearance = survey.costmap.clearance[tuple(survey.costmap.spec.cells(path).T)]
-        self.goal, self._at = goal, survey.centre(goal.cell)
+    def go(self, goal: Goal, planning: PlanningSnapshot) -> None:
+        """Drive to a goal that `planning` can reach."""
+        path = planning.plan.path(goal.cell)
+        clearance = planning.costmap.clearance[tuple(planning.costmap.spec.cells(path).T)]
+        self.goal, self._goal_point = goal, planning.centre(goal.cell)
         self.follower.follow(path, goal.heading, clearance)
 
     def halt(self) -> None:
-        """Stand still from now on."""
+        """Drop the goal and stand still."""
         self.goal = None
         self.follower.halt()
 
-    def goal_in(self, survey: PlanningSnapshot) -> Goal | None:
-        """The present goal on a later map; None where there is none, or no way leads there now."""
+    def goal_in(self, planning: PlanningSnapshot) -> Goal | None:
+        """The present goal in a later map; None without a goal, or where no path leads to it."""
         if self.goal is None:
             return None
-        row, col = survey.costmap.spec.cells(self._at[None])[0].tolist()
-        return self.goal._replace(cell=(row, col)) if survey.plan.reached[row, col] else None
+        row, col = planning.costmap.spec.cells(self._goal_point[None])[0].tolist()
+        return self.goal._replace(cell=(row, col)) if planning.plan.reached[row, col] else None
 
-    def replan(self, survey: PlanningSnapshot) -> None:
-        """Drive on to the same goal by a later map; stand still where no way leads there now."""
-        goal = self.goal_in(survey)
+    def replan(self, planning: PlanningSnapshot) -> None:
+        """Drive to the same goal by a later map; halt where no path leads to it."""
+        goal = self.goal_in(planning)
         if goal is None:
             self.halt()
         else:
-            self.go(goal, survey)
+            self.go(goal, planning)
 
-    @property
-    def arrived(self) -> bool:
-        """At the end of its way, looking where it was to look."""
-        return self.follower.arrived
+    def arrived(self, snapshot: PatrolSnapshot) -> bool:
+        """Whether the robot is at the end of its path and has the heading."""
+        return self.follower.arrived(snapshot.pose)
 
-    @property
-    def recovering(self) -> bool:
-        """Whether it is about to get unstuck, whatever it was told."""
-        return self._recovery.command(self._site.time) is not None
+    def recovering(self, snapshot: PatrolSnapshot) -> bool:
+        """Whether a recovery is under way, which takes precedence over the path."""
+        return self._recovery.command(snapshot.time) is not None
 
-    def action(self) -> NDArray[np.float32]:
+    def action(self, snapshot: PatrolSnapshot) -> NDArray[np.float32]:
         """The next action (2,), in -1 .. 1."""
-        return action(self._command(), self._site)
+        return action(self._command(snapshot), snapshot.limits)
 
-    def _command(self) -> Command:
-        now, self.stuck = self._site.time, False
-        recovering = self._recovery.command(now)
-        if recovering is not None:
-            return recovering
-        command = self.follower.command()
-        self.stuck = self._recovery.stuck(now, self._site.slam.pose, self.follower.state)
+    def _command(self, snapshot: PatrolSnapshot) -> Command:
+        now, self.stuck = snapshot.time, False
+        recovery = self._recovery.command(now)
+        if recovery is not None:
+            return recovery
+        command = self.follower.command(snapshot)
+        self.stuck = self._recovery.stuck(now, snapshot.pose, self.follower.state)
         return self._recovery.begin(now) if self.stuck else command
 
 
-def action(command: Command, site: PatrolView) -> NDArray[np.float32]:
-    """A command in m/s and rad/s as an action (2,) in -1 .. 1."""
-    return np.clip(np.divide(command, site.limits), -1.0, 1.0).astype(np.float32)
+def action(command: Command, limits: tuple[float, float]) -> NDArray[np.float32]:
+    """A command in m/s and rad/s as an action (2,) in -1 .. 1; `limits` stand for 1."""
+    return np.clip(np.divide(command, limits), -1.0, 1.0).astype(np.float32)

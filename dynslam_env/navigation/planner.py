@@ -1,4 +1,4 @@
-"""Planner: the cheapest ways from the robot to all cells at once (Dijkstra 1959)."""
+"""Planner: the cheapest paths from the robot to all cells (Dijkstra 1959)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
 from slam.kernel import kernel
 
-NOWHERE = -1
-ESCAPE = 10.0  # times what a cell costs where the robot does not fit: it leaves by the nearest way
+NO_PARENT = -1
+TIGHT_COST_FACTOR = 10.0  # for cells where the robot does not fit: it leaves them at once
 
 
 class Plan(NamedTuple):
-    """The cheapest ways from one cell.
+    """The cheapest paths from one cell.
 
-    cost    (rows, cols) cost to come; inf where no way leads
-    length  (rows, cols) m, of the cheapest way; inf likewise
-    parent  (rows, cols) int32, flat index of the cell before; NOWHERE at the start and at what is
-            not reached
+    cost    (rows, cols) of the cheapest path; inf where none leads
+    length  (rows, cols) m, of the cheapest path; inf likewise
+    parent  (rows, cols) int32, flat index of the cell before; NO_PARENT at the start and where no
+            path leads
     """
 
     spec: GridSpec
@@ -33,28 +33,28 @@ class Plan(NamedTuple):
 
     @property
     def reached(self) -> NDArray[np.bool_]:
-        """(rows, cols) where a way leads."""
+        """(rows, cols) cells to which a path leads."""
         return np.isfinite(self.cost)
 
     def path(self, cell: tuple[int, int]) -> Array:
-        """(n, 2) m, the centres of the cells from the start to `cell`; (0, 2) if no way leads."""
+        """(n, 2) m, the centres of the cells from the start to `cell`; (0, 2) if no path leads."""
         if not math.isfinite(self.cost[cell]):
             return np.empty((0, 2))
-        way = _trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
-        return self.spec.centres(np.column_stack(np.divmod(way, self.spec.cols)))
+        cells = _trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
+        return self.spec.centres(np.column_stack(np.divmod(cells, self.spec.cols)))
 
 
 def plan(costmap: Costmap, pose: Pose2) -> Plan:
-    """All ways from where the robot is.
+    """The cheapest paths from the robot's cell.
 
     A move goes to one of eight neighbours and costs its length times the mean cost of both cells.
-    Unknown and occupied cells are never entered. Where the robot is too near to something, it may
-    pass such cells until it has left them, and does not come back to any.
+    Unknown and occupied cells are never entered. From a cell too near to an obstacle, a path may
+    cross further such cells until it has left them; it does not enter any later.
     """
     spec = costmap.spec
     row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
     cost, length = np.full(spec.shape, np.inf), np.full(spec.shape, np.inf)
-    parent = np.full(spec.shape, NOWHERE, dtype=np.int32)
+    parent = np.full(spec.shape, NO_PARENT, dtype=np.int32)
     if 0 <= row < spec.rows and 0 <= col < spec.cols:
         _dijkstra(row, col, costmap.kinds, costmap.cost, spec.resolution, cost, length, parent)
     return Plan(spec, cost, length, parent)
@@ -76,7 +76,7 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
             continue
         done[r, c] = True
         tight = kinds[r, c] != OPEN
-        here = price[r, c] * (ESCAPE if tight else 1.0)
+        here = price[r, c] * (TIGHT_COST_FACTOR if tight else 1.0)
         for dr in range(-1, 2):
             for dc in range(-1, 2):
                 i, j = r + dr, c + dc
@@ -84,7 +84,7 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
                     continue
                 if kinds[i, j] != OPEN and not (tight and kinds[i, j] == TIGHT):
                     continue
-                there = price[i, j] * (ESCAPE if kinds[i, j] == TIGHT else 1.0)
+                there = price[i, j] * (TIGHT_COST_FACTOR if kinds[i, j] == TIGHT else 1.0)
                 step = cell * math.sqrt(float(dr * dr + dc * dc))
                 total = cost[r, c] + step * (here + there) / 2
                 if total < cost[i, j]:
@@ -97,7 +97,7 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
 
 @kernel
 def _push(keys, items, size, key, item):
-    """Into a binary heap, the least key first; gives its new size."""
+    """Insert into a binary heap, the least key first; returns its new size."""
     k = size
     while k > 0 and keys[(k - 1) // 2] > key:
         keys[k], items[k] = keys[(k - 1) // 2], items[(k - 1) // 2]
@@ -108,7 +108,7 @@ def _push(keys, items, size, key, item):
 
 @kernel
 def _pop(keys, items, size):
-    """Take the first out of the heap; gives its new size."""
+    """Remove the first item of the heap; returns its new size."""
     size -= 1
     key, item = keys[size], items[size]
     k = 0
@@ -128,11 +128,11 @@ def _pop(keys, items, size):
 def _trace(parent, cell):
     """Flat indices of the cells from the start to `cell`."""
     n, at = 1, cell
-    while parent[at] != NOWHERE:
+    while parent[at] != NO_PARENT:
         at = parent[at]
         n += 1
-    way, at = np.empty(n, dtype=np.int64), cell
+    path, at = np.empty(n, dtype=np.int64), cell
     for k in range(n - 1, -1, -1):
-        way[k] = at
+        path[k] = at
         at = parent[at]
-    return way
+    return path

@@ -1,4 +1,4 @@
-"""Pure pursuit (Coulter 1992): the arc to a point on the path, and the path of a plan."""
+"""Pure pursuit (Coulter 1992): the arc to a point of the path, and the progress along the path."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 
-TURN_FIRST = math.radians(60)  # a target further aside than this is turned to on the spot
-GAIN = 1.5  # 1/s, of the turn on the spot
+TURN_IN_PLACE_ANGLE = math.radians(60)  # from here on the robot turns to the target on the spot
+TURN_IN_PLACE_GAIN = 1.5  # 1/s
+PATH_STEP = 0.05  # m, between the points of a path that are compared with the pose
 
 
 class Command(NamedTuple):
@@ -21,40 +22,43 @@ class Command(NamedTuple):
 
 
 def arc_to(pose: Pose2, target: tuple[float, float], v: float, lookahead: float) -> Command:
-    """The arc at `v` m/s that leads to `target`, m, `lookahead` m away; or a turn on the spot."""
-    aside = math.atan2(target[1] - pose.y, target[0] - pose.x) - pose.theta
-    aside = math.remainder(aside, math.tau)
-    if abs(aside) > TURN_FIRST:
-        return Command(0.0, GAIN * aside)
-    return Command(v, 2.0 * v * math.sin(aside) / lookahead)
+    """The arc at `v` m/s to `target`, m, `lookahead` m away; or a turn on the spot."""
+    bearing = math.atan2(target[1] - pose.y, target[0] - pose.x) - pose.theta
+    bearing = math.remainder(bearing, math.tau)
+    if abs(bearing) > TURN_IN_PLACE_ANGLE:
+        return Command(0.0, TURN_IN_PLACE_GAIN * bearing)
+    return Command(v, 2.0 * v * math.sin(bearing) / lookahead)
 
 
 class PathProgress:
-    """A path and how far along it the robot is.
+    """A path and the robot's progress along it.
 
-    points  (n, 2) m, n >= 1
-    along   (n,) m, of the way to each
-    at      m, the foot of the robot's perpendicular at the last `carrot`
+    points     (n, 2) m, n >= 1
+    distances  (n,) m along the path, from its start to each point
+    travelled  m along the path, of the point nearest to the robot at the last `lookahead_point`
     """
 
     def __init__(self, points: Array):
         self.points = points
         steps = np.hypot(*np.diff(points, axis=0).T)
-        self.along = np.concatenate([[0.0], np.cumsum(steps)])
-        self.at = 0.0
+        self.distances = np.concatenate([[0.0], np.cumsum(steps)])
+        self.travelled = 0.0
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """m to the end."""
-        return float(self.along[-1]) - self.at
+        return float(self.distances[-1]) - self.travelled
 
-    def carrot(self, pose: Pose2, lookahead: float) -> tuple[float, float]:
-        """The point `lookahead` m beyond the nearest of the path; the foot never goes back."""
-        ahead = np.arange(self.at, self.at + min(2 * lookahead, self.left) + 0.025, 0.05)
+    def lookahead_point(self, pose: Pose2, lookahead: float) -> tuple[float, float]:
+        """The point `lookahead` m beyond the path's nearest point, which never moves back."""
+        window = min(2 * lookahead, self.remaining)
+        ahead = np.arange(self.travelled, self.travelled + window + PATH_STEP / 2, PATH_STEP)
         near = self._points_at(ahead)
-        self.at = float(ahead[np.argmin(np.hypot(*(near - pose[:2]).T))])
-        x, y = self._points_at(np.array([self.at + lookahead]))[0].tolist()
+        self.travelled = float(ahead[np.argmin(np.hypot(*(near - pose[:2]).T))])
+        x, y = self._points_at(np.array([self.travelled + lookahead]))[0].tolist()
         return x, y
 
-    def _points_at(self, along: Array) -> Array:
-        return np.column_stack([np.interp(along, self.along, axis) for axis in self.points.T])
+    def _points_at(self, distances: Array) -> Array:
+        return np.column_stack(
+            [np.interp(distances, self.distances, axis) for axis in self.points.T]
+        )

@@ -1,4 +1,4 @@
-"""Regions: connected cells of a raster, what surrounds them, and how far away they are."""
+"""Regions of a raster: clusters of cells, dilation, and distances."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from slam.geometry import Array
 Bools = NDArray[np.bool_]
 Cells = NDArray[np.int64]
 
-FOUR = np.array([(0, 1, 0), (1, 1, 1), (0, 1, 0)], dtype=np.bool_)
-EIGHT = np.ones((3, 3), dtype=np.bool_)
+FOUR_NEIGHBOURS = np.array([(0, 1, 0), (1, 1, 1), (0, 1, 0)], dtype=np.bool_)
+EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.bool_)
 
 
-def clusters(cells: Bools, fewest: int = 1) -> list[Cells]:
-    """The sets of cells that hang together, over corners too: (n, 2) rows and columns each.
+def clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
+    """The 8-connected sets of cells: (n, 2) rows and columns each.
 
-    cells   (rows, cols)
-    fewest  cells of a set; smaller ones are left out
+    cells      (rows, cols)
+    min_cells  of a set; smaller ones are left out
     """
-    return _parts(cells, cells, fewest)
+    return _parts(cells, cells, min_cells)
 
 
-def loose_clusters(cells: Bools, fewest: int = 1) -> list[Cells]:
-    """The same, but gaps of up to two cells do not part them."""
-    return _parts(cells, grown(cells, EIGHT), fewest)
+def loose_clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
+    """The same, with gaps of up to two cells allowed within a cluster."""
+    return _parts(cells, dilated(cells, EIGHT_NEIGHBOURS), min_cells)
 
 
-def grown(cells: Bools, shape: Bools) -> Bools:
-    """(rows, cols) of them and their neighbours, FOUR or EIGHT."""
+def dilated(cells: Bools, shape: Bools) -> Bools:
+    """(rows, cols) `cells` and their neighbours, FOUR_NEIGHBOURS or EIGHT_NEIGHBOURS."""
     found: Any = ndimage.binary_dilation(cells, shape)
     return found
 
@@ -54,14 +54,14 @@ def nearest_of(cells: Bools, resolution: float) -> tuple[Array, NDArray[np.int32
     return found
 
 
-def _parts(cells: Bools, joined: Bools, fewest: int) -> list[Cells]:
-    """Those of `cells` in each set of `joined` ones."""
-    labelled: Any = ndimage.label(joined, EIGHT)
+def _parts(cells: Bools, joined: Bools, min_cells: int) -> list[Cells]:
+    """Those of `cells` in each 8-connected set of `joined`."""
+    labelled: Any = ndimage.label(joined, EIGHT_NEIGHBOURS)
     labels = np.where(cells, labelled[0], 0)
     sizes = np.bincount(labels.ravel())
     found = []
     for label, window in enumerate(ndimage.find_objects(labels), start=1):
-        if window is not None and sizes[label] >= fewest:
+        if window is not None and sizes[label] >= min_cells:
             here = np.argwhere(labels[window] == label)
             found.append(here + [part.start for part in window])
     return found

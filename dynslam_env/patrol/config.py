@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.patrol.rewards import RewardWeights
-from dynslam_env.simulation.fleet import actions_of
+from dynslam_env.simulation.config import PlaceKeywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
 from dynslam_env.simulation.world import CONTROL_DT
+from dynslam_env.simulation.world_batch import actions_of
 from slam.errors import InputError
 from slam.validation import instance, positive, whole_number
 
 NO_TASK = Task(reward={}, ends=())  # the patrol pays, and time alone ends it
+
+
+class PatrolKeywords(PlaceKeywords, total=False):
+    """Keywords of every patrol."""
+
+    slam: str
+    speed: float
+    turn: float
+    hold: int
+    scan_every: int
+    pay: RewardWeights | None
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,15 @@ class PatrolConfig:
                 f"got {self.hold} and {self.scan_every}"
             )
         instance("pay", self.pay, RewardWeights)
+
+    @staticmethod
+    def split(keywords: Mapping[str, Any]) -> tuple[PatrolConfig, dict[str, Any]]:
+        """The patrol's share of `PatrolKeywords` as a config, and the rest, the place's."""
+        place = dict(keywords)
+        patrol = {f.name: place.pop(f.name) for f in fields(PatrolConfig) if f.name in place}
+        if patrol.get("pay", 0) is None:
+            del patrol["pay"]
+        return PatrolConfig(**patrol), place
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -11,23 +11,18 @@ from numpy.typing import NDArray
 
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.patrol.config import NO_TASK, PatrolConfig
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
+from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.rewards import RewardWeights
-from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import Odometry
-from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.laws import Law
-from dynslam_env.simulation.people import People
+from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
-from dynslam_env.worlds.layout import Generator
 from slam.errors import InputError
-from slam.geometry import Array
+from slam.geometry import Pose2
+from slam.grid import OccupancyGrid
 from slam.interface import Slam
-from slam.scan import Scan
 
 Observation = dict[str, Any]
 
@@ -101,27 +96,17 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     def __init__(
         self,
         *,
-        slam: str = "hmm-ml",
-        pay: RewardWeights | None = None,
-        speed: float = 0.8,
-        turn: float = 1.5,
-        hold: int = 4,
-        scan_every: int = 2,
         score_every: int = 0,
-        world: str | Generator | None = None,
-        doors: str | Law | Doors = "moving",
-        robot: Robot | None = None,
-        laser: Laser | None = None,
-        odometry: Odometry | None = None,
-        people: People | None = None,
         render_mode: str | None = None,
+        **parts: Unpack[PatrolKeywords],
     ):
-        self.orders = PatrolConfig(slam, speed, turn, hold, scan_every, pay or RewardWeights())
-        self.place = DoorWorldEnv(
-            world=world, doors=doors, robot=robot, laser=laser, odometry=odometry, people=people,
-            task=NO_TASK, render_mode=render_mode,
-        )  # fmt: skip
-        self.wrapped = SlamWrapper(self.place, slam, score_every=score_every, scan_every=scan_every)
+        check_keywords(DoorPatrolEnv, PatrolKeywords, parts)
+        self.orders, place = PatrolConfig.split(parts)
+        self.place = DoorWorldEnv(**place, task=NO_TASK, render_mode=render_mode)
+        scan_every, hold = self.orders.scan_every, self.orders.hold
+        self.wrapped = SlamWrapper(
+            self.place, self.orders.slam, score_every=score_every, scan_every=scan_every
+        )
         if score_every % hold:
             raise InputError(
                 f"infos are of the end of a step: score_every must be a multiple of hold, "
@@ -134,25 +119,36 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     # -- what an agent may know ----------------------------------------------------------------
 
+    def snapshot(self) -> PatrolSnapshot:
+        """What the robot knows now; its maps must be read before the next step."""
+        patroller, scan = self.patroller, self.place.scan
+
+        def check_current() -> None:
+            if self._patroller is not patroller or self.time != scan.time:
+                raise RuntimeError("a snapshot's maps must be read before the environment's step")
+
+        def read_map() -> OccupancyGrid:
+            check_current()
+            return self.slam.map()
+
+        def read_beliefs() -> Beliefs:
+            check_current()
+            return patroller.memory.beliefs(scan.time)
+
+        return PatrolSnapshot(
+            scan.time, Pose2.of(self.slam.pose), patroller.estimate.covariance, scan,
+            self.robot, self.limits, self.period, read_map, read_beliefs,
+        )  # fmt: skip
+
     @property
     def slam(self) -> Slam:
         """The SLAM of this episode: its `map()`, its `pose`."""
         return self.wrapped.slam
 
     @property
-    def covariance(self) -> Array:
-        """(3, 3) of the SLAM's pose, as it believes: x, y in m, theta in rad."""
-        return self.patroller.estimate.covariance
-
-    @property
     def time(self) -> float:
         """s since the episode began."""
         return self.place.scan.time
-
-    @property
-    def scan(self) -> Scan:
-        """The last scan."""
-        return self.place.scan
 
     @property
     def robot(self) -> Robot:
@@ -175,10 +171,6 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         if self._patroller is None:
             raise gym.error.ResetNeeded("there is no patrol before reset()")
         return self._patroller
-
-    def beliefs(self) -> Beliefs:
-        """The dynamic map as it stands now."""
-        return self.patroller.memory.beliefs(self.time)
 
     # -- gymnasium -----------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""Menu: the goals that a patrol may choose among, and how they are shown."""
+"""Goal options: the goals that an agent may choose among, and their features."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.navigation.blacklist import FORGET, LOOKED, Blacklist
+from dynslam_env.navigation.blacklist import BLACKLIST_TIME, DOOR_REST_TIME, Blacklist
 from dynslam_env.navigation.doors_found import doors_found
 from dynslam_env.navigation.frontiers import frontiers
-from dynslam_env.navigation.goal import NOTHING, Goal, explore, look_at
-from dynslam_env.navigation.survey import PlanningSnapshot
-from dynslam_env.patrol.observation import FADES, OFTEN
+from dynslam_env.navigation.goal import NO_TARGET, Goal, explore, look_at
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
+from dynslam_env.patrol.observation import AGE_SCALE, MAX_FLIP_RATE
 
-FRONTIERS, DOORS = 4, 4
-SLOTS = 1 + FRONTIERS + DOORS
+FRONTIER_SLOTS, DOOR_SLOTS = 4, 4
+SLOTS = 1 + FRONTIER_SLOTS + DOOR_SLOTS
 FEATURES = 7
-ROUND = math.radians(170)  # of a turn on the spot: always to the left, and no more than is seen
-FAR = 10.0  # m, of a way that is shown as 1
-LARGE = 200.0  # cells, of a frontier that is shown as 1
+TURN_ANGLE = math.radians(170)  # of a turn on the spot: less than 180, so always to the left
+MAX_PATH_LENGTH = 10.0  # m, of a path whose feature is 1
+MAX_FRONTIER_CELLS = 200.0  # of a frontier whose feature is 1
 
 
 class GoalCandidate(NamedTuple):
-    """Something to choose.
+    """A goal to choose.
 
-    size   cells of the frontier; 1 where it is none
+    size   cells of the frontier; 1 for anything else
     age    s since it was seen; inf where it never was
     flips  1/s
-    rest   s for which it is not offered again once it was looked at
+    rest   s for which it is not offered again once it was reached
     """
 
     goal: Goal
@@ -42,75 +42,76 @@ class GoalCandidate(NamedTuple):
 
 
 class GoalOptions(NamedTuple):
-    """What there is to choose, `SLOTS` of them: a turn on the spot, which there always is, then
-    frontiers, the nearest by the way first, then doors, those unseen longest first; None in a slot
-    that is empty."""
+    """The present goals, `SLOTS` of them: a turn on the spot, which is always there, then frontiers
+    by the length of the path, then doors, those unseen longest first; None in an empty slot."""
 
-    survey: PlanningSnapshot
-    offers: tuple[GoalCandidate | None, ...]
+    planning: PlanningSnapshot
+    candidates: tuple[GoalCandidate | None, ...]
 
     @property
     def mask(self) -> NDArray[np.bool_]:
-        """(SLOTS,) whether there is something."""
-        return np.array([offer is not None for offer in self.offers])
+        """(SLOTS,) whether a slot holds a goal."""
+        return np.array([candidate is not None for candidate in self.candidates])
 
     def chosen(self, slot: int) -> GoalCandidate:
-        """What is in a slot; in an empty one the turn."""
-        offer = self.offers[slot] or self.offers[0]
-        assert offer is not None
-        return offer
+        """The goal of a slot; the turn for an empty one."""
+        candidate = self.candidates[slot] or self.candidates[0]
+        assert candidate is not None
+        return candidate
 
-    def shown(self) -> NDArray[np.float32]:
+    def features(self) -> NDArray[np.float32]:
         """(SLOTS, FEATURES) in -1 .. 1; see `DoorPatrolGoalsEnv`."""
         rows = np.zeros((SLOTS, FEATURES), np.float32)
-        for row, offer in zip(rows, self.offers, strict=True):
-            if offer is not None:
-                row[:] = _row(self.survey, offer)
+        for row, candidate in zip(rows, self.candidates, strict=True):
+            if candidate is not None:
+                row[:] = _row(self.planning, candidate)
         return rows
 
 
-def menu(survey: PlanningSnapshot, blacklist: Blacklist) -> GoalOptions:
-    """What there is now; nothing that the blacklist holds."""
+def goal_options(planning: PlanningSnapshot, blacklist: Blacklist) -> GoalOptions:
+    """The present goals, without those that the blacklist holds."""
 
     def first(found: Iterator[GoalCandidate], slots: int) -> list[GoalCandidate | None]:
-        fit = (offer for offer in found if not blacklist.holds(offer.goal.target, survey.time))
+        fit = (one for one in found if not blacklist.holds(one.goal.target, planning.time))
         taken = list(islice(fit, slots))
         return [*taken, *[None] * (slots - len(taken))]
 
-    explored, revisited = first(_frontiers(survey), FRONTIERS), first(_doors(survey), DOORS)
-    return GoalOptions(survey, (_turn(survey), *explored, *revisited))
+    explored = first(_frontiers(planning), FRONTIER_SLOTS)
+    revisited = first(_doors(planning), DOOR_SLOTS)
+    return GoalOptions(planning, (_turn(planning), *explored, *revisited))
 
 
-def _turn(survey: PlanningSnapshot) -> GoalCandidate:
-    row, col = survey.costmap.spec.cells(np.array([survey.position]))[0].tolist()
-    heading = math.remainder(survey.pose.theta + ROUND, math.tau)
-    return GoalCandidate(Goal((row, col), heading, NOTHING), 1.0, 0.0, 0.0, 0.0)
+def _turn(planning: PlanningSnapshot) -> GoalCandidate:
+    row, col = planning.costmap.spec.cells(np.array([planning.position]))[0].tolist()
+    heading = math.remainder(planning.pose.theta + TURN_ANGLE, math.tau)
+    return GoalCandidate(Goal((row, col), heading, NO_TARGET), 1.0, 0.0, 0.0, 0.0)
 
 
-def _frontiers(survey: PlanningSnapshot) -> Iterator[GoalCandidate]:
-    found = frontiers(survey.costmap, survey.plan, survey.position)
+def _frontiers(planning: PlanningSnapshot) -> Iterator[GoalCandidate]:
+    found = frontiers(planning.costmap, planning.plan, planning.position)
     for frontier in sorted(found, key=lambda frontier: frontier.length):
-        goal = explore(survey, frontier)
+        goal = explore(planning, frontier)
         if goal is not None:
-            yield GoalCandidate(goal, frontier.size, math.inf, 0.0, FORGET)
+            yield GoalCandidate(goal, frontier.size, math.inf, 0.0, BLACKLIST_TIME)
 
 
-def _doors(survey: PlanningSnapshot) -> Iterator[GoalCandidate]:
-    for door in sorted(doors_found(survey.beliefs), key=lambda door: -door.age):
-        goal = look_at(survey, door.centre)
+def _doors(planning: PlanningSnapshot) -> Iterator[GoalCandidate]:
+    for door in sorted(doors_found(planning.beliefs), key=lambda door: -door.age):
+        goal = look_at(planning, door.centre)
         if goal is not None:
-            yield GoalCandidate(goal, 1.0, door.age, door.flips, LOOKED)
+            yield GoalCandidate(goal, 1.0, door.age, door.flips, DOOR_REST_TIME)
 
 
-def _row(survey: PlanningSnapshot, offer: GoalCandidate) -> tuple[float, ...]:
-    x, y = offer.goal.target
-    bearing = math.atan2(y - survey.pose.y, x - survey.pose.x) - survey.pose.theta
-    aside = (math.cos(bearing), math.sin(bearing)) if offer.goal.target != NOTHING else (0.0, 0.0)
+def _row(planning: PlanningSnapshot, candidate: GoalCandidate) -> tuple[float, ...]:
+    goal, pose = candidate.goal, planning.pose
+    x, y = goal.target
+    bearing = math.atan2(y - pose.y, x - pose.x) - pose.theta
+    direction = (math.cos(bearing), math.sin(bearing)) if goal.target != NO_TARGET else (0.0, 0.0)
     return (
         1.0,
-        min(float(survey.plan.length[offer.goal.cell]) / FAR, 1.0),
-        *aside,
-        min(math.log(offer.size) / math.log(LARGE), 1.0),
-        1.0 - math.exp(-offer.age / FADES),
-        min(offer.flips / OFTEN, 1.0),
+        min(float(planning.plan.length[goal.cell]) / MAX_PATH_LENGTH, 1.0),
+        *direction,
+        min(math.log(candidate.size) / math.log(MAX_FRONTIER_CELLS), 1.0),
+        1.0 - math.exp(-candidate.age / AGE_SCALE),
+        min(candidate.flips / MAX_FLIP_RATE, 1.0),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -11,11 +11,20 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.blacklist import Blacklist
-from dynslam_env.navigation.pilot import REPLAN, Pilot
-from dynslam_env.navigation.survey import survey
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
+from dynslam_env.navigation.pilot import REPLAN_PERIOD, Pilot
+from dynslam_env.navigation.planning_snapshot import planning_snapshot
+from dynslam_env.patrol.config import PatrolKeywords
 from dynslam_env.patrol.env import DoorPatrolEnv, Observation
-from dynslam_env.patrol.goal_options import FEATURES, SLOTS, GoalCandidate, GoalOptions, menu
+from dynslam_env.patrol.goal_options import (
+    FEATURES,
+    SLOTS,
+    GoalCandidate,
+    GoalOptions,
+    goal_options,
+)
 from dynslam_env.patrol.observation import observation_space
+from dynslam_env.simulation.config import check_keywords
 from slam.errors import InputError
 from slam.validation import positive_number
 
@@ -110,12 +119,21 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
 
     metadata = DoorPatrolEnv.metadata
 
-    def __init__(self, *, patience: float = 4.0, budget: float = 100.0, **patrol: Any):
-        self.patrol = DoorPatrolEnv(**patrol)
+    def __init__(
+        self,
+        *,
+        patience: float = 4.0,
+        budget: float = 100.0,
+        score_every: int = 0,
+        render_mode: str | None = None,
+        **parts: Unpack[PatrolKeywords],
+    ):
+        check_keywords(DoorPatrolGoalsEnv, PatrolKeywords, parts)
+        self.patrol = DoorPatrolEnv(score_every=score_every, render_mode=render_mode, **parts)
         self.render_mode = self.patrol.render_mode
         self._patience = _periods("patience", patience, self.patrol.period)
         self._budget = _periods("budget", budget, self.patrol.period)
-        self._replan = math.ceil(REPLAN / self.patrol.period)
+        self._replan = math.ceil(REPLAN_PERIOD / self.patrol.period)
         self.action_space = spaces.Discrete(SLOTS)
         self.observation_space = spaces.Dict(
             {
@@ -124,18 +142,18 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
                 "action_mask": spaces.MultiBinary(SLOTS),
             }
         )
-        self._menu: GoalOptions | None = None
+        self._options: GoalOptions | None = None
 
     @property
-    def menu(self) -> GoalOptions:
-        """What there is to choose now."""
-        if self._menu is None:
-            raise gym.error.ResetNeeded("there is nothing to choose before reset()")
-        return self._menu
+    def options(self) -> GoalOptions:
+        """The goals that can be chosen now."""
+        if self._options is None:
+            raise gym.error.ResetNeeded("there are no goals before reset()")
+        return self._options
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """(9,) whether there is something to choose."""
-        return self.menu.mask
+        """(9,) whether an action has a goal."""
+        return self.options.mask
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -143,7 +161,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         """Begin a new episode; the same seed, the same episode. `options` as of the world."""
         super().reset(seed=seed)
         observation, info = self.patrol.reset(seed=seed, options=options)
-        self._pilot, self._blacklist = Pilot(self.patrol, self.np_random), Blacklist()
+        self._pilot, self._blacklist = Pilot(self.np_random), Blacklist()
         self._steps = 0
         return self._shown(observation), info
 
@@ -151,31 +169,35 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         """Drive to the goal, or until patience is over."""
         if not self.action_space.contains(action):
             raise InputError(f"actions are whole numbers from 0 to {SLOTS - 1}, got {action!r}")
-        chosen = self.menu.chosen(int(action))
-        self._pilot.go(chosen.goal, self.menu.survey)
+        chosen = self.options.chosen(int(action))
+        self._pilot.go(chosen.goal, self.options.planning)
+        snapshot = self.patrol.snapshot()
         observation, rewards, infos = {}, [], []
         for _ in range(max(1, min(self._patience, self._budget - self._steps))):
-            observation, reward, _, _, info = self.patrol.step(self._pilot.action())
+            observation, reward, _, _, info = self.patrol.step(self._pilot.action(snapshot))
+            snapshot = self.patrol.snapshot()
             rewards.append(reward)
             infos.append(info)
-            if not self._onward(chosen, len(infos)):
+            if not self._continue(chosen, len(infos), snapshot):
                 break
         self._steps += len(infos)
-        reached = self._pilot.arrived
+        reached = self._pilot.arrived(snapshot)
         if reached:
-            self._blacklist.add(chosen.goal.target, self.patrol.time, chosen.rest)
+            self._blacklist.add(chosen.goal.target, snapshot.time, chosen.rest)
         told = _summed(infos) | {"reached": reached}
         return self._shown(observation), sum(rewards), False, self._steps >= self._budget, told
 
-    def _onward(self, chosen: GoalCandidate, steps: int) -> bool:
-        """Whether there is more to drive, after so many steps of a decision."""
+    def _continue(self, chosen: GoalCandidate, steps: int, snapshot: PatrolSnapshot) -> bool:
+        """Whether the decision goes on, after `steps` steps of it; replan in time."""
         pilot = self._pilot
         if pilot.stuck:
-            self._blacklist.add(chosen.goal.target, self.patrol.time)
+            self._blacklist.add(chosen.goal.target, snapshot.time)
             pilot.halt()
         elif steps % self._replan == 0:
-            pilot.replan(survey(self.patrol))
-        return pilot.recovering or (pilot.goal is not None and not pilot.arrived)
+            pilot.replan(planning_snapshot(snapshot))
+        return pilot.recovering(snapshot) or (
+            pilot.goal is not None and not pilot.arrived(snapshot)
+        )
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """See `DoorPatrolEnv`."""
@@ -186,9 +208,9 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         self.patrol.close()
 
     def _shown(self, observation: Observation) -> Observation:
-        self._menu = menu(survey(self.patrol), self._blacklist)
-        mask = self._menu.mask.astype(np.int8)
-        return observation | {"goals": self._menu.shown(), "action_mask": mask}
+        self._options = goal_options(planning_snapshot(self.patrol.snapshot()), self._blacklist)
+        mask = self._options.mask.astype(np.int8)
+        return observation | {"goals": self._options.features(), "action_mask": mask}
 
 
 def _periods(name: str, seconds: float, period: float) -> int:

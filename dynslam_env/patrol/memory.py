@@ -10,7 +10,7 @@ from slam.kernel import kernel
 from slam.maps.centroids import UNIT
 from slam.maps.hmm import HMM, UNDECIDED
 from slam.maps.log_odds import Evidence
-from slam.maps.rays import WORD, Seen
+from slam.maps.rays import WORD, ObservedCells
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 
@@ -51,14 +51,14 @@ class DynamicMap:
         self.map.observe(seen, scan.time)
         return before - self._entropy(seen.cells, scan.time)
 
-    def _told(self, scan: Scan, pose: Pose2) -> Seen:
+    def _told(self, scan: Scan, pose: Pose2) -> ObservedCells:
         """The cells that a scan tells something of."""
         cells = self.map.cells
-        seen, echoes = cells.see(scan, pose), cells.centroids
+        seen, echoes = cells.trace(scan, pose), cells.centroids
         sensor = pose @ scan.mount
         kept = _told(seen.cells, seen.hit, np.array(sensor), scan.ranges, scan.angles, CELL,
                      cells.tiles.places, echoes.offset.flat, echoes.count.flat)  # fmt: skip
-        told = Seen(seen.cells[kept], seen.hit[kept], seen.echoes)
+        told = ObservedCells(seen.cells[kept], seen.hit[kept], seen.echoes)
         _discover(told.cells, told.hit, self._echoed.flat, EVIDENCE.prior, cells.occupied.flat,
                   self.map.state.flat, self.map.times.flat)  # fmt: skip
         return told

@@ -17,8 +17,8 @@ from slam.scan import Scan
 SIDE = 40  # pixels of the map, each way
 PIXEL = 0.25  # m
 LAYERS = ("occupied", "seen", "age", "flips")
-FADES = 20.0  # s: an age that is drawn as 1 - 1 / e
-OFTEN = 0.2  # changes a second that are drawn as white
+AGE_SCALE = 20.0  # s: an age that is drawn as 1 - 1 / e
+MAX_FLIP_RATE = 0.2  # changes a second that are drawn as white
 SECTORS = 24  # of the scan
 DEVIATIONS = (1e-3, 1.0)  # m and rad, drawn as 0 and 1
 TRIANGLE = np.tril_indices(3, -1)
@@ -129,5 +129,7 @@ def _draw(
                 most, oldest = max(most, h), max(oldest, gone)
             image[0, row, col] = np.uint8(255.0 * most) if seen else 128
             image[1, row, col] = np.uint8(63.75 * seen)
-            image[2, row, col] = np.uint8(255.0 * (1.0 - np.exp(-oldest / FADES))) if seen else 255
-            image[3, row, col] = np.uint8(255.0 * min(restless / OFTEN, 1.0))
+            image[2, row, col] = (
+                np.uint8(255.0 * (1.0 - np.exp(-oldest / AGE_SCALE))) if seen else 255
+            )
+            image[3, row, col] = np.uint8(255.0 * min(restless / MAX_FLIP_RATE, 1.0))

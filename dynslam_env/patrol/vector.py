@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
@@ -10,21 +10,14 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 import slam as slam_library
-from dynslam_env.patrol.config import NO_TASK, PatrolConfig
+from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown, brier
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.rewards import RewardWeights
-from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import Odometry
-from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.fleet import Rows
-from dynslam_env.simulation.laws import Law
-from dynslam_env.simulation.people import People
-from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
+from dynslam_env.simulation.world_batch import Rows
 from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, masked
-from dynslam_env.worlds.layout import Generator
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
 from slam.scan import Scan
@@ -49,31 +42,20 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         max_episode_steps: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         threads: int = 1,
-        slam: str = "hmm-ml",
-        pay: RewardWeights | None = None,
-        speed: float = 0.8,
-        turn: float = 1.5,
-        hold: int = 4,
-        scan_every: int = 2,
-        world: str | Generator | None = None,
-        doors: str | Law | Doors = "moving",
-        robot: Robot | None = None,
-        laser: Laser | None = None,
-        odometry: Odometry | None = None,
-        people: People | None = None,
         render_mode: None = None,
+        **parts: Unpack[PatrolKeywords],
     ):
-        self.orders = PatrolConfig(slam, speed, turn, hold, scan_every, pay or RewardWeights())
+        check_keywords(DoorPatrolVectorEnv, PatrolKeywords, parts)
+        self.orders, place = PatrolConfig.split(parts)
         super().__init__(
             num_envs, max_episode_steps=max_episode_steps, autoreset_mode=autoreset_mode,
-            threads=threads, world=world, doors=doors, robot=robot, laser=laser,
-            odometry=odometry, people=people, task=NO_TASK, render_mode=render_mode,
+            threads=threads, render_mode=render_mode, task=NO_TASK, **place,
         )  # fmt: skip
         self.single_action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.single_observation_space = observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        slam_library.make(slam)  # an unknown name is refused now, not at the first reset
+        slam_library.make(self.orders.slam)  # raises for an unknown name now, not at a reset
         self._patrols: list[_Patrol] = [None] * num_envs  # type: ignore[list-item]
         self._touched = np.zeros(num_envs)
         self._terms = np.zeros((len(self.orders.pay.weights), num_envs))
@@ -85,20 +67,20 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
     def _reset(self, i: int, start: Pose2 | None = None) -> None:
         super()._reset(i, start)
-        fleet = self._fleet
-        system = slam_library.make(self.orders.slam, Pose2.of(fleet.drive.poses[i]), 0)
-        self._patrols[i] = _Patrol(system, self._scan(i), DoorsKnown(fleet.layouts[i]))
+        batch = self._batch
+        system = slam_library.make(self.orders.slam, Pose2.of(batch.drive.poses[i]), 0)
+        self._patrols[i] = _Patrol(system, self._scan(i), DoorsKnown(batch.layouts[i]))
         self._touched[i] = 0.0
         self._show(i)
 
     def _drive(self, which: Rows, commands: Array) -> Array:
-        fleet, orders = self._fleet, self.orders
-        commands = orders.commands(commands, self.setup.robot)
+        batch, orders = self._batch, self.orders
+        commands = orders.commands(commands, self.world_config.robot)
         patrols = [(i, self._patrols[i]) for i in which.tolist()]
         rewards = np.zeros(self.num_envs)
         for k in range(1, orders.hold + 1):
-            fleet.step(which, commands)
-            motions, collided = fleet.motions.tolist(), fleet.collided.tolist()
+            batch.step(which, commands)
+            motions, collided = batch.displacements.tolist(), batch.collided.tolist()
             for i, patrol in patrols:
                 patrol.move(Pose2(*motions[i]), collided[i])
             if k % orders.scan_every == 0:
@@ -106,7 +88,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
                 for (_, patrol), estimate in zip(patrols, estimates, strict=True):
                     patrol.robot.look(estimate, patrol.scan)
         for i, patrol in patrols:
-            gains = patrol.robot.gains(fleet.worlds[i].time)
+            gains = patrol.robot.gains(batch.worlds[i].time)
             terms = orders.pay.terms(gains)
             rewards[i], self._touched[i] = sum(terms.values()), gains.collision
             self._terms[:, i] = list(terms.values())
@@ -114,8 +96,8 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         return rewards
 
     def _scan(self, i: int) -> Scan:
-        fleet = self._fleet
-        return fleet.scanners[i].scan(fleet.ranges[i].copy(), fleet.worlds[i].time)
+        batch = self._batch
+        return batch.scanners[i].scan(batch.ranges[i].copy(), batch.worlds[i].time)
 
     def _show(self, i: int) -> None:
         """What world `i` is observed to be."""
@@ -137,7 +119,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
     def _infos(self, mask: Bools) -> Infos:
         infos = {
-            "pose": self._fleet.drive.poses.copy(),
+            "pose": self._batch.drive.poses.copy(),
             "door_angles": self._openings.array(),
             "collision": self._touched.copy(),
             "time": self._steps * self.orders.hold * CONTROL_DT,

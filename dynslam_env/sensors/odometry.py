@@ -60,7 +60,7 @@ class Odometry:
         _read(which, before, after, noise, self.bias, alphas, motions, observed)
 
 
-class Slips:
+class NoiseStreams:
     """Streams of noise for the wheels of n robots, one each."""
 
     def __init__(self, n: int):

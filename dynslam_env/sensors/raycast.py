@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,20 @@ NEAR = 1e-3  # rad
 ANGLE_ERROR = 3e-5  # rad, of `_angle`
 EDGE_ON = 1e-9  # m: a segment whose line passes the sensor so near is a point to it
 FLAT = 1.2e-3  # 1/m: nearer than FLAT * max_range^2, a line is met at angles that need care
+
+
+class RelativeSegment(NamedTuple):
+    """A segment from p to q in the sensor's frame, m.
+
+    mx, my  its normal over the distance of its line, 1/m: the inverse range along d is m.d
+    """
+
+    px: float
+    py: float
+    qx: float
+    qy: float
+    mx: float
+    my: float
 
 
 @kernel(error_model="numpy")
@@ -93,15 +108,15 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
             continue
         elif width > math.pi:  # across the half-line straight behind
             start, stop, across = high - slack, float(beams), True
-        mx, my, low = nx / offset, ny / offset, low + slack
+        segment, low = RelativeSegment(px, py, qx, qy, nx / offset, ny / offset), low + slack
         if h2 < flat2 * length2:
-            _nearer(px, py, qx, qy, mx, my, fan[0], fan[1], nearest, winner, i, start, stop)
+            _nearer(segment, i, fan[0], fan[1], nearest, winner, start, stop)
             if across:
-                _nearer(px, py, qx, qy, mx, my, fan[0], fan[1], nearest, winner, i, 0.0, low)
+                _nearer(segment, i, fan[0], fan[1], nearest, winner, 0.0, low)
         else:
-            _nearer(px, py, qx, qy, mx, my, dx, dy, nearest, winner, i, start, stop)
+            _nearer(segment, i, dx, dy, nearest, winner, start, stop)
             if across:
-                _nearer(px, py, qx, qy, mx, my, dx, dy, nearest, winner, i, 0.0, low)
+                _nearer(segment, i, dx, dy, nearest, winner, 0.0, low)
     for b in range(beams):
         i = hits[b] = winner[b]
         ranges[b] = np.inf
@@ -122,7 +137,7 @@ def _angle(x, y):
 
 
 @kernel(error_model="numpy")
-def _nearer(px, py, qx, qy, mx, my, dx, dy, nearest, winner, i, low, high):
+def _nearer(segment: RelativeSegment, i, dx, dy, nearest, winner, low, high):
     """Put segment number `i` in wherever its inverse range is larger than the `nearest` so far.
 
     It can be met by beams from number `low` to `high` alone. Precision is that of `dx` and `dy`.
@@ -133,8 +148,8 @@ def _nearer(px, py, qx, qy, mx, my, dx, dy, nearest, winner, i, low, high):
     start = np.uint64(max(int(low), 0) // LANES * LANES)
     stop = np.uint64(min((int(high) + LANES) // LANES * LANES, len(dx)))
     real = dx.dtype.type
-    px, py, qx, qy = real(px), real(py), real(qx), real(qy)
-    mx, my, i = real(mx), real(my), np.int32(i)
+    px, py, qx, qy = real(segment.px), real(segment.py), real(segment.qx), real(segment.qy)
+    mx, my, i = real(segment.mx), real(segment.my), np.int32(i)
     for b in range(start, stop):
         inverse = mx * dx[b] + my * dy[b]
         side_p = px * dy[b] - py * dx[b]

@@ -26,7 +26,7 @@ from slam.validation import instance, number, whole_number, within
 
 Bools = NDArray[np.bool_]
 
-LEAST = 1e-3  # s: with shorter times, flips would pile up until none moves time forward
+MIN_DWELL = 1e-3  # s: shorter times would let flips pile up until none moves time forward
 
 
 class Clock(Protocol):
@@ -77,8 +77,8 @@ class Uniform:
     longest: float = 20.0
 
     def __post_init__(self) -> None:
-        within(self, "shortest", LEAST)
-        within(self, "longest", LEAST)
+        within(self, "shortest", MIN_DWELL)
+        within(self, "longest", MIN_DWELL)
         if self.shortest > self.longest:
             raise InputError(
                 f"Uniform needs shortest <= longest, got {self.shortest:g} > {self.longest:g} s"
@@ -89,7 +89,7 @@ class Uniform:
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """Every door its own sequence of uniform times."""
         first = rng.uniform(self.shortest, self.longest, count)
-        return _Heap(_one_each(first), lambda: rng.uniform(self.shortest, self.longest))
+        return FlipClock(_first_flips(first), lambda: rng.uniform(self.shortest, self.longest))
 
 
 @dataclass(frozen=True)
@@ -102,14 +102,14 @@ class Exponential:
     mean: float = 12.5
 
     def __post_init__(self) -> None:
-        within(self, "mean", LEAST)
+        within(self, "mean", MIN_DWELL)
 
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """Every door its own sequence of exponential times."""
         first = rng.exponential(self.mean, count)
-        return _Heap(_one_each(first), lambda: rng.exponential(self.mean))
+        return FlipClock(_first_flips(first), lambda: rng.exponential(self.mean))
 
 
 @dataclass(frozen=True)
@@ -122,13 +122,13 @@ class Periodic:
     period: float = 12.5
 
     def __post_init__(self) -> None:
-        within(self, "period", LEAST)
+        within(self, "period", MIN_DWELL)
 
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """Every door its own phase, from U(0, period)."""
-        return _Heap(_one_each(rng.uniform(0.0, self.period, count)), lambda: self.period)
+        return FlipClock(_first_flips(rng.uniform(0.0, self.period, count)), lambda: self.period)
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class Scripted:
                     f"Scripted.flips must name doors from 0 on, below their count of {count}, "
                     f"got door {door} at {time:g} s"
                 )
-        return _Heap(self.flips, lambda: math.inf)
+        return FlipClock(self.flips, lambda: math.inf)
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class Fixed:
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """A clock that never strikes; `rng` is not used."""
-        return _Heap((), lambda: math.inf)
+        return FlipClock((), lambda: math.inf)
 
 
 @dataclass(frozen=True)
@@ -198,14 +198,14 @@ class Coupled:
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """The law's clock of half as many doors."""
-        return _Paired(self.law.clock((count + 1) // 2, rng), count)
+        return _PairClock(self.law.clock((count + 1) // 2, rng), count)
 
 
-class _Heap:
-    """All clocks: the doors in the order of their next flips.
+class FlipClock:
+    """A `Clock` that holds the next flip of every door in a heap.
 
-    flips  (time in s, door) that are known from the beginning, in any order
-    dwell  draws the time, s, from a flip to the next one that it entails; inf for none
+    flips  (time in s, door) that are known at the beginning, in any order
+    dwell  draws the time, s, from a flip of a door to its next; inf for none
     """
 
     def __init__(self, flips: Iterable[tuple[float, int]], dwell: Callable[[], float]):
@@ -226,8 +226,8 @@ class _Heap:
         return doors
 
 
-class _Paired:
-    """A clock of pairs, told as one of doors."""
+class _PairClock:
+    """A clock of pairs of doors as a clock of doors."""
 
     def __init__(self, pairs: Clock, count: int):
         self._pairs, self._count = pairs, count
@@ -246,6 +246,6 @@ def _listed(values: Sequence[Any]) -> Sequence[Any]:
     return values
 
 
-def _one_each(times: NDArray[np.float64]) -> Iterable[tuple[float, int]]:
+def _first_flips(times: NDArray[np.float64]) -> Iterable[tuple[float, int]]:
     """(time, door) of the doors' first flips."""
     return ((time, door) for door, time in enumerate(times.tolist()))

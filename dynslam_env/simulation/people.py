@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from dynslam_env.simulation.walking import steer
+from dynslam_env.simulation.walking import Routes, WalkState, steer
 from dynslam_env.worlds.clearance import any_crossing
 from dynslam_env.worlds.layout import Layout
 from slam.errors import InputError
@@ -106,9 +106,10 @@ class Walkers:
         people = self._people
         brake = BRAKING * people.force / people.mass
         arrived = steer(time, dt, bodies, robot, openings >= OPEN_ENOUGH,
-                        self._routes, self._lengths, self._gates, self._state, self._clock,
+                        Routes(self._routes, self._lengths, self._gates),
+                        WalkState(self._state, self._clock, self._ways),
                         (people.radius, people.speed, people.patience, brake),
-                        self._ways, self.velocities)  # fmt: skip
+                        self.velocities)  # fmt: skip
         if arrived:
             resting = np.isinf(self._clock[:, 0])
             self._clock[resting, 0] = time + self._pauses()[resting, 0]

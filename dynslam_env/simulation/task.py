@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,40 @@ class Task:
             one_of("a name in Task.ends", name, ENDS)
 
 
+class TaskTerms(NamedTuple):
+    """The reward terms and ends of a `Task`, by their numbers in TERMS and ENDS.
+
+    kinds    (t,) reward terms
+    weights  (t,)
+    ends     (e,) ends of an episode
+    """
+
+    kinds: Rows
+    weights: Array
+    ends: Rows
+
+
+class PathPositions(NamedTuple):
+    """How far along their paths n robots are.
+
+    paths  (n, k, 2) m, waypoints
+    legs   (n, 2) the current leg and the last one
+    at     (n, 2) m, the positions after the last step
+    """
+
+    paths: Array
+    legs: Rows
+    at: Array
+
+
+class StepResults(NamedTuple):
+    """What a step of n robots is worth: see `TaskProgress`."""
+
+    terms: Array
+    rewards: Array
+    ends: NDArray[np.bool_]
+
+
 class TaskProgress:
     """How far along their layouts' paths n robots have come, what that pays, and what is over.
 
@@ -64,14 +99,15 @@ class TaskProgress:
     """
 
     def __init__(self, task: Task, n: int):
-        self._terms = np.array([TERMS.index(name) for name in task.reward], dtype=np.int64)
-        self._weights = np.array(list(task.reward.values()), dtype=np.float64)
-        self._ends = np.array([ENDS.index(name) for name in task.ends], dtype=np.int64)
+        kinds = np.array([TERMS.index(name) for name in task.reward], dtype=np.int64)
+        weights = np.array(list(task.reward.values()), dtype=np.float64)
+        ends = np.array([ENDS.index(name) for name in task.ends], dtype=np.int64)
+        self._terms = TaskTerms(kinds, weights, ends)
         self._reach = task.reach
         self._paths, self._legs = np.zeros((n, 2, 2)), np.zeros((n, 2), dtype=np.int64)
         self._at = np.zeros((n, 2))
-        self.terms, self.rewards = np.zeros((n, len(self._terms))), np.zeros(n)
-        self.ends = np.zeros((n, len(self._ends)), dtype=np.bool_)
+        self.terms, self.rewards = np.zeros((n, len(kinds))), np.zeros(n)
+        self.ends = np.zeros((n, len(ends)), dtype=np.bool_)
 
     def begin(self, i: int, layout: Layout, pose: Array) -> None:
         """Robot `i` begins an episode at `pose` (3,)."""
@@ -84,11 +120,11 @@ class TaskProgress:
         self._at[i] = pose[:2]
         _pass(i, self._paths, self._legs, self._at, self._reach)
 
-    def judge(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
+    def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
         """Take in a step of `dt` s of robots `which`, now at `poses` (n, 3)."""
-        _judge(which, poses, collided, dt, self._reach, self._paths, self._legs, self._at,
-               self._terms, self._weights, self._ends,
-               self.terms, self.rewards, self.ends)  # fmt: skip
+        positions = PathPositions(self._paths, self._legs, self._at)
+        results = StepResults(self.terms, self.rewards, self.ends)
+        _judge(which, poses, collided, dt, self._reach, positions, self._terms, results)
 
 
 @kernel
@@ -116,8 +152,13 @@ def _pass(i, paths, legs, at, reach):
 
 @kernel
 def _judge(
-    which, poses, collided, dt, reach, paths, legs, at, kinds, weights, ends, terms, rewards, over
-):
+    which, poses, collided, dt, reach, positions: PathPositions, task: TaskTerms,
+    results: StepResults,
+):  # fmt: skip
+    """Advance the robots `which`, and write the results of the step."""
+    paths, legs, at = positions
+    kinds, weights, ends = task
+    terms, rewards, over = results
     for i in which:
         x, y, leg = poses[i, 0], poses[i, 1], legs[i, 0]
         advanced = _along(x, y, paths, i, leg) - _along(at[i, 0], at[i, 1], paths, i, leg)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from slam.geometry import Array
 from slam.kernel import kernel
 
 REACH = 0.15  # m, so near a waypoint counts as there
@@ -17,23 +19,43 @@ LOOK = 0.5  # m, so far ahead on the line between waypoints people aim
 SHARP = 0.3  # share of the speed in sharp bends
 
 
+class Routes(NamedTuple):
+    """The routes of p people.
+
+    waypoints  (p, k, 2) m, of which `lengths` (p,) count
+    gates      (p, k - 1) the door that each leg leads through, -1 for none
+    """
+
+    waypoints: Array
+    lengths: np.ndarray
+    gates: np.ndarray
+
+
+class WalkState(NamedTuple):
+    """What p people are doing; changed in place.
+
+    state  (p, 3) int, from which waypoint, to which, whether walking
+    clock  (p, 2) s: rests until (inf: to be drawn), cannot go on since
+    ways   (p, 2) unit vectors to where they walk, zero for who stands
+    """
+
+    state: np.ndarray
+    clock: Array
+    ways: Array
+
+
 @kernel
-def steer(
-    time, dt, bodies, robot, opened, routes, lengths, gates, state, clock, settings, ways, out
-):
+def steer(time, dt, bodies, robot, opened, people_routes: Routes, walk: WalkState, settings, out):
     """Decide for every person where to go next, and how fast; how many came to an end to rest.
 
     bodies   (p, 6) x, y, angle, vx, vy, ... m, rad, s; robot x, y, radius
     opened   (d,) whether doors can be walked through
-    routes   (p, k, 2) waypoints, m, of which `lengths` (p,) count
-    gates    (p, k - 1) the door that each leg leads through, -1 for none
-    state    (p, 3) from which waypoint, to which, whether walking; changed
-    clock    (p, 2) s: rests until (inf: to be drawn), cannot go on since; changed
     settings radius m, speed m/s, patience s, braking m/s^2
-    ways     (p, 2) unit vectors to where they walk, zero for who stands; changed
     out      (p, 2) m/s, the velocities wanted; written
     """
     radius, speed, patience, brake = settings
+    routes, lengths, gates = people_routes
+    state, clock, ways = walk
     arrived = 0
     for i in range(len(bodies)):
         out[i] = 0.0

@@ -13,7 +13,7 @@ from dynslam_env.simulation.people import People, Walkers
 from dynslam_env.simulation.polygons import Polygons, regular
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.worlds.layout import Door, Layout
-from dynslam_env.worlds.starts import check_people
+from dynslam_env.worlds.start_checks import check_people
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 

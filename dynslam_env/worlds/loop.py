@@ -9,8 +9,8 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.row import RoomDimensions, RowPlacement, build, draw_row
-from dynslam_env.worlds.walks import check_rooms, draw_routes
+from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
+from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.validation import positive, whole, within

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dynslam_env.worlds.clearance import legs, sweep
-from dynslam_env.worlds.floor import Floor, Sizes, draw_floor
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.furniture import furnish
 from dynslam_env.worlds.layout import Layout
+from dynslam_env.worlds.office_floor import FloorDimensions, OfficeFloor, draw_floor
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.walks import Solid, check_rooms, draw_routes, waiting_point
+from dynslam_env.worlds.routes import Solid, check_rooms, draw_routes, waiting_point
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.validation import positive, whole, within
@@ -91,9 +91,9 @@ class Office:
         walls = np.vstack([plan.walls, *(outline for _, outline in solids)])
         return Layout(walls, plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes)
 
-    def _floor(self, rng: np.random.Generator) -> Floor:
+    def _floor(self, rng: np.random.Generator) -> OfficeFloor:
         area = Rect(0.0, 0.0, self.length, self.breadth)
-        sizes = Sizes(area, self.room_side, self.door_width, self.door_thickness,
+        sizes = FloorDimensions(area, self.room_side, self.door_width, self.door_thickness,
                       self.wall_thickness, self.clearance, self.free_way)  # fmt: skip
         for _ in range(FLOORS):
             floor = draw_floor(sizes, rng)
@@ -110,7 +110,7 @@ class Office:
         kept = plan.doorways[: len(plan.doorways) - len(plan.doors) + self.doors]
         return replace(plan, doorways=kept)
 
-    def _furniture(self, floor: Floor, rng: np.random.Generator) -> list[Solid]:
+    def _furniture(self, floor: OfficeFloor, rng: np.random.Generator) -> list[Solid]:
         """All pieces, with the rooms in which they stand."""
         if not self.furniture:
             return []

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from dynslam_env.worlds.floor_plan import FloorPlan
-from dynslam_env.worlds.walks import Point, Stop, waiting_point
+from dynslam_env.worlds.routes import Point, Stop, waiting_point
 
 SHORT = 1.0  # m, a leg from doorway to doorway too short to steer on
 TURN = -1  # in place of a doorway: the middle of the space

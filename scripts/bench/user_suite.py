@@ -15,8 +15,8 @@ import numpy as np
 from dynslam_env import WORLDS, Doors, Laser, Odometry, Task
 from dynslam_env.simulation.laws import Exponential, Fixed, Periodic, Uniform
 from dynslam_env.simulation.people import People
+from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from dynslam_env.simulation.robot import Robot
-from dynslam_env.simulation.setup import NAMED_DOORS, NAMED_WORLDS
 from slam.errors import InputError
 from slam.validation import instance, one_of, whole_number
 
@@ -118,15 +118,15 @@ def _world(given: Any, usual: str) -> Any:
         return given
     instance("world", given, dict, "a name or a table")
     kind = given.get("kind", usual)
-    one_of("world.kind", kind, tuple(NAMED_WORLDS))
+    one_of("world.kind", kind, NAMED_WORLDS.names())
     fields_given = {name: value for name, value in given.items() if name != "kind"}
-    return _changed("world", NAMED_WORLDS[kind], fields_given)
+    return _changed("world", NAMED_WORLDS.get(kind), fields_given)
 
 
 def _doors(given: Any) -> Any:
-    """One of NAMED_DOORS, or a table of the fields of `Doors`, the law a table with its `kind`."""
+    """One of NAMED_LAWS, or a table of the fields of `Doors`, the law a table with its `kind`."""
     if isinstance(given, str):
-        one_of("doors", given, tuple(NAMED_DOORS))
+        one_of("doors", given, NAMED_LAWS.names())
         return given
     instance("doors", given, dict, "a name or a table")
     law = given.get("law")

@@ -10,7 +10,7 @@ from pathlib import Path
 import tyro
 
 from dynslam_env import WORLDS
-from dynslam_env.simulation.setup import NAMED_DOORS
+from dynslam_env.simulation.registry import NAMED_LAWS
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.carmen.writer import write_carmen
@@ -70,7 +70,7 @@ class RecordCommand:
     formats: str = "all"
     """npz, carmen, mcap, tum, with commas between; or all."""
     doors: str | None = None
-    """moving or static; if not given, the world's own."""
+    """moving, static, or a registered law; if not given, the world's own."""
 
     def __call__(self) -> int:
         """Record, write."""
@@ -78,7 +78,7 @@ class RecordCommand:
         formats = parse_selection("format", self.formats, list(FORMATS))
         parameters = {}
         if self.doors is not None:
-            one_of("doors", self.doors, tuple(NAMED_DOORS))
+            one_of("doors", self.doors, NAMED_LAWS.names())
             parameters = {"doors": self.doors}
         seeds = numbers(self.seeds)
         out = output_directory(self.out)

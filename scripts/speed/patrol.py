@@ -15,7 +15,7 @@ from rich.table import Table
 
 from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.simulation.fleet import Fleet
+from dynslam_env.simulation.world_batch import WorldBatch
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 
 from ..console.rows import ProgressTracker, Row
@@ -23,7 +23,7 @@ from ..console.rows import ProgressTracker, Row
 WORLDS = 32
 STEPS = 50  # of all worlds at once, a round
 PARTS = (
-    ("world: physics, laser, odometry", Fleet, "step"),
+    ("world: physics, laser, odometry", WorldBatch, "step"),
     ("SLAM", MaximumLikelihood, "update"),
     ("dynamic map", DynamicMap, "look"),
     ("what was seen lately, for the reward", DynamicMap, "freshness"),

@@ -10,6 +10,7 @@ import tyro
 
 import agents
 import slam
+from dynslam_env.simulation.registry import NAMED_WORLDS
 from slam.benchmark.results import Result
 from slam.errors import InputError
 from slam.validation import number, whole_number
@@ -24,7 +25,7 @@ from ..report.summary import Condition, Wording, read_rows
 from ..report.write import write_report
 from ..trials.jobs import file_name
 from ..trials.pool import check_workers, here
-from .patrol_jobs import BUDGETS, SUITE, Patrol
+from .patrol_jobs import BUDGETS, STEPS, SUITE, Patrol
 from .summary import told
 
 
@@ -40,7 +41,7 @@ class EvaluateCommand:
     """Names of agents, files of trained policies, or FILE.py:NAME of your own; all: every one that
     is known by name. The first is what the others are compared with."""
     worlds: str = "corridor"
-    """Some of corridor, loop, office, crowd, with commas between, or all."""
+    """Some of corridor, loop, office, crowd and registered worlds, with commas between, or all."""
     slam: str = "hmm-ml"
     """SLAM variants, with commas between."""
     episodes: int = 100
@@ -86,7 +87,7 @@ class EvaluateCommand:
         return asked
 
     def _patrols(self, names: list[str]) -> list[Patrol]:
-        worlds = parse_selection("world", self.worlds, list(BUDGETS))
+        worlds = parse_selection("world", self.worlds, list(NAMED_WORLDS.names()))
         systems = parse_selection("variant", self.slam, slam.variants())
         whole_number("episodes", self.episodes, 1)
         whole_number("first", self.first, 0)
@@ -96,7 +97,7 @@ class EvaluateCommand:
         check_workers(self.jobs)
         return [
             Patrol(
-                world, system, name, seed, self.steps or BUDGETS[world], self.limit,
+                world, system, name, seed, self.steps or BUDGETS.get(world, STEPS), self.limit,
                 pictured=seed == self.first, film=self._film(world, system, systems, name, seed),
             )
             for seed in range(self.first, self.first + self.episodes)

@@ -27,6 +27,7 @@ SUITE = "evaluate"
 SPEED = 5.0  # of a film, times as fast as it was
 BUDGETS = {"corridor": 250, "loop": 500, "office": 750, "crowd": 250}
 """Steps of 0.4 s that a patrol of each world has."""
+STEPS = 250  # of 0.4 s, in any other world
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ class TrainCommand:
     env: str = "DoorPatrol-v0"
     """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own."""
     world: str = "corridor"
-    """corridor, loop, office or crowd."""
+    """corridor, loop, office, crowd, or a registered world."""
     slam: str = "hmm-ml"
     """SLAM variant that runs inside."""
     algo: str = "ppo"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dynslam_env.simulation.localizability import position_bounds
+from dynslam_env.simulation.pose_bounds import position_bounds
 from slam.benchmark.run import Run
 from slam.episode import Episode
 from slam.errors import InputError

@@ -17,7 +17,7 @@ import numpy as np
 import agents
 import dynslam_env
 from agents import record_path
-from dynslam_env.simulation.setup import Setup
+from dynslam_env.simulation.config import WorldConfig
 from slam.episode import Episode, Truth
 from slam.io.formats import read_log
 from slam.preprocessing.deskewing import standing
@@ -68,7 +68,7 @@ class SimulatedDrive(Source):
         given = {**keywords, **self.parameters}
         steps = given.pop("max_episode_steps", steps)
         plain = {"env": self.env, "seed": self.seed, "every": self.every, "steps": steps}
-        return plain | {"config": Setup.of(given).plain(), "simulator": simulator()}
+        return plain | {"config": WorldConfig.of(given).plain(), "simulator": simulator()}
 
     def make(self) -> Episode:
         """Record it."""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.geometry import Array, Pose2, compose, turned
+from slam.geometry import Array, Pose2, compose, lever_jacobian, turned
 from slam.graph.chain import chained
 from slam.graph.edges import Edge
 from slam.graph.local_map import LocalMap
@@ -186,7 +186,7 @@ class GraphSlam:
 
     def _carried(self, estimate: Estimate) -> Array:
         """The covariance of a pose in the present frame, with the frame's own error."""
-        lever = _lever(estimate.pose)
+        lever = lever_jacobian(estimate.pose.x, estimate.pose.y)
         return lever @ self._sure @ lever.T + estimate.covariance
 
     # -- loops ---------------------------------------------------------------------------------
@@ -213,7 +213,7 @@ class GraphSlam:
         for other in self._candidates(here, covariances):
             frame = Pose2.of(graph.poses[other])
             predicted = frame.between(Pose2.of(graph.poses[here]))
-            lever = _lever(predicted)
+            lever = lever_jacobian(predicted.x, predicted.y)
             match = self._matcher.match(
                 self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
             )
@@ -247,8 +247,3 @@ class GraphSlam:
 
 
 DONE = object()
-
-
-def _lever(pose: Pose2) -> Array:
-    """(3, 3) the error at a pose by the error of the frame that it is given in."""
-    return np.array([[1.0, 0.0, -pose.y], [0.0, 1.0, pose.x], [0.0, 0.0, 1.0]])

@@ -222,7 +222,7 @@ class ParticleFilter:
             given.add(parent)
         for k, branch in enumerate(self._maps):
             if k not in given:
-                tiles.drop(branch)
+                tiles.release(branch)
         self._maps, self._poses = maps, self._poses[parents]
         self._log_weights = np.zeros(self.particles)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, lever_jacobian
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
@@ -62,8 +62,7 @@ def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn
 @kernel
 def _turned(covariance, x, y):
     """The covariance of a pose that lies (x, y) from the one that is given, rigidly."""
-    J = np.eye(3)
-    J[0, 2], J[1, 2] = -y, x
+    J = lever_jacobian(x, y)
     return J @ covariance @ J.T
 
 

@@ -1,1 +1,1 @@
-"""Map models: each makes h, the probability that a cell is occupied now, of what it saw."""
+"""Map models: h, the probability that a cell is occupied now, from the scans integrated so far."""

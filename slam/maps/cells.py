@@ -1,4 +1,4 @@
-"""Cells: what all map models have in common, and all that a reading looks at."""
+"""Cells: the part that all map models share, and that sensor models read."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.kernel import kernel
 from slam.maps.centroids import Centroids
-from slam.maps.rays import MARGIN, Rays, Seen, Tracer
+from slam.maps.rays import TILE_MARGIN, ObservedCells, Rays, Tracer
 from slam.maps.tiles import Tiles
 from slam.scan import Scan
 from slam.validation import positive_number
 
 
 class Cells:
-    """The tiles of a map, h of every cell, and where its echoes came from.
+    """The tiles of a map, with h, the observed flag and the centroid of the echoes of every cell.
 
     A map model adds layers of its own (`tiles.layer`) and writes h to `occupied`.
 
-    prior      h of a cell that nothing was seen of
+    prior      h of a cell that was never observed
     occupied   layer of h, P(occupied now), float32
     observed   layer, bool
     centroids  of the echoes
@@ -35,27 +35,30 @@ class Cells:
         self.centroids = Centroids(self.tiles)
         self._tracer = Tracer()
 
-    def see(self, scan: Scan, pose: Pose2) -> Seen:
-        """The cells that a scan taken at `pose` saw; tiles are taken for them, and not shared with
-        another map: the cells may be written to, and MARGIN around where echoes are or were."""
+    def trace(self, scan: Scan, pose: Pose2) -> ObservedCells:
+        """The cells that a scan taken at `pose` observes, marked as observed, echoes added.
+
+        Their tiles are allocated, and copied where another map shares them: the cells may then be
+        written to, as well as those within TILE_MARGIN of present and past echoes.
+        """
         sensor, ends, hit = self.rays.ends(scan, pose)
-        seen = self._tracer.trace(self.tiles, sensor, ends, hit)
+        observed = self._tracer.trace(self.tiles, sensor, ends, hit)
         if self.tiles.shared:
-            echoes = _echoes(seen.cells, seen.hit, self.centroids.count.flat)
-            self.tiles.own(seen.cells, echoes, MARGIN)
-        _mark(seen.cells, self.observed.flat)
-        self.centroids.add(seen.echoes)
-        return seen
+            echoes = _echoes(observed.cells, observed.hit, self.centroids.count.flat)
+            self.tiles.unshare(observed.cells, echoes, TILE_MARGIN)
+        _mark(observed.cells, self.observed.flat)
+        self.centroids.add(observed.echoes)
+        return observed
 
     def grid(self) -> OccupancyGrid:
-        """The map as it is now, a copy."""
+        """A copy of the current map."""
         tiles = self.tiles
         return OccupancyGrid(tiles.spec, tiles.dense(self.occupied), tiles.dense(self.observed))
 
 
 @kernel
 def _echoes(cells, hit, count):
-    """(n,) bool, cells in which an echo is or was."""
+    """(n,) bool, cells with an echo, in this scan or an earlier one."""
     echoes = np.empty(len(cells), np.bool_)
     for k in range(len(cells)):
         echoes[k] = hit[k] or count[np.uint64(cells[k])] > 0

@@ -1,4 +1,4 @@
-"""Clamped map: log-odds that cannot grow beyond a limit, so that a cell can change its mind."""
+"""Clamped map: log-odds within limits, so that a cell can change its state soon."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from slam.maps.rays import Rays
 from slam.maps.static import Static
 
 
-def Clamped(  # noqa: N802 - reads as the map model that it makes
+def Clamped(  # noqa: N802 - named like the map models
     resolution: float = 0.05,
     evidence: Evidence = Evidence(),
     rays: Rays = Rays(),

@@ -1,9 +1,11 @@
-"""HMM map: every cell a Markov chain that opens and closes at rates learned on the way.
+"""HMM map: each cell is a two-state Markov chain whose transition rates are learned online.
 
 Meyer-Delius, Beinhofer and Burgard 2012; the rates from counted changes, Saarinen et al. 2012.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,36 +14,60 @@ from slam.grid import OccupancyGrid
 from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
-from slam.maps.rays import Rays, Seen
+from slam.maps.rays import ObservedCells, Rays
 from slam.maps.tiles import AREA
 from slam.scan import Scan
 from slam.validation import positive_number
 
 UNDECIDED, FREE, OCCUPIED = 0, 1, 2
-SURE = 0.8  # P of a state from where on the cell is taken to be in it
-MOST = 255  # changes that are counted
+STATE_PROBABILITY = 0.8  # P of a state from which on the cell is taken to be in it
+MAX_CHANGES = 255  # changes counted per cell and direction, uint8
+
+
+class HMMLayers(NamedTuple):
+    """The layers of an `HMM`, flat: (cells,), times and counts (cells, 2)."""
+
+    times: np.ndarray
+    counts: np.ndarray
+    state: np.ndarray
+    last: np.ndarray
+    occupied: np.ndarray
+
+
+class RatePrior(NamedTuple):
+    """The counts and times of a cell that was never observed.
+
+    changes       in each direction
+    free_for      s
+    occupied_for  s
+    """
+
+    changes: float
+    free_for: float
+    occupied_for: float
 
 
 class HMM:
-    """Expects a cell to change as often as it did: a door soon, a wall hardly ever.
+    """Predicts that a cell changes as often as it did so far: a door often, a wall hardly ever.
 
-    Between two sights of a cell the chain runs for their distance in time t: with a the rate of
-    closing, b that of opening and pi = a / (a + b), p goes to pi + exp(-(a + b) t) (p - pi). Then
-    comes Bayes with the evidence. A cell is taken to be free or occupied when that is 80 % sure;
-    a = (changes + closings) / (free for + seconds), b likewise, where the prior's `changes` and
-    seconds are what a cell begins with, the seconds split such that pi is the evidence's prior.
-    A gap in which a chain forgets where it was, 1 / (a + b), teaches nothing of its changes.
+    Between two observations of a cell, t apart, its state probability is predicted: with a the rate
+    of closing, b that of opening and pi = a / (a + b), p becomes pi + exp(-(a + b) t) (p - pi).
+    Then it is updated with the evidence by Bayes' rule. A cell is taken to be free or occupied at a
+    probability of 80 %; a = (changes + closings) / (free for + seconds), b likewise, where the
+    prior's `changes` and seconds are what a cell begins with, the seconds split such that pi is the
+    evidence's prior. A gap longer than 1 / (a + b), after which the chain has forgotten its state,
+    is not used to learn the rates.
 
-    h is that of when the cell was last seen. To relax it to pi while nobody looks, all cells would
-    have to be gone through with every scan; `predicted` does so when asked.
+    h is of the time when the cell was last observed. Relaxing all unobserved cells towards pi would
+    mean a pass over the map with every scan; `predicted` computes it on demand.
 
     resolution  m, side of a cell
-    changes     that a cell is taken to have made already, in each direction
-    dwell       s, in which it made them
-    times       layer of (2,) float32, s watched while free and while occupied
-    counts      layer of (2,) uint8, openings and closings; beyond 255 all counts half, times too
+    changes     prior number of changes, in each direction
+    dwell       s, prior time in which they happened
+    times       layer of (2,) float32, s observed while free and while occupied
+    counts      layer of (2,) uint8, openings and closings; beyond 255 counts and times are halved
     state       layer, uint8, UNDECIDED, FREE or OCCUPIED
-    last        layer, float32, s since the first scan: when the cell was last seen
+    last        layer, float32, s from the first scan to the last observation of the cell
     """
 
     def __init__(
@@ -68,45 +94,41 @@ class HMM:
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Predict the cells that the scan saw, correct them, and learn how often they change."""
-        seen = self.cells.see(scan, pose)
-        self.observe(seen, scan.time)
-        return seen.cells
+        observed = self.cells.trace(scan, pose)
+        self.observe(observed, scan.time)
+        return observed.cells
 
-    def observe(self, seen: Seen, time: float) -> None:
-        """The same for cells that were `seen` at `time`, s."""
+    def observe(self, observed: ObservedCells, time: float) -> None:
+        """The same for cells `observed` at `time`, s."""
         if self._start is None:
             self._start = time
-        _observe(
-            seen.cells,
-            seen.hit,
-            time - self._start,
+        layers = HMMLayers(
             self.times.flat,
             self.counts.flat,
             self.state.flat,
             self.last.flat,
             self.cells.occupied.flat,
-            *self._ratios,
-            *self.prior,
         )
+        _observe(observed, time - self._start, layers, self._ratios, self.prior)
 
     @property
-    def prior(self) -> tuple[float, float, float]:
-        """The changes, the seconds free and the seconds occupied that a cell begins with."""
+    def prior(self) -> RatePrior:
+        """The changes and times that a cell begins with."""
         prior = self.evidence.prior
-        return self.changes, (1 - prior) * self.dwell, prior * self.dwell
+        return RatePrior(self.changes, (1 - prior) * self.dwell, prior * self.dwell)
 
     def since_start(self, time: float) -> float:
-        """s from the first scan to `time`, as `last` counts it; 0 before there is one."""
+        """s from the first scan to `time`, as in the layer `last`; 0 before the first scan."""
         return 0.0 if self._start is None else time - self._start
 
     def rates(self, row: int, col: int) -> tuple[float, float]:
-        """How often a cell of the grid closes while free and opens while occupied, 1/s."""
+        """Rates of closing (while free) and opening (while occupied) of a cell of the grid, 1/s."""
         cell = self.cells.tiles.cell(row, col)
         closing, opening = self._rates(self.times.flat[cell], self.counts.flat[cell])
         return float(closing), float(opening)
 
     def predicted(self, time: float) -> OccupancyGrid:
-        """The map as it will have become at `time`, s, if nothing more is seen."""
+        """The map predicted for `time`, s, without further observations."""
         tiles = self.cells.tiles
         grid = self.cells.grid()
         if self._start is None:
@@ -127,11 +149,15 @@ class HMM:
 
 
 @kernel(error_model="numpy")
-def _observe(
-    cells, hit, now, times, counts, state, last, occupied, hit_ratio, free_ratio, changes,
-    free_for, occupied_for,
-):  # fmt: skip
-    """Predict, correct and learn; the ratios are p(z|occupied) / p(z|free)."""
+def _observe(observed: ObservedCells, now, layers: HMMLayers, ratios, prior: RatePrior):
+    """Predict, correct and learn the rates.
+
+    ratios  p(z|occupied) / p(z|free) of a hit and of a beam that passes through
+    """
+    cells, hit = observed.cells, observed.hit
+    times, counts, state, last, occupied = layers
+    changes, free_for, occupied_for = prior
+    hit_ratio, free_ratio = ratios
     for k in range(len(cells)):
         i = np.uint64(cells[k])
         gone = max(now - last[i], 0.0)
@@ -144,7 +170,12 @@ def _observe(
         h = ratio / (ratio + 1.0 - h)
         occupied[i] = h
         was = state[i] if gone * (closing + opening) < 1.0 else UNDECIDED
-        state[i] = OCCUPIED if h > SURE else FREE if h < 1.0 - SURE else was
+        if h > STATE_PROBABILITY:
+            state[i] = OCCUPIED
+        elif h < 1.0 - STATE_PROBABILITY:
+            state[i] = FREE
+        else:
+            state[i] = was
         if was != UNDECIDED:
             times[i, was - FREE] += gone
             if state[i] != was:
@@ -153,8 +184,8 @@ def _observe(
 
 @kernel
 def _count(times, counts, i, to):
-    """One change more; where they are full, all that was learned so far counts half."""
-    if counts[i, to] == MOST:
+    """Count a change of cell `i`; if the count is full, halve its counts and times first."""
+    if counts[i, to] == MAX_CHANGES:
         for s in range(2):
             counts[i, s] = (counts[i, s] + 1) // 2
             times[i, s] *= 0.5

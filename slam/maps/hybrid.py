@@ -1,101 +1,110 @@
-"""Hybrid map: a static map that does not forget what comes back."""
+"""Hybrid map: a static map that does not forget objects that come back."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from slam.geometry import Pose2
 from slam.kernel import kernel
+from slam.maps.rays import ObservedCells
 from slam.maps.tiles import Tiles
-from slam.maps.windowed import Windowed, bin_of
+from slam.maps.windowed import MAX_WINDOWS, NO_WINDOW, Windowed, WindowParameters, bin_of
 from slam.scan import Scan
 
-NEVER = np.iinfo(np.int32).min  # the window of a cell that nothing was seen of
-MOST = 255  # windows that are counted
-RETURNS = 2  # windows in which a cell was occupied, from where on it is one that comes back
+MIN_OCCUPIED_WINDOWS = 2  # windows in which a cell was occupied, from which on h uses the mean
+
+
+class HybridLayers(NamedTuple):
+    """The layers of a `Hybrid`, flat: (cells,) each."""
+
+    log_odds: np.ndarray
+    window_log_odds: np.ndarray
+    window: np.ndarray
+    closed_windows: np.ndarray
+    occupied_windows: np.ndarray
+    bin_sum: np.ndarray
+    occupied: np.ndarray
 
 
 class Hybrid(Windowed):
-    """h is the static map's, or the histogram's where that is more and the cell was occupied twice.
+    """h is the static map's, or the histogram's if that is larger and the cell was occupied twice.
 
-    Ours: the static map is sharp where nothing changes, and the histogram remembers a door that is
-    away just now. What was there in one window only, somebody who passed, is the static map's
-    alone, which forgets it. Of the histogram only what its mean needs is kept.
+    Our own: the static map is sharp where nothing changes, and the histogram remembers a door that
+    is open at the moment. An object seen in one window only, such as a passer-by, is in the static
+    map alone, which forgets it. Of the histogram only what its mean needs is kept.
 
-    resolution  m, side of a cell
-    delta_t     s, length of a window
-    bins        B, to which the occupancy of a window is rounded for the mean
-    weight      a, how many windows the prior is worth
-    log_odds    layer, float32, static
-    current     layer, float32, log-odds of the open window
-    window      layer, int32, its number
-    closed      layer, uint8, windows before that; beyond 255 all count half
-    risen       layer, uint8, those of them in which the cell was occupied
-    total       layer, uint16, sum of their bins
+    resolution        m, side of a cell
+    delta_t           s, length of a window
+    bins              B, number of bins that the occupancy of a window is rounded to for the mean
+    weight            a, the prior's weight in windows
+    log_odds          layer, float32, static
+    window_log_odds   layer, float32, log-odds of the open window
+    window            layer, int32, number of the open window
+    closed_windows    layer, uint8, number of closed windows; beyond 255 all counts are halved
+    occupied_windows  layer, uint8, number of closed windows in which the cell was occupied
+    bin_sum           layer, uint16, sum of the bins of the closed windows
     """
 
-    def _begin(self, tiles: Tiles) -> None:
+    def _add_layers(self, tiles: Tiles) -> None:
         self.log_odds = tiles.layer(np.float32, self.evidence.prior_log_odds)
-        self.current = tiles.layer(np.float32, self.evidence.prior_log_odds)
-        self.window = tiles.layer(np.int32, NEVER)
-        self.closed = tiles.layer(np.uint8)
-        self.risen = tiles.layer(np.uint8)
-        self.total = tiles.layer(np.uint16)
+        self.window_log_odds = tiles.layer(np.float32, self.evidence.prior_log_odds)
+        self.window = tiles.layer(np.int32, NO_WINDOW)
+        self.closed_windows = tiles.layer(np.uint8)
+        self.occupied_windows = tiles.layer(np.uint8)
+        self.bin_sum = tiles.layer(np.uint16)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Add the scan's evidence to the cells' sums and to their open windows."""
-        seen = self.cells.see(scan, pose)
-        _observe(
-            seen.cells,
-            seen.hit,
-            self._windows.at(scan.time),
+        """Add the scan's evidence to the static log-odds and to the open windows of its cells."""
+        observed = self.cells.trace(scan, pose)
+        layers = HybridLayers(
             self.log_odds.flat,
-            self.current.flat,
+            self.window_log_odds.flat,
             self.window.flat,
-            self.closed.flat,
-            self.risen.flat,
-            self.total.flat,
+            self.closed_windows.flat,
+            self.occupied_windows.flat,
+            self.bin_sum.flat,
             self.cells.occupied.flat,
-            self._limits,
-            self.evidence.hit,
-            self.evidence.free,
-            self.evidence.prior_log_odds,
-            self.weight,
-            self.evidence.prior,
         )
-        return seen.cells
+        _observe(observed, self._clock.at(scan.time), layers, self._parameters)
+        return observed.cells
 
 
 @kernel
-def _observe(
-    cells, hit, now, log_odds, current, window, closed, risen, total, occupied, limits,
-    hit_evidence, free_evidence, start, weight, prior,
-):  # fmt: skip
-    """Close the windows of cells last seen in another one, add the evidence, and give h."""
+def _observe(observed: ObservedCells, now, layers: HybridLayers, parameters: WindowParameters):
+    """Close the windows of cells last observed in another one, add the evidence, update h."""
+    cells, hit = observed.cells, observed.hit
+    log_odds, window_log_odds, window = layers.log_odds, layers.window_log_odds, layers.window
+    closed_windows, occupied_windows = layers.closed_windows, layers.occupied_windows
+    bin_sum, occupied = layers.bin_sum, layers.occupied
+    limits, weight, prior = parameters.limits, parameters.weight, parameters.prior
     for k in range(len(cells)):
         i = cells[k]
         if window[i] != now:
-            if window[i] != NEVER:
-                _close(closed, risen, total, i, current[i], bin_of(current[i], limits))
-            current[i], window[i] = start, now
-        evidence = hit_evidence if hit[k] else free_evidence
+            if window[i] != NO_WINDOW:
+                _close(layers, i, window_log_odds[i], bin_of(window_log_odds[i], limits))
+            window_log_odds[i], window[i] = parameters.start, now
+        evidence = parameters.hit if hit[k] else parameters.free
         log_odds[i] += evidence
-        current[i] += evidence
+        window_log_odds[i] += evidence
         h = 1.0 / (1.0 + np.exp(-log_odds[i]))
-        if risen[i] + (current[i] > 0.0) >= RETURNS:
-            weighted = float(total[i] + bin_of(current[i], limits))
-            mean = (weighted / len(limits) + weight * prior) / (1.0 + closed[i] + weight)
+        if occupied_windows[i] + (window_log_odds[i] > 0.0) >= MIN_OCCUPIED_WINDOWS:
+            weighted = float(bin_sum[i] + bin_of(window_log_odds[i], limits))
+            mean = (weighted / len(limits) + weight * prior) / (1.0 + closed_windows[i] + weight)
             h = max(h, mean)
         occupied[i] = h
 
 
 @kernel
-def _close(closed, risen, total, i, log_odds, b):
-    """One window more; where they are full, all that was counted so far counts half."""
-    if closed[i] == MOST:
-        closed[i] = (closed[i] + 1) // 2
-        risen[i] = (risen[i] + 1) // 2
-        total[i] = (total[i] + 1) // 2
-    closed[i] += np.uint8(1)
-    risen[i] += np.uint8(log_odds > 0.0)
-    total[i] += np.uint16(b)
+def _close(layers: HybridLayers, i, log_odds, b):
+    """Count the open window of cell `i`; if the counts are full, halve them first."""
+    closed_windows, occupied_windows = layers.closed_windows, layers.occupied_windows
+    bin_sum = layers.bin_sum
+    if closed_windows[i] == MAX_WINDOWS:
+        closed_windows[i] = (closed_windows[i] + 1) // 2
+        occupied_windows[i] = (occupied_windows[i] + 1) // 2
+        bin_sum[i] = (bin_sum[i] + 1) // 2
+    closed_windows[i] += np.uint8(1)
+    occupied_windows[i] += np.uint8(log_odds > 0.0)
+    bin_sum[i] += np.uint16(b)

@@ -1,4 +1,4 @@
-"""The inverse sensor model of an occupancy grid: what a hit and a pass say about a cell."""
+"""The inverse sensor model of an occupancy grid: the evidence of a hit and of a passing beam."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from slam.errors import InputError
 class Evidence:
     """The log-likelihood ratios log p(z|occupied) / p(z|free) of equation 3 (erratum 1), in nats.
 
-    hit    of a beam that ends in the cell, > 0; the default outweighs the prior at once
+    hit    of a beam that ends in the cell, > 0; by default one hit outweighs the prior
     free   of a beam that passes through, < 0
-    prior  P(occupied) of a cell that nothing was seen of
+    prior  P(occupied) of a cell that was never observed
     """
 
     hit: float = 1.5

@@ -1,81 +1,90 @@
-"""Mean map: of the histogram only what h needs, for a SLAM that holds many maps."""
+"""Mean map: of the histogram only what h needs, for a SLAM that keeps many maps."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from slam.geometry import Pose2
 from slam.kernel import kernel
+from slam.maps.rays import ObservedCells
 from slam.maps.tiles import Tiles
-from slam.maps.windowed import Windowed, bin_of
+from slam.maps.windowed import MAX_WINDOWS, Windowed, WindowParameters, bin_of
 from slam.scan import Scan
 
-NEVER = 0  # the window of a cell that nothing was seen of
-ROUND = 65535  # windows after which their numbers begin anew: of 4 s, three days
-MOST = 255  # windows that are counted
+NO_NUMBER = 0  # window number of a cell that was never observed
+WINDOW_NUMBERS = 65535  # the numbers repeat after so many windows: of 4 s each, three days
+
+
+class MeanLayers(NamedTuple):
+    """The layers of a `Mean`, flat: (cells,) each."""
+
+    window: np.ndarray
+    log_odds: np.ndarray
+    closed_windows: np.ndarray
+    bin_sum: np.ndarray
+    occupied: np.ndarray
 
 
 class Mean(Windowed):
-    """Matches against the h of `Histogram`, and keeps per cell 9 bytes of it instead of 18.
+    """Has the h of `Histogram`, in 9 bytes per cell instead of 18.
 
-    The same h exactly, as long as a cell was seen in no more than 255 windows, from where on all of
-    them fade; there they do bin by bin. How often a cell was how occupied cannot be asked.
+    h is exactly the same as long as a cell was observed in at most 255 windows. Beyond, all of them
+    fade together; in `Histogram` they fade bin by bin. The histogram itself is not kept.
 
-    resolution  m, side of a cell
-    delta_t     s, length of a window
-    bins        B, to which the occupancy of a window is rounded
-    weight      a, how many windows the prior is worth
-    log_odds    layer, float32, of the open window
-    window      layer, uint16, its number, from 1 on
-    closed      layer, uint8, windows before that
-    total       layer, uint16, sum of their bins
+    resolution      m, side of a cell
+    delta_t         s, length of a window
+    bins            B, number of bins that the occupancy of a window is rounded to
+    weight          a, the prior's weight in windows
+    log_odds        layer, float32, of the open window
+    window          layer, uint16, number of the open window, from 1 on
+    closed_windows  layer, uint8, number of closed windows
+    bin_sum         layer, uint16, sum of the bins of the closed windows
     """
 
-    def _begin(self, tiles: Tiles) -> None:
+    def _add_layers(self, tiles: Tiles) -> None:
         self.log_odds = tiles.layer(np.float32, self.evidence.prior_log_odds)
-        self.window = tiles.layer(np.uint16, NEVER)
-        self.closed = tiles.layer(np.uint8)
-        self.total = tiles.layer(np.uint16)
+        self.window = tiles.layer(np.uint16, NO_NUMBER)
+        self.closed_windows = tiles.layer(np.uint8)
+        self.bin_sum = tiles.layer(np.uint16)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Add the scan's evidence to the open window of the cells that it saw."""
-        seen = self.cells.see(scan, pose)
-        return _observe(
-            seen.cells,
-            seen.hit,
-            self._windows.at(scan.time) % ROUND + 1,
+        """Add the scan's evidence to the open window of the observed cells."""
+        observed = self.cells.trace(scan, pose)
+        layers = MeanLayers(
             self.window.flat,
             self.log_odds.flat,
-            self.closed.flat,
-            self.total.flat,
+            self.closed_windows.flat,
+            self.bin_sum.flat,
             self.cells.occupied.flat,
-            self._limits,
-            (self.evidence.hit, self.evidence.free, self.evidence.prior_log_odds),
-            (self.weight, self.evidence.prior),
         )
+        now = self._clock.at(scan.time) % WINDOW_NUMBERS + 1
+        return _observe(observed, now, layers, self._parameters)
 
 
 @kernel
-def _observe(cells, hit, now, window, log_odds, closed, total, occupied, limits, evidence, belief):
-    """Close the windows of cells last seen in another one, add the evidence, and give h.
+def _observe(observed: ObservedCells, now, layers: MeanLayers, parameters: WindowParameters):
+    """Close the windows of cells last observed in another one, add the evidence, update h.
 
-    The result are the cells whose h or centroid may have changed.
+    Returns the cells whose h or centroid may have changed.
     """
-    hit_evidence, free_evidence, start = evidence
-    weight, prior = belief
+    cells, hit = observed.cells, observed.hit
+    window, log_odds, closed_windows, bin_sum, occupied = layers
+    limits, weight, prior = parameters.limits, parameters.weight, parameters.prior
     changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
         i = np.uint64(cells[k])
         before, new = log_odds[i], window[i] != now
         if new:
-            if window[i] != NEVER:
-                _close(closed, total, i, bin_of(before, limits))
-            before, window[i] = start, now
-        log_odds[i] = before + (hit_evidence if hit[k] else free_evidence)
+            if window[i] != NO_NUMBER:
+                _close(closed_windows, bin_sum, i, bin_of(before, limits))
+            before, window[i] = parameters.start, now
+        log_odds[i] = before + (parameters.hit if hit[k] else parameters.free)
         occupancy = bin_of(log_odds[i], limits)
         moved = new or occupancy != bin_of(before, limits)
         if moved:
-            weighted, windows = np.int64(total[i]) + occupancy, np.int64(closed[i]) + 1
+            weighted, windows = np.int64(bin_sum[i]) + occupancy, np.int64(closed_windows[i]) + 1
             occupied[i] = (weighted / len(limits) + weight * prior) / (windows + weight)
         if moved or hit[k]:
             changed[n] = cells[k]
@@ -84,10 +93,10 @@ def _observe(cells, hit, now, window, log_odds, closed, total, occupied, limits,
 
 
 @kernel
-def _close(closed, total, i, b):
-    """One window more; where they are full, all that was counted so far counts half."""
-    if closed[i] == MOST:
-        closed[i] = (closed[i] + 1) // 2
-        total[i] = (total[i] + 1) // 2
-    closed[i] += np.uint8(1)
-    total[i] += np.uint16(b)
+def _close(closed_windows, bin_sum, i, b):
+    """Count the open window of cell `i`, in bin `b`; if the counts are full, halve them first."""
+    if closed_windows[i] == MAX_WINDOWS:
+        closed_windows[i] = (closed_windows[i] + 1) // 2
+        bin_sum[i] = (bin_sum[i] + 1) // 2
+    closed_windows[i] += np.uint8(1)
+    bin_sum[i] += np.uint16(b)

@@ -1,4 +1,4 @@
-"""Which cells a scan saw free and which it saw occupied: the ground of every map model."""
+"""Ray tracing: the cells that a scan observes as free and as occupied."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
-from slam.maps.tiles import AREA, MASK, SHIFT, Tiles, slot_to_take
+from slam.maps.tiles import AREA, MASK, SHIFT, Tiles, next_slot
 from slam.scan import Scan
 from slam.validation import positive, within
 
-MARGIN = 8  # cells around every echo whose tiles are taken too: readings look so far
-AROUND = 32  # cells around all that was seen that lie in `Tiles.index`, taken or not
-SPARE = 2  # cells around the window of a scan
+TILE_MARGIN = 8  # cells around every echo whose tiles are allocated too: sensor models read them
+INDEX_MARGIN = 32  # cells around the scan that `Tiles.index` covers, allocated or not
+WINDOW_MARGIN = 2  # cells around the window of a scan, for rounding errors
 FREE, HIT = np.uint8(1), np.uint8(2)
-WORD = 1 << 3  # marks that are looked at in one go
-U_1, U_3 = np.uint64(1), np.uint64(3)  # unsigned: no index is checked for its sign
+WORD = 1 << 3  # marks that are tested at once
+U_1, U_3 = np.uint64(1), np.uint64(3)  # unsigned: numba checks no index for its sign
 
 
-class Seen(NamedTuple):
-    """What one scan says of the cells, each cell once; a hit outweighs the beams that pass it.
+class ObservedCells(NamedTuple):
+    """The cells that one scan observes, each once: occupied if a beam ends there, else free.
 
     cells   (n,) int64 ids (see `Tiles`)
     hit     (n,) bool, occupied rather than free
-    echoes  (m, 2) where the beams that hit ended, m, world
+    echoes  (m, 2) end points of the beams that hit, m, world
     """
 
     cells: np.ndarray
@@ -37,11 +37,11 @@ class Seen(NamedTuple):
 
 @dataclass(frozen=True)
 class Rays:
-    """How far a scan is believed.
+    """The maximum ranges up to which beams update a map.
 
-    reach          m, echoes from farther away only clear the way up to here
-    no_echo_reach  m, a beam without echo clears the way up to here (or to the sensor's maximum
-                   range where that is less): glass and dark walls give no echo either
+    reach          m; a beam with an echo farther away marks cells as free up to here
+    no_echo_reach  m; a beam without echo marks cells as free up to here, or to the sensor's maximum
+                   range if that is less: glass and dark walls give no echo either
     """
 
     reach: float = 30.0
@@ -52,31 +52,31 @@ class Rays:
         within(self, "no_echo_reach", 0.0)
 
     def ends(self, scan: Scan, pose: Pose2) -> tuple[Array, Array, np.ndarray]:
-        """The sensor (2,), the beams' ends (n, 2) in the world, and which of them are hits (n,)."""
+        """The sensor (2,) and the beams' end points (n, 2), m, world; which are hits, (n,) bool."""
         return _ends(scan.ranges, scan.directions, scan.hit, scan.no_echo, self.reach,
                      min(self.no_echo_reach, scan.max_range), scan.mount.x, scan.mount.y,
                      *pose)  # fmt: skip
 
 
 class Tracer:
-    """Follows beams through tiles. Its memory is kept from scan to scan, and blank between them."""
+    """Traces beams through tiles. Its buffer is reused, and all zero between two scans."""
 
     def __init__(self) -> None:
         self._marks = np.zeros(0, np.uint8)
 
-    def trace(self, tiles: Tiles, sensor: Array, ends: Array, hit: np.ndarray) -> Seen:
+    def trace(self, tiles: Tiles, sensor: Array, ends: Array, hit: np.ndarray) -> ObservedCells:
         """The cells that beams from `sensor` (2,) to `ends` (n, 2) cross (free) or end in (hit).
 
-        Takes the tiles that it needs. A beam that is no hit frees its last cell too.
+        Allocates their tiles. The last cell of a beam that is no hit is free too.
         """
         left, low, right, high = _box(sensor, ends)
-        spare = AROUND * tiles.resolution
-        tiles.cover((left - spare, low - spare), (right + spare, high + spare))
+        margin = INDEX_MARGIN * tiles.resolution
+        tiles.extend((left - margin, low - margin), (right + margin, high + margin))
         (x, y), scale = tiles.origin, 1 / tiles.resolution
-        row0 = (math.floor((low - y) * scale) - SPARE) >> SHIFT
-        col0 = (math.floor((left - x) * scale) - SPARE) >> SHIFT
-        row1 = (math.floor((high - y) * scale) + SPARE) >> SHIFT
-        col1 = (math.floor((right - x) * scale) + SPARE) >> SHIFT
+        row0 = (math.floor((low - y) * scale) - WINDOW_MARGIN) >> SHIFT
+        col0 = (math.floor((left - x) * scale) - WINDOW_MARGIN) >> SHIFT
+        row1 = (math.floor((high - y) * scale) + WINDOW_MARGIN) >> SHIFT
+        col1 = (math.floor((right - x) * scale) + WINDOW_MARGIN) >> SHIFT
         bits = (((col1 - col0 + 1) << SHIFT) - 1).bit_length()
         size = ((row1 - row0 + 1) << SHIFT) << bits
         if size > len(self._marks):
@@ -96,8 +96,8 @@ class Tracer:
             tiles.used,
         )
         if taken:
-            tiles.take(tiles.used + max(taken - len(tiles.free), 0))
-        return Seen(cells, flags, echoes)
+            tiles.allocate(tiles.used + max(taken - len(tiles.free), 0))
+        return ObservedCells(cells, flags, echoes)
 
 
 @kernel
@@ -118,7 +118,7 @@ def _ends(ranges, directions, hit, no_echo, reach, clear, mount_x, mount_y, x, y
 
 @kernel
 def _box(sensor, ends):
-    """Left, low, right and high border of a sensor and the ends of its beams."""
+    """Left, low, right and high border of a sensor and the end points of its beams."""
     left, low = sensor[0], sensor[1]
     right, high = left, low
     for k in range(len(ends)):
@@ -129,10 +129,10 @@ def _box(sensor, ends):
 
 @kernel
 def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, used):
-    """Follow every beam, in units of cells from the corner of a window, whose marks are left blank.
+    """Trace every beam, in units of cells from the corner of a window, whose marks are reset to 0.
 
-    Gives the cells, tile by tile, which are hit, where the beams that hit ended, and how many slots
-    were entered into `index`.
+    Returns the cells tile by tile, which of them are hit, the end points of the beams that hit, and
+    how many slots were entered into `index`.
 
     x, y    m, where `index` begins
     scale   cells per m
@@ -166,28 +166,29 @@ def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, use
                         n += mark != 0
                     words[place >> U_3] = 0
             if n > before:
-                taken = _take_around(cells[before:n], flags[before:n], r, c, index, free, used,
+                taken = _allocate_around(cells[before:n], flags[before:n], r, c, index, free, used,
                                      taken)  # fmt: skip
     return cells[:n], flags[:n], echoes, taken
 
 
 @kernel
-def _take_around(cells, hit, row, col, index, free, used, taken):
-    """Take the tile that the cells lie in, and all within MARGIN of the hits; gives how many slots
-    were taken by now. Cells become ids.
+def _allocate_around(cells, hit, row, col, index, free, used, taken):
+    """Allocate the tile of the cells, and all within TILE_MARGIN of the hits; cells become ids.
+
+    Returns how many slots were taken so far.
 
     row, col  of the tile in `index`
     """
     if index[row, col] == 0:
-        index[row, col] = slot_to_take(free, used, taken)
+        index[row, col] = next_slot(free, used, taken)
         taken += 1
     for k in range(len(cells)):
         if hit[k]:
             i, j = (row << SHIFT) + (cells[k] >> SHIFT), (col << SHIFT) + (cells[k] & MASK)
-            for r in ((i - MARGIN) >> SHIFT, (i + MARGIN) >> SHIFT):
-                for c in ((j - MARGIN) >> SHIFT, (j + MARGIN) >> SHIFT):
+            for r in ((i - TILE_MARGIN) >> SHIFT, (i + TILE_MARGIN) >> SHIFT):
+                for c in ((j - TILE_MARGIN) >> SHIFT, (j + TILE_MARGIN) >> SHIFT):
                     if index[r, c] == 0:
-                        index[r, c] = slot_to_take(free, used, taken)
+                        index[r, c] = next_slot(free, used, taken)
                         taken += 1
         cells[k] += index[row, col] * AREA
     return taken
@@ -195,8 +196,8 @@ def _take_around(cells, hit, row, col, index, free, used, taken):
 
 @kernel
 def _follow(marks, bits, x0, y0, x1, y1):
-    """Mark the cells of one beam: along the axis that it mostly runs along, in every line of cells
-    the one where it comes in and the one where it goes out."""
+    """Mark the cells of one beam: in each row (or column, along the beam's major axis) the cell
+    where it enters and the cell where it leaves."""
     row = np.uint64(1 << bits)
     if abs(x1 - x0) >= abs(y1 - y0):
         _walk(marks, U_1, row, x0, y0, x1, y1)
@@ -207,8 +208,8 @@ def _follow(marks, bits, x0, y0, x1, y1):
 
 @kernel
 def _walk(marks, along, across, u0, v0, u1, v1):
-    """From (u0, v0) to (u1, v1), which is at most as far in v as in u; `along` and `across` are how
-    far apart the marks of neighbours in u and in v lie."""
+    """Mark the cells from (u0, v0) to (u1, v1), u being the major axis; `along` and `across` are
+    the strides of the marks in u and in v."""
     step, ahead = (1, 1) if u1 > u0 else (-1, 0)
     slope = (v1 - v0) / (u1 - u0) if u1 != u0 else 0.0
     low, high = min(int(v0), int(v1)), max(int(v0), int(v1))

@@ -1,4 +1,4 @@
-"""Recency map: what was seen fades, at several rates at once (Biber and Duckett 2005)."""
+"""Recency map: evidence decays over several time scales at once (Biber and Duckett 2005)."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from slam.geometry import Pose2
 from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
-from slam.maps.rays import Rays
+from slam.maps.rays import ObservedCells, Rays
 from slam.maps.tiles import AREA
 from slam.scan import Scan
 from slam.validation import positive_number
 
 
 class Recency:
-    """Remembers over several time scales at once: some follow what moves, some keep what stays.
+    """Averages over several time scales: the short ones follow changes, the long ones keep walls.
 
-    Per scale tau a cell's log-odds are the prior's and those of all that was seen, each weighted by
-    exp(-age / tau), whatever the gaps between. h is the mean over the scales of the probabilities.
-    The paper keeps samples of echoes, of which it loses a share at each update, and has robust
-    statistics say what they mean: here the share follows from the time gone by, and the sigmoid
-    keeps a scale that is very sure from outvoting the others.
+    Per scale tau a cell's log-odds are the prior's plus those of all observations, each weighted by
+    exp(-age / tau). h is the mean over the scales of the probabilities. The paper keeps samples of
+    echoes, replaces a share of them at each update, and estimates by robust statistics; here the
+    share follows from the elapsed time, and the sigmoid bounds the influence of a single scale.
 
-    A cell that was occupied for long is free to a scale after tau log(1 + hit / -free), prior
-    aside, if it is seen often; one that was free is occupied after tau log(1 + -free / hit).
-    While a cell is not seen, its h stays as it was: ages count when it is seen again.
+    If it is observed often, a cell that was occupied for long becomes free at a scale after
+    tau log(1 + hit / -free), prior aside; a free one becomes occupied after
+    tau log(1 + -free / hit). h of an unobserved cell stays as it was: evidence decays at the next
+    observation.
 
     resolution  m, side of a cell
     scales      s, tau of each; infinity never forgets: alone, it is the static map
-    log_odds    layer of (scales,) float32, the prior not counted in
-    last        layer, float32, s since the first scan: when the cell was last seen
+    log_odds    layer of (scales,) float32, without the prior
+    last        layer, float32, s from the first scan to the last observation of the cell
     """
 
     def __init__(
@@ -58,13 +58,12 @@ class Recency:
         self._start: float | None = None
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Let fade what the scan's cells were, and add what they are."""
-        seen = self.cells.see(scan, pose)
+        """Decay the log-odds of the observed cells and add the scan's evidence."""
+        observed = self.cells.trace(scan, pose)
         if self._start is None:
             self._start = scan.time
         _observe(
-            seen.cells,
-            seen.hit,
+            observed,
             scan.time - self._start,
             self._rates,
             self.log_odds.flat,
@@ -74,24 +73,26 @@ class Recency:
             self.evidence.free,
             self.evidence.prior_log_odds,
         )
-        return seen.cells
+        return observed.cells
 
 
 @kernel
 def _observe(
-    cells, hit, now, rates, log_odds, last, occupied, hit_evidence, free_evidence, prior
+    observed: ObservedCells, now, rates, log_odds, last, occupied, hit_evidence, free_evidence,
+    prior,
 ):  # fmt: skip
-    """Fade by the time since each cell was seen, add the evidence, and give h."""
+    """Decay by the time since each cell's last observation, add the evidence, update h."""
+    cells, hit = observed.cells, observed.hit
     scales = len(rates)
-    left, after = np.ones(scales), 0.0  # of what was seen: the same for most cells of a scan
+    decay, after = np.ones(scales), 0.0  # after so many s: the same for most cells of a scan
     for k in range(len(cells)):
         i = cells[k]
         gone = max(now - last[i], 0.0)
         last[i] = now
         if gone != after:
-            left, after = np.exp(-gone * rates), gone
+            decay, after = np.exp(-gone * rates), gone
         h = 0.0
         for s in range(scales):
-            log_odds[i, s] = log_odds[i, s] * left[s] + (hit_evidence if hit[k] else free_evidence)
+            log_odds[i, s] = log_odds[i, s] * decay[s] + (hit_evidence if hit[k] else free_evidence)
             h += 1.0 / (1.0 + np.exp(-(prior + log_odds[i, s])))
         occupied[i] = h / scales

@@ -9,12 +9,12 @@ from slam.geometry import Pose2
 from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.log_odds import Evidence
-from slam.maps.rays import Rays
+from slam.maps.rays import ObservedCells, Rays
 from slam.scan import Scan
 
 
 class Static:
-    """Believes that the world never changes: seen a hundred times takes as long to unlearn.
+    """Assumes a static world: what was observed a hundred times takes as long to unlearn.
 
     resolution  m, side of a cell
     limit       nats, log-odds (prior included) are clamped to +- this; finite in `Clamped`
@@ -36,22 +36,22 @@ class Static:
         self.log_odds = self.cells.tiles.layer(np.float32, evidence.prior_log_odds)
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Add the scan's evidence to the cells that it saw (equations 3 and 4)."""
-        seen = self.cells.see(scan, pose)
+        """Add the scan's evidence to the observed cells (equations 3 and 4)."""
+        observed = self.cells.trace(scan, pose)
         _add(
-            seen.cells,
-            seen.hit,
+            observed,
             self.log_odds.flat,
             self.cells.occupied.flat,
             np.float32(self.evidence.hit),
             np.float32(self.evidence.free),
             np.float32(self.limit),
         )
-        return seen.cells
+        return observed.cells
 
 
 @kernel
-def _add(cells, hit, log_odds, occupied, hit_evidence, free_evidence, limit):
+def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidence, limit):
+    cells, hit = observed.cells, observed.hit
     one = np.float32(1.0)
     for k in range(len(cells)):
         i = cells[k]

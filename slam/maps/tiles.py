@@ -1,4 +1,4 @@
-"""Tiles: a map's memory, which holds what was seen and nothing of the space between."""
+"""Tiles: sparse storage of a map, allocated only where something was observed."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from slam.errors import InputError
 from slam.grid import TILE, GridSpec
 from slam.kernel import kernel
 
-SHIFT = 6  # 1 << SHIFT cells are a tile's side
+SHIFT = 6  # the side of a tile is 1 << SHIFT cells
 MASK = TILE - 1
-AREA = TILE * TILE
-MOST_TILES = 40_000  # that a map may span, seen or not: a square of 640 m at 5 cm
-FIRST = 16  # tiles that a layer has room for at the beginning
-GROWTH = 2.0
+AREA = TILE * TILE  # cells of a tile
+MAX_TILES = 40_000  # that `Tiles.index` may span, allocated or not: a square of 640 m at 5 cm
+INITIAL_SLOTS = 16  # of a layer
+GROWTH = 2.0  # factor by which memory grows
 
 
 class Layer:
-    """One value (or a few) for every cell of the tiles in use. Slot 0 is the blank tile, which
-    nobody writes to.
+    """One value (or a few) for every cell of the allocated tiles.
 
-    values  (slots, AREA, ...) a view, good until the next tile is taken into use
+    Slot 0 is the blank tile: it holds the fill value and is never written to.
+
+    values  (slots, AREA, ...) a view, valid until the next tile is allocated
     flat    (cells, ...) likewise
     """
 
     def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...]):
         self.fill = fill
-        self._memory = np.empty((FIRST, *shape), dtype)
+        self._memory = np.empty((INITIAL_SLOTS, *shape), dtype)
         self._used = 0
-        self.hold(0)
+        self.resize(0)
 
-    def hold(self, slots: int) -> None:
-        """Have so many tiles; new ones are blank."""
+    def resize(self, slots: int) -> None:
+        """Set the number of slots; new ones are blank."""
         have = len(self._memory)
         if slots > have:
             grown = np.empty((max(slots, int(GROWTH * have)), *self._memory.shape[1:]),
@@ -52,17 +53,17 @@ class Layer:
         self.flat = self.values.reshape(math.prod(self.values.shape[:2]), *self._memory.shape[2:])
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """A copy looks at its own memory."""
+        """Make the views of a copy those of its own memory."""
         self.__dict__.update(state)
         self._view()
 
 
 @dataclass(eq=False)
 class TileIndex:
-    """One map among those that share the slots of `Tiles`: which tiles it is made of.
+    """The slots of one map's tiles; several maps may share the slots of `Tiles`.
 
-    row0, col0  of the lattice, in cells: where `index` begins
-    index       (tile rows, tile columns) int32 slots; 0: not in use
+    row0, col0  row and column of the lattice, in cells, at which `index` begins
+    index       (tile rows, tile columns) int32 slots; 0: not allocated
     """
 
     row0: int = 0
@@ -71,24 +72,25 @@ class TileIndex:
 
     @property
     def slots(self) -> np.ndarray:
-        """(n,) int32 in use, each once."""
+        """(n,) int32 slots of the map's tiles, each once."""
         return self.index[self.index > 0]
 
 
 class Tiles:
     """Squares of TILE x TILE cells of the world's lattice, each with a slot in every layer.
 
-    A cell's id is slot * AREA + row * TILE + column within its tile: it never changes, however far
-    the map grows. Tiles that nothing was seen of share slot 0.
+    A cell's id is slot * AREA + row * TILE + column within its tile: it stays the same while the
+    map grows. Tiles that are not allocated share slot 0.
 
-    Several maps may share the slots (`fork`): a tile is copied when one of them is about to write
-    to it (`own`), and only then do its cells have new ids. All else speaks of the current map.
+    Several maps may share slots (`fork`), copy on write: a shared tile is copied before one of the
+    maps writes to it (`unshare`), which changes the ids of its cells in that map. All other
+    properties and methods refer to the current map.
 
     resolution  m, side of a cell
-    current     the map that `row0`, `col0`, `index` and all that follows from them are of
-    used        slots that there are, the blank one and the free ones counted in
-    free        (n,) int64 slots below `used` that no map has: the next to be taken
-    shared      whether a slot may be in more than one map
+    current     the current map: `row0`, `col0`, `index` and what is derived from them
+    used        number of slots, the blank one and the free ones included
+    free        (n,) int64 slots below `used` that belong to no map; they are allocated first
+    shared      whether a slot may belong to more than one map
     """
 
     def __init__(self, resolution: float):
@@ -100,7 +102,7 @@ class Tiles:
         self._layers: list[Layer] = []
         self._places = Layer(np.int32, 0, (2,))
         self._references = Layer(np.int32, 0, ())
-        self._hold(1)
+        self._resize(1)
         self.references[0] = 1
 
     @property
@@ -129,21 +131,21 @@ class Tiles:
         return self._references.values
 
     def layer(self, dtype: DTypeLike, fill: float = 0, shape: tuple[int, ...] = (AREA,)) -> Layer:
-        """A new layer; it grows with the tiles. `shape` is what it keeps of one tile."""
+        """Add a layer, which grows with the tiles; `shape` is that of the values of one tile."""
         layer = Layer(dtype, fill, shape)
-        layer.hold(self.used)
+        layer.resize(self.used)
         self._layers.append(layer)
         return layer
 
     @property
     def spec(self) -> GridSpec:
-        """The grid that all tiles, used or not, lie in."""
+        """The grid that `index` covers."""
         rows, cols = self.index.shape
         return GridSpec(self.resolution, self.row0, self.col0, rows * TILE, cols * TILE)
 
     @property
     def corner(self) -> tuple[int, int]:
-        """Row and column, in tiles of the lattice, of where `index` begins."""
+        """Row and column of the lattice, in tiles, at which `index` begins."""
         return self.row0 // TILE, self.col0 // TILE
 
     @property
@@ -153,12 +155,12 @@ class Tiles:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the tiles in use by any map, in all layers."""
+        """Bytes of the tiles of all maps, in all layers."""
         slots = self.used - len(self.free)
         return slots * sum(layer.values[0].nbytes for layer in self._layers)
 
-    def cover(self, low: tuple[float, float], high: tuple[float, float]) -> None:
-        """Let `index` reach over the world box from `low` to `high`, m. No tile is taken."""
+    def extend(self, low: tuple[float, float], high: tuple[float, float]) -> None:
+        """Extend `index` to cover the world box from `low` to `high`, m. Allocates no tile."""
         side = self.resolution * TILE
         first = math.floor(low[1] / side), math.floor(low[0] / side)
         last = math.floor(high[1] / side) + 1, math.floor(high[0] / side) + 1
@@ -167,10 +169,10 @@ class Tiles:
         if rows:
             first = min(first[0], row), min(first[1], col)
             last = max(last[0], row + rows), max(last[1], col + cols)
-        if (last[0] - first[0]) * (last[1] - first[1]) > MOST_TILES:
+        if (last[0] - first[0]) * (last[1] - first[1]) > MAX_TILES:
             raise InputError(
                 f"a map from ({low[0]:.0f}, {low[1]:.0f}) to ({high[0]:.0f}, {high[1]:.0f}) m in "
-                f"cells of {self.resolution} m spans more than {MOST_TILES} tiles of {TILE} x "
+                f"cells of {self.resolution} m spans more than {MAX_TILES} tiles of {TILE} x "
                 f"{TILE} cells: does the odometry leap?"
             )
         if first == (row, col) and last == (row + rows, col + cols):
@@ -182,70 +184,70 @@ class Tiles:
         current = self.current
         current.index, current.row0, current.col0 = index, first[0] * TILE, first[1] * TILE
 
-    def take(self, used: int) -> None:
-        """Slots entered into `index`, free ones and new ones up to `used`, are in use now: blank in
-        every layer."""
+    def allocate(self, used: int) -> None:
+        """Make the slots newly entered into `index`, free ones and new ones up to `used`, blank
+        tiles of the current map."""
         before = self.used
-        self._hold(used)
+        self._resize(used)
         slots, places = _new(self.index, self.references)
         self.places[slots] = places + self.corner
-        again = slots[slots < before]
-        for layer in self._layers if len(again) else ():
-            layer.values[again] = layer.fill
-        self._refer(slots)
+        reused = slots[slots < before]
+        for layer in self._layers if len(reused) else ():
+            layer.values[reused] = layer.fill
+        self._assign(slots)
 
     def fork(self) -> TileIndex:
-        """A map that is what the current one is now; the two go different ways from here on.
+        """A copy of the current map, which shares its tiles until one of the two is written to.
 
-        Readings must be up to date: what was integrated before is not to be refreshed after. What
-        map models and readings keep outside of layers is not divided.
+        Refresh sensor models first: cells integrated before the fork must not be refreshed after
+        it. What map models and sensor models keep outside of layers is not copied.
         """
-        branch = TileIndex(self.row0, self.col0, self.index.copy())
-        self.references[branch.slots] += 1
+        fork = TileIndex(self.row0, self.col0, self.index.copy())
+        self.references[fork.slots] += 1
         self.shared = True
-        return branch
+        return fork
 
-    def switch(self, branch: TileIndex) -> None:
-        """Make `branch` the current map; the one that was stays as it is."""
-        self.current = branch
+    def switch(self, index: TileIndex) -> None:
+        """Make `index` the current map; the previous one stays as it is."""
+        self.current = index
 
-    def drop(self, branch: TileIndex) -> None:
-        """Nobody needs `branch` any more: it is empty, and slots that it alone had are free."""
-        self.references[branch.slots] -= 1
-        branch.index = np.zeros((0, 0), np.int32)
+    def release(self, index: TileIndex) -> None:
+        """Empty the map `index`, and free the slots that it alone had."""
+        self.references[index.slots] -= 1
+        index.index = np.zeros((0, 0), np.int32)
         self.free = np.flatnonzero(self.references == 0)
         self.shared = bool((self.references > 1).any())
 
-    def own(self, cells: np.ndarray, wide: np.ndarray, margin: int) -> None:
-        """Let the current map share no tile that is written to when `cells` (n,) are, changing the
-        ids to those of the copies.
+    def unshare(self, cells: np.ndarray, wide: np.ndarray, margin: int) -> None:
+        """Copy the shared tiles of `cells` (n,) before they are written to; `cells` is changed in
+        place to the ids in the copies.
 
-        wide    (n,) bool, cells around which is written too
-        margin  cells, how far; at most TILE
+        wide    (n,) bool, cells whose surroundings are written to as well
+        margin  cells, width of the surroundings; at most TILE
         """
-        old, new = _own(cells, wide, margin, self.references, self.places, self.corner, self.index,
-                        self.free)  # fmt: skip
+        old, new = _unshare(cells, wide, margin, self.references, self.places, self.corner,
+                            self.index, self.free)  # fmt: skip
         if len(old):
-            self._hold(max(self.used, int(new.max()) + 1))
+            self._resize(max(self.used, int(new.max()) + 1))
             self.places[new] = self.places[old]
             for layer in self._layers:
                 layer.values[new] = layer.values[old]
             self.references[old] -= 1
-            self._refer(new)
+            self._assign(new)
 
-    def _hold(self, used: int) -> None:
-        """Have so many slots."""
+    def _resize(self, used: int) -> None:
+        """Set the number of slots of all layers."""
         for layer in (*self._layers, self._places, self._references):
-            layer.hold(used)
+            layer.resize(used)
         self.used = used
 
-    def _refer(self, slots: np.ndarray) -> None:
-        """The slots, those that were to be taken first, are in the current map."""
+    def _assign(self, slots: np.ndarray) -> None:
+        """Assign the slots, the first ones of `free` among them, to the current map."""
         self.references[slots] = 1
         self.free = self.free[len(slots) :]
 
     def cell(self, row: int, col: int) -> int:
-        """The id of a cell given by its row and column in `spec`; in the blank tile if unused."""
+        """The id of a cell by its row and column in `spec`; in the blank tile if not allocated."""
         slot = int(self.index[row >> SHIFT, col >> SHIFT])
         return slot * AREA + (row & MASK) * TILE + (col & MASK)
 
@@ -257,14 +259,14 @@ class Tiles:
 
 
 @kernel
-def slot_to_take(free, used, n):
-    """The slot to take after `n` others: the free ones first, then new ones."""
+def next_slot(free, used, n):
+    """The slot to allocate after `n` others: the free ones first, then new ones."""
     return free[n] if n < len(free) else used + n - len(free)
 
 
 @kernel
 def _new(index, references):
-    """The slots in `index` that no map has yet, and their tiles' (n, 2) rows and columns there."""
+    """The slots in `index` that belong to no map yet, and their (n, 2) rows and columns there."""
     slots, places, n = np.empty(index.size, np.int64), np.empty((index.size, 2), np.int64), 0
     for row in range(index.shape[0]):
         for col in range(index.shape[1]):
@@ -275,10 +277,10 @@ def _new(index, references):
 
 
 @kernel
-def _own(cells, wide, margin, references, places, corner, index, free):
-    """Enter new slots for shared ones; gives the (n,) old ones and the new ones."""
+def _unshare(cells, wide, margin, references, places, corner, index, free):
+    """Replace shared slots in `index` by new ones; returns the (n,) old ones and the new ones."""
     old, new, n = np.empty(index.size, np.int64), np.empty(index.size, np.int64), 0
-    last, further = -1, 0
+    last, offset = -1, 0
     for k in range(len(cells)):
         slot = cells[k] >> (2 * SHIFT)
         if wide[k] or slot != last:
@@ -290,9 +292,9 @@ def _own(cells, wide, margin, references, places, corner, index, free):
                 for c in range((col - around) >> SHIFT, ((col + around) >> SHIFT) + 1):
                     shared = index[r, c]
                     if shared < len(references) and references[shared] > 1:
-                        index[r, c] = slot_to_take(free, len(references), n)
+                        index[r, c] = next_slot(free, len(references), n)
                         old[n], new[n] = shared, index[r, c]
                         n += 1
-            last, further = slot, (index[tile_row, tile_col] - slot) << (2 * SHIFT)
-        cells[k] += further
+            last, offset = slot, (index[tile_row, tile_col] - slot) << (2 * SHIFT)
+        cells[k] += offset
     return old[:n], new[:n]

@@ -1,4 +1,4 @@
-"""The truth as a map: what stands, exactly where it stands, scan after scan. Nothing is learned."""
+"""The ground truth as a map: the walls and doors of every scan, exactly where they are."""
 
 from __future__ import annotations
 
@@ -11,24 +11,23 @@ from slam.episode import Truth
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.maps.cells import Cells
-from slam.maps.centroids import UNIT
+from slam.maps.centroids import MAX_OFFSET, UNIT
 from slam.maps.rays import Rays
 from slam.maps.tiles import MASK, SHIFT
 from slam.metrics.surface import sampled
 from slam.scan import Scan
 
-FREE = 0.01  # h where nothing stands: in front of a wall and behind it, or the robot would be drawn
-FINENESS = 20  # samples per cell and segment
-LARGEST = np.iinfo(np.int16).max
-BEYOND = 10.0  # m around all that ever stands: as far as the map says that it is free
+FREE_PROBABILITY = 0.01  # h of free cells, before and behind walls, so that no pose is favoured
+SAMPLES_PER_CELL = 20  # of a segment
+MARGIN_M = 10.0  # m around all segments that are allocated and free
 
 
 class Outline(NamedTuple):
     """The cells that segments pass through, each once.
 
     cells    (n,) int64 ids
-    centre   (n, 2) mean of the segments' points within each, from the cell's middle, in cells
-    samples  (n,) how many points that is the mean of
+    centre   (n, 2) mean of the segments' points in each cell, from the cell's centre, in cells
+    samples  (n,) number of points that the mean is of
     """
 
     cells: np.ndarray
@@ -36,65 +35,66 @@ class Outline(NamedTuple):
     samples: np.ndarray
 
 
-NOTHING = Outline(np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))
+EMPTY = Outline(np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))
 
 
 def known_moments(truth: Array) -> Iterator[Array]:
-    """What is true at one scan after the other; raises InputError after the last."""
+    """The rows of `truth`, one per scan; raises InputError after the last."""
     yield from truth
     raise InputError(f"the truth is known of {len(truth)} scans, and here is one more")
 
 
 class TrueMap:
-    """h is 1 where a wall or a door stands now, and as low as can be everywhere else.
+    """h is 1 where a wall or a door is now, and FREE_PROBABILITY everywhere else.
 
     The cells' centroids lie on the segments themselves, so that the map is as exact as cells of
-    this size can be: two faces of a thin door, in one cell, have one centroid between them.
+    this size allow: the two faces of a thin door in one cell have one centroid between them.
 
-    truth       walls, and the doors scan by scan
+    truth       walls, and the doors at every scan
     resolution  m, side of a cell
     """
 
     def __init__(self, truth: Truth, resolution: float = 0.05):
-        self.cells = Cells(resolution, FREE, Rays())
+        self.cells = Cells(resolution, FREE_PROBABILITY, Rays())
         self._moments = known_moments(truth.doors)
         self._doors: Array | None = None
-        self._tiled(np.concatenate([truth.walls, truth.doors.reshape(-1, 4)]))
+        self._allocate(np.concatenate([truth.walls, truth.doors.reshape(-1, 4)]))
         self._walls = self._outline(truth.walls)
-        self._standing = NOTHING
+        self._doors_outline = EMPTY
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Learns nothing; no cell changes."""
-        return NOTHING.cells
+        """Does nothing; no cell changes."""
+        return EMPTY.cells
 
     def advance(self) -> np.ndarray:
-        """On to the next scan, from before the first one on; gives the ids of what changed."""
+        """Go to the next scan, at first to scan 0; returns the ids of the cells that changed."""
         doors = next(self._moments)
         if self._doors is not None and np.array_equal(doors, self._doors):
-            return NOTHING.cells
-        gone, self._doors = self._standing.cells, doors
-        cells, centre, _ = self._standing = _joined(self._walls, self._outline(doors))
+            return EMPTY.cells
+        gone, self._doors = self._doors_outline.cells, doors
+        cells, centre, _ = self._doors_outline = _joined(self._walls, self._outline(doors))
         occupied, centroids = self.cells.occupied.flat, self.cells.centroids
-        occupied[gone], centroids.count.flat[gone], centroids.offset.flat[gone] = FREE, 0, 0
+        occupied[gone] = FREE_PROBABILITY
+        centroids.count.flat[gone], centroids.offset.flat[gone] = 0, 0
         occupied[cells], centroids.count.flat[cells] = 1.0, 1
-        centroids.offset.flat[cells] = np.clip(centre / UNIT, -LARGEST, LARGEST)
+        centroids.offset.flat[cells] = np.clip(centre / UNIT, -MAX_OFFSET, MAX_OFFSET)
         return np.union1d(gone, cells)
 
-    def _tiled(self, segments: Array) -> None:
-        """Take all tiles around the `segments` (n, 4) into use, and know all of their cells."""
+    def _allocate(self, segments: Array) -> None:
+        """Allocate all tiles around `segments` (n, 4), with all their cells observed."""
         ends = segments.reshape(-1, 2)
         if not len(ends):
             ends = np.zeros((1, 2))
         tiles = self.cells.tiles
-        low, high = ends.min(axis=0) - BEYOND, ends.max(axis=0) + BEYOND
-        tiles.cover((low[0], low[1]), (high[0], high[1]))
+        low, high = ends.min(axis=0) - MARGIN_M, ends.max(axis=0) + MARGIN_M
+        tiles.extend((low[0], low[1]), (high[0], high[1]))
         tiles.index[:] = np.arange(1, tiles.index.size + 1).reshape(tiles.index.shape)
-        tiles.take(tiles.index.size + 1)
+        tiles.allocate(tiles.index.size + 1)
         self.cells.observed.values[1:] = True
 
     def _outline(self, segments: Array) -> Outline:
         tiles = self.cells.tiles
-        points = sampled(segments, tiles.resolution / FINENESS)
+        points = sampled(segments, tiles.resolution / SAMPLES_PER_CELL)
         at = (points - tiles.origin) / tiles.resolution
         cols, rows = np.floor(at).astype(np.int64).T
         slots = tiles.index[rows >> SHIFT, cols >> SHIFT].astype(np.int64)
@@ -107,7 +107,7 @@ def _joined(a: Outline, b: Outline) -> Outline:
 
 
 def _means(cells: np.ndarray, centre: Array, samples: np.ndarray) -> Outline:
-    """Each cell once, with the mean of all that was said of it."""
+    """Each cell once, with the weighted mean of its centres."""
     once, which = np.unique(cells, return_inverse=True)
     counts = np.bincount(which, samples, len(once))
     means = [np.bincount(which, samples * axis, len(once)) / counts for axis in centre.T]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.errors import InputError
-from slam.geometry import Array, Pose2, transform_points
+from slam.geometry import Array, Pose2, lever_jacobian, transform_points
 from slam.validation import finite, positive_number
 
 LEAST_COSINE = 0.05  # of the incidence: closer to grazing, a range says no more than here
@@ -105,8 +105,7 @@ def transition(before: Pose2, after: Pose2) -> Array:
     A wrong heading before turns the displacement: F = d after / d before, the motion being the same
     in the robot's frame.
     """
-    dx, dy = after.x - before.x, after.y - before.y
-    return np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+    return lever_jacobian(after.x - before.x, after.y - before.y)
 
 
 def tracked(before: Array, F: Array, Q: Array, measured: Array) -> Array:

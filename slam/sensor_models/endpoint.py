@@ -10,7 +10,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.interface import MapModel, Slope
 from slam.maps.packed import PackedLayer
-from slam.maps.rays import MARGIN
+from slam.maps.rays import TILE_MARGIN
 from slam.maps.tiles import AREA, Layer, Tiles
 from slam.scan import Scan
 from slam.sensor_models import field
@@ -74,9 +74,9 @@ class Endpoint:
         tiles = map_model.cells.tiles
         self._map_model = map_model
         self._radius = math.ceil(3 * self.sigma / tiles.resolution - ROUNDING)
-        if self._radius + REACH > MARGIN:
+        if self._radius + REACH > TILE_MARGIN:
             raise InputError(
-                f"Endpoint.sigma may be {tiles.resolution * (MARGIN - REACH) / 3:g} m at "
+                f"Endpoint.sigma may be {tiles.resolution * (TILE_MARGIN - REACH) / 3:g} m at "
                 f"most with cells of {tiles.resolution:g} m, got {self.sigma:g}"
             )
         h = np.clip(np.arange(256), field.H_LOW, field.H_HIGH) / 255

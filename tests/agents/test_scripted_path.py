@@ -1,5 +1,4 @@
 import math
-import time
 
 import numpy as np
 import pytest
@@ -46,12 +45,6 @@ def test_the_raw_odometry_goes_round_in_circles_of_95_cm(pair):
     rows = np.column_stack([2 * points, np.ones(len(points))])
     (a, b, c), *_ = np.linalg.lstsq(rows, (points**2).sum(1), rcond=None)
     assert math.sqrt(c + a * a + b * b) == pytest.approx(0.955, abs=0.05)
-
-
-def test_a_recording_takes_well_below_a_second(pair):
-    begin = time.perf_counter()
-    record_corridor(1)
-    assert time.perf_counter() - begin < 1.0
 
 
 def test_another_seed_is_another_episode(pair):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from dynslam_env import Doors, Laser, Layout, People, Robot, Scripted
-from dynslam_env.simulation.fleet import Fleet
-from dynslam_env.simulation.setup import Setup
+from dynslam_env.simulation.config import WorldConfig
+from dynslam_env.simulation.world_batch import WorldBatch
 from slam import Pose2
 
 NIMBLE = Robot(acceleration=100.0, turn_acceleration=100.0)
@@ -21,31 +21,31 @@ def place(walls, doors=(), start=Pose2(), routes=()):  # noqa: B008
 
 
 class Driven:
-    """A fleet of one; it steps with m/s and rad/s."""
+    """A batch of one; it steps with m/s and rad/s."""
 
     def __init__(self, layout, robot=NIMBLE, doors=SHUT, people=People(), seed=0, laser=None):  # noqa: B008
         parts = {"world": layout, "robot": robot, "doors": doors, "people": people}
         parts["laser"] = laser or Laser(beams=1)
-        self.fleet, self.robot = Fleet(Setup.of(parts), 1), robot
-        self.fleet.reset(0, np.random.default_rng(seed))
-        self.world = self.fleet.worlds[0]
-        self.scanner = self.fleet.scanners[0]
+        self.batch, self.robot = WorldBatch(WorldConfig.of(parts), 1), robot
+        self.batch.reset(0, np.random.default_rng(seed))
+        self.world = self.batch.worlds[0]
+        self.scanner = self.batch.scanners[0]
 
     def step(self, v=0.0, omega=0.0):
         command = np.array([[v / self.robot.max_speed, omega / self.robot.max_turn]])
-        self.fleet.step(ALONE, command)
+        self.batch.step(ALONE, command)
 
     @property
     def pose(self):
-        return Pose2.of(self.fleet.drive.poses[0])
+        return Pose2.of(self.batch.drive.poses[0])
 
     @property
     def velocity(self):
-        return tuple(self.fleet.drive.velocities[0].tolist())
+        return tuple(self.batch.drive.velocities[0].tolist())
 
     @property
     def collided(self):
-        return bool(self.fleet.collided[0])
+        return bool(self.batch.collided[0])
 
     @property
     def openings(self):
@@ -69,7 +69,7 @@ class Track:
     """What happened while `driven` carried out commands (v, omega), one a control step."""
 
     def __init__(self, driven, commands):
-        self.driven, self.walls = driven, driven.fleet.layouts[0].walls
+        self.driven, self.walls = driven, driven.batch.layouts[0].walls
         frames = [self._frame()]
         collided, velocities = [], []
         for v, omega in commands:
@@ -93,7 +93,7 @@ class Track:
 
     def tunnelled(self):
         """The robot's centre went through a wall, or through a leaf while both moved."""
-        layout = self.driven.fleet.layouts[0]
+        layout = self.driven.batch.layouts[0]
         a, b = self.centres[:-1, None], self.centres[1:, None]
         through = bool(_cross(a, b, layout.walls[None, :, :2], layout.walls[None, :, 2:]).any())
         for door, openings in zip(layout.doors, self.openings.T, strict=True):

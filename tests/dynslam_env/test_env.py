@@ -278,4 +278,4 @@ def test_a_generator_that_draws_no_layout_is_refused():
 
 def test_a_law_will_do_for_doors():
     law = dynslam_env.Periodic(3.0)
-    assert DoorWorldEnv(doors=law).setup == DoorWorldEnv(doors=Doors(law=law)).setup
+    assert DoorWorldEnv(doors=law).world_config == DoorWorldEnv(doors=Doors(law=law)).world_config

@@ -9,6 +9,7 @@ from slam.geometry import (
     between,
     compose,
     inverse,
+    lever_jacobian,
     transform_points,
     turned,
     wrap_angle,
@@ -82,3 +83,14 @@ def test_what_is_turned_is_what_a_frame_makes_of_it(pose: Pose2) -> None:
     np.testing.assert_allclose(turned(pose.theta)[:2, :2], matrix(pose)[:2, :2])
     np.testing.assert_array_equal(turned(pose.theta)[2], [0, 0, 1])
     np.testing.assert_array_equal(turned(pose.theta)[:, 2], [0, 0, 1])
+
+
+@given(poses, st.floats(-5, 5), st.floats(-5, 5))
+def test_the_lever_is_the_derivative_of_a_rigidly_attached_pose(frame: Pose2, x, y) -> None:
+    attached = frame.between(Pose2(frame.x + x, frame.y + y, frame.theta))
+    for axis, column in enumerate(lever_jacobian(x, y).T):
+        e = 1e-6 * np.eye(3)[axis]
+        ahead, back = (np.array(Pose2.of(np.array(frame) + d) @ attached) for d in (e, -e))
+        difference = ahead - back
+        difference[2] = math.remainder(difference[2], math.tau)
+        np.testing.assert_allclose(difference / 2e-6, column, atol=1e-6)

@@ -1,7 +1,9 @@
 """The cache of compiled kernels notices every edit that changes what a kernel does."""
 
+import ast
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,10 +13,18 @@ import slam
 from slam.kernel import kernel
 from slam.maps import rays, tiles
 
+MAX_ARGUMENTS = 12
+
 CALLEE = """
+from typing import NamedTuple
+
 from slam.kernel import kernel
 
 FACTOR = 10
+
+class Pair(NamedTuple):
+    first: int
+    second: int
 
 @kernel
 def scaled(x):
@@ -29,15 +39,15 @@ def middle(x):
     return scaled(x)
 """
 CALLER = """
-from callee import FACTOR
+from callee import FACTOR, Pair
 from middle import middle
 from slam.kernel import kernel
 
 @kernel
-def caller(x):
-    return FACTOR * middle(x)
+def caller(pair: Pair):
+    return FACTOR * middle(pair.first)
 
-print(caller(1), caller.stats.cache_hits[caller.signatures[0]])
+print(caller(Pair(first=1, second=2)), caller.stats.cache_hits[caller.signatures[0]])
 """
 
 
@@ -62,7 +72,12 @@ def test_what_was_not_edited_is_not_compiled_again(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "result"), [("2 * x", "3 * x", 30), ("FACTOR = 10", "FACTOR = 100", 200)]
+    ("before", "after", "result"),
+    [
+        ("2 * x", "3 * x", 30),
+        ("FACTOR = 10", "FACTOR = 100", 200),
+        ("first: int\n    second: int", "second: int\n    first: int", 20),
+    ],
 )
 def test_an_edit_in_another_file_is_noticed(folder: Path, before, after, result) -> None:
     (folder / "callee.py").write_text(CALLEE.replace(before, after))
@@ -71,16 +86,40 @@ def test_an_edit_in_another_file_is_noticed(folder: Path, before, after, result)
 
 def test_the_kernels_of_a_module_that_were_imported_are_known_to_all_of_its_own() -> None:
     own = rays._trace._cache._cache_file._source_stamp
-    imported = tiles.slot_to_take._cache._cache_file._source_stamp
-    assert ("slot_to_take", imported) in own
+    imported = tiles.next_slot._cache._cache_file._source_stamp
+    assert ("next_slot", imported) in own
+
+
+def sources() -> Iterator[tuple[Path, str]]:
+    """All files of the packages that have kernels, and their texts."""
+    for package in (slam, dynslam_env):
+        for path in Path(package.__path__[0]).rglob("*.py"):
+            yield path, path.read_text(encoding="utf-8")
+
+
+def kernels() -> Iterator[tuple[str, ast.FunctionDef]]:
+    """All functions decorated with `kernel`, named by file and function."""
+    for path, text in sources():
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef):
+                decorators = [getattr(d, "func", d) for d in node.decorator_list]
+                if any(isinstance(d, ast.Name) and d.id == "kernel" for d in decorators):
+                    yield f"{path}:{node.name}", node
 
 
 def test_every_kernel_is_made_here() -> None:
     """numba's own `njit` does not notice edits in other files."""
-    for package in (slam, dynslam_env):
-        for path in Path(package.__path__[0]).rglob("*.py"):
-            uses = "njit" in path.read_text(encoding="utf-8")
-            assert uses == (path.name == "kernel.py"), path
+    for path, text in sources():
+        assert ("njit" in text) == (path.name == "kernel.py"), path
+
+
+def test_no_kernel_takes_too_many_arguments() -> None:
+    """What belongs together is one NamedTuple of arrays."""
+    found = {name: node.args for name, node in kernels()}
+    assert len(found) > 100
+    for name, args in found.items():
+        names = [*args.posonlyargs, *args.args, *args.kwonlyargs]
+        assert len(names) <= MAX_ARGUMENTS, name
 
 
 def test_options_are_those_of_numba() -> None:

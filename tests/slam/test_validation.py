@@ -15,6 +15,7 @@ from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
 from slam.search.random_restart import RandomRestart
+from slam.validation import unknown_name
 
 
 @pytest.mark.parametrize(
@@ -37,3 +38,19 @@ from slam.search.random_restart import RandomRestart
 def test_is_refused(make, said: str):
     with pytest.raises(InputError, match=said):
         make()
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_ones():
+    known = ["walk", "wander", "explore"]
+    assert unknown_name("agent", "wandr", known) == ("unknown agent 'wandr'; did you mean wander?")
+    assert unknown_name("agent", "wandr", known, "agents.names()").endswith(
+        "wander? (all 3: agents.names())"
+    )
+
+
+def test_where_no_name_is_near_the_first_ten_are_listed():
+    known = [f"world-{k}" for k in range(12)]
+    message = unknown_name("world", "zzz", known)
+    assert message == f"unknown world 'zzz'; known: {', '.join(known[:10])} and 2 more"
+    assert unknown_name("world", "zzz", known[:2]) == "unknown world 'zzz'; known: world-0, world-1"
+    assert unknown_name("world", "zzz", []) == "unknown world 'zzz'; known: none"

@@ -69,7 +69,7 @@ class NaiveMemory:
         self._rays = Cells(CELL, 0.5, Rays())  # which cells beams cross has tests of its own
 
     def look(self, scan, pose) -> float:
-        seen, tiles = self._rays.see(scan, pose), self._rays.tiles
+        seen, tiles = self._rays.trace(scan, pose), self._rays.tiles
         for x, y in seen.echoes:
             self._at(math.floor(y / CELL), math.floor(x / CELL)).echoes.append((x, y))
         told = []

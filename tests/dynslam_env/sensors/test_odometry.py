@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from dynslam_env import Odometry
-from dynslam_env.sensors.odometry import Slips
+from dynslam_env.sensors.odometry import NoiseStreams
 from slam import InputError, Pose2
 
 NONE = {"alpha1": 0.0, "alpha2": 0.0, "alpha3": 0.0, "alpha4": 0.0}
@@ -41,7 +41,7 @@ def test_without_errors_the_truth(moved):
 
 
 def test_every_robot_has_a_stream_of_its_own_and_takes_three_numbers_a_step():
-    slips, taken, noise = Slips(3), [[], [], []], np.empty((3, 3))
+    slips, taken, noise = NoiseStreams(3), [[], [], []], np.empty((3, 3))
     for i in range(3):
         slips.begin(i, np.random.default_rng(i))
     others = np.random.default_rng(9)

@@ -326,15 +326,15 @@ def solids(world):
 def test_the_laser_sees_doors_and_people_where_physics_has_them(law, seed):
     laser = Laser(beams=361, field_of_view=math.tau, sigma=0.0)
     driven = Driven(Corridor(people=2), PIONEER, Doors(law=law), seed=seed, laser=laser)
-    fleet, rng, seen = driven.fleet, np.random.default_rng(seed), 0
+    batch, rng, seen = driven.batch, np.random.default_rng(seed), 0
     for _ in range(60):
         driven.step(rng.uniform(0, 1), rng.uniform(-1, 1))
-        real = np.concatenate([fleet.layouts[0].walls, solids(driven.world)])
+        real = np.concatenate([batch.layouts[0].walls, solids(driven.world)])
         ranges, sure = naive.meetings(*driven.pose, laser.angles, real)
         expected = np.where((sure > 0) & (ranges > 0) & (ranges < 8.0), ranges, math.inf)
         clear = np.abs(sure).min(1) > 1e-6  # of all corners
-        assert fleet.ranges[0][clear] == pytest.approx(expected.min(1)[clear], abs=1e-4)
-        seen += int((expected.argmin(1) >= len(fleet.layouts[0].walls)).sum())
+        assert batch.ranges[0][clear] == pytest.approx(expected.min(1)[clear], abs=1e-4)
+        seen += int((expected.argmin(1) >= len(batch.layouts[0].walls)).sum())
     assert seen > 60 * 10
 
 
@@ -342,17 +342,17 @@ def test_the_laser_sees_doors_and_people_where_physics_has_them(law, seed):
 
 
 def test_the_odometry_of_a_drive_errs_as_configured():
-    """Along a straight drive of the fleet: bias and variances of every step of 6 cm."""
+    """Along a straight drive of the batch: bias and variances of every step of 6 cm."""
     odometry, n = Odometry(bias=0.5, alpha1=0.0, alpha2=0.004, alpha3=0.01, alpha4=0.0), 2000
     setup = place(chain((-500, -3), (500, -3)), (), Pose2())
     driven = Driven(setup, NIMBLE)
-    fleet, motions, moved = driven.fleet, [], []
-    object.__setattr__(fleet.setup, "odometry", odometry)
+    batch, motions, moved = driven.batch, [], []
+    object.__setattr__(batch.config, "odometry", odometry)
     driven.step(0.6, 0.0)
     for _ in range(n):
         before = driven.pose
         driven.step(0.6, 0.0)
-        motions.append(fleet.motions[0].copy())
+        motions.append(batch.displacements[0].copy())
         moved.append(before.between(driven.pose))
     way = np.array(moved)[:, 0]
     assert way == pytest.approx(0.06, abs=1e-9)

@@ -213,7 +213,7 @@ def test_in_the_corridor_nearly_everybody_gets_there():
     for seed in range(10):
         driven = Driven(Corridor(people=6), doors=Doors(), seed=seed)
         track = Track(driven, [(0.0, 0.0)] * 1200)
-        routes = driven.fleet.layouts[0].routes
+        routes = driven.batch.layouts[0].routes
         reached += [legs(track, i, route) >= 1 for i, route in enumerate(routes)]
         assert not through_walls(track)
         assert in_walls(track) <= 0.02

@@ -20,7 +20,9 @@ class Judged:
     def __call__(self, x, y=0.0, collided=False):
         """Reward, its terms, and ends, by name, after a step of 0.1 s to (x, y)."""
         judge, task = self._judge, self._task
-        judge.judge(np.zeros(1, dtype=np.int64), np.array([(x, y, 0.0)]), np.array([collided]), 0.1)
+        judge.update(
+            np.zeros(1, dtype=np.int64), np.array([(x, y, 0.0)]), np.array([collided]), 0.1
+        )
         terms = dict(zip(task.reward, judge.terms[0].tolist(), strict=True))
         return float(judge.rewards[0]), terms, dict(zip(task.ends, judge.ends[0], strict=True))
 
@@ -93,9 +95,9 @@ def test_robots_of_one_judge_do_not_meet():
         which = np.flatnonzero(rng.random(n) < 0.7)
         poses[which] += rng.normal(0, 0.3, (len(which), 3))
         hits = rng.random(n) < 0.5
-        together.judge(which, poses, hits, 0.1)
+        together.update(which, poses, hits, 0.1)
         for i in which:
-            alone[i].judge(np.zeros(1, dtype=np.int64), poses[i : i + 1], hits[i : i + 1], 0.1)
+            alone[i].update(np.zeros(1, dtype=np.int64), poses[i : i + 1], hits[i : i + 1], 0.1)
         for i, judge in enumerate(alone):
             assert (together.terms[i] == judge.terms[0]).all()
             assert together.rewards[i] == judge.rewards[0]

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dynslam_env import Corridor, Loop, Office
-from dynslam_env.worlds.starts import check_start
+from dynslam_env.worlds.start_checks import check_start
 from slam import InputError
 from tests.dynslam_env.naive import leaf
 from tests.dynslam_env.worlds.naive import (

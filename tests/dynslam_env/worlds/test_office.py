@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from dynslam_env import Office
-from dynslam_env.worlds.floor import Sizes, draw_floor
+from dynslam_env.worlds.office_floor import FloorDimensions, draw_floor
 from dynslam_env.worlds.outline import Rect
 from slam import InputError
 from tests.dynslam_env.worlds.driven import drive
 from tests.dynslam_env.worlds.naive import along, covers, distances
 
-SIZES = Sizes(Rect(0.0, 0.0, 16.0, 11.0), 2.8, 0.9, 0.04, 0.2, 0.25, 0.47)
+SIZES = FloorDimensions(Rect(0.0, 0.0, 16.0, 11.0), 2.8, 0.9, 0.04, 0.2, 0.25, 0.47)
 SEEDS = range(60)
 
 

@@ -1,6 +1,4 @@
 # pyright: reportMissingImports=false
-import time
-
 import numpy as np
 import pytest
 from dynslam_cli.speed import slam_update as speed_slam
@@ -31,6 +29,28 @@ def known(monkeypatch):
     monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
 
 
+class Clock:
+    """The processor's time: a millisecond goes by whenever it is read, and what a test spends."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def spend(self, seconds):
+        self.now += seconds
+
+    def process_time(self):
+        self.spend(0.001)
+        return self.now
+
+
+CLOCK = Clock()
+
+
+@pytest.fixture
+def ticking(monkeypatch):
+    monkeypatch.setattr(speed_slam, "time", CLOCK)
+
+
 def untracked(items, description):
     return items
 
@@ -43,15 +63,13 @@ def test_a_cost_by_hand():
     assert unmatched.ms == pytest.approx(3.0)
 
 
-def test_a_stopwatch_counts_work_and_no_sleep():
+def test_a_stopwatch_adds_up_what_calls_take_and_nothing_between(ticking):
     stopwatch = Stopwatch()
-    stopwatch.around(time.sleep)(0.05)
-    assert stopwatch.seconds < 0.02
-    assert stopwatch.around(sum)(range(300_000)) == sum(range(300_000))
-    worked = stopwatch.seconds
-    assert worked > 0.0005
-    stopwatch.around(sum)(range(300_000))
-    assert stopwatch.seconds > 1.2 * worked
+    stopwatch.around(CLOCK.spend)(0.25)
+    CLOCK.spend(8.0)
+    assert stopwatch.around(sum)([1, 2]) == 3
+    stopwatch.around(CLOCK.spend)(0.5)
+    assert stopwatch.seconds == pytest.approx(0.75 + 3 * 0.001)
 
 
 def test_a_stopwatch_changes_nothing_of_the_run(episode):
@@ -68,9 +86,7 @@ class Slow(Static):
     """Takes its time in the map, and holds more than its tiles."""
 
     def integrate(self, scan, pose):
-        until = time.process_time() + 0.003
-        while time.process_time() < until:
-            pass
+        CLOCK.spend(0.003)
         return super().integrate(scan, pose)
 
     @property
@@ -78,7 +94,7 @@ class Slow(Static):
         return self.cells.tiles.nbytes + 1_000_000
 
 
-def test_what_costs_more_is_told_as_such(episode, known):
+def test_what_costs_more_is_told_as_such(episode, known, ticking):
     slam.register("slow-ml", maximum_likelihood(Slow))
     rows = slam_rows(["odometry", "slow-ml", "static-ml"], episode, "here", 2, untracked)
     odometry, slow, static = rows
@@ -137,13 +153,11 @@ class Growing(Static):
 
     def integrate(self, scan, pose):
         self.scans += 1
-        until = time.process_time() + 0.001 * self.scans
-        while time.process_time() < until:
-            pass
+        CLOCK.spend(0.001 * self.scans)
         return super().integrate(scan, pose)
 
 
-def test_a_cost_that_grows_with_the_map_is_told_from_one_that_does_not(episode, known):
+def test_a_cost_that_grows_with_the_map_is_told_from_one_that_does_not(episode, known, ticking):
     slam.register("growing-ml", maximum_likelihood(Growing))
     constant, growing = slam_rows(["static-ml", "growing-ml"], episode, "here", 2, untracked)
     assert growing["second_half_grown"] > 1.3 > constant["second_half_grown"]

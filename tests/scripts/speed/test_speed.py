@@ -5,9 +5,15 @@ from pathlib import Path
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.speed import environment as speed_env
+from dynslam_cli.speed import patrol as speed_patrol
 from dynslam_cli.speed import speed
 
 import slam
+
+TINY = {
+    "n_envs": 2, "policy": "MultiInputPolicy", "n_steps": 4, "batch_size": 8, "n_epochs": 1,
+    "policy_kwargs": "dict(net_arch=[8], features_extractor_kwargs=dict(cnn_output_dim=8))",
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -16,6 +22,9 @@ def small(monkeypatch):
     monkeypatch.setattr(speed_env, "BEAMS", (31,))
     monkeypatch.setattr(speed_env, "DOORS", (0, 2))
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
+    monkeypatch.setattr(speed_patrol, "WORLDS", 2)
+    monkeypatch.setattr(speed_patrol, "STEPS", 2)
+    monkeypatch.setattr(speed, "SIDE", 20.0)
 
 
 @pytest.fixture
@@ -72,10 +81,19 @@ def test_of_the_variants_only_the_chosen_and_of_a_log_as_of_the_corridor(short, 
 
 
 def test_it_prints_tables(small, short, monkeypatch, capsys):
-    monkeypatch.setattr(speed, "SIDE", 20.0)
+    pytest.importorskip("stable_baselines3")
+    settings = "agents.training.settings.read_settings"
+    monkeypatch.setattr(settings, lambda algorithm, env: TINY)
     assert status(["speed", "--what", "all", "--variants", "static-ml", "--rounds", "1"]) == 0
     printed = capsys.readouterr().out
-    for part in ("step / floor", "gym.make_vec", "CPU ms", "4/4 over 1/4", "with reading"):
+    for part in (
+        "step / floor",
+        "gym.make_vec",
+        "CPU ms",
+        "4/4 over 1/4",
+        "with reading",
+        "learning by PPO, 2 processes",
+    ):
         assert part in printed
     assert "20 x 20 m" in printed
 

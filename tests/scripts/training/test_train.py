@@ -2,6 +2,7 @@
 import json
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 
 pytest.importorskip("stable_baselines3")
@@ -21,9 +22,13 @@ DoorPatrol-v0:
 """
 
 
+STEPS = 20  # of an episode
+
+
 @pytest.fixture
-def tiny(tmp_path):
+def tiny(tmp_path, monkeypatch):
     """Runs `dynslam train` on next to nothing."""
+    monkeypatch.setattr(gym.spec("DoorPatrol-v0"), "max_episode_steps", STEPS)
     path = tmp_path / "tiny.yml"
     path.write_text(TINY)
 
@@ -104,7 +109,7 @@ def test_hyperparameters_that_are_none_can_be_put_right_in_the_same_folder(
 def test_ctrl_c_is_told_and_keeps_what_is_there(tiny, tmp_path, monkeypatch, capsys):
     from agents.vec_env import NativeVecEnv
 
-    step, left = NativeVecEnv.step_wait, 260
+    step, left = NativeVecEnv.step_wait, STEPS + 10  # within the first rollout
 
     def interrupted(self):
         nonlocal left

@@ -38,12 +38,12 @@ def test_a_scan_that_says_nothing_leaves_the_prediction() -> None:
 def test_tiles_remember_who_drew_them() -> None:
     tiles = Tiles(0.05)
     ground = MapUncertainty(tiles)
-    tiles.cover((0.0, 0.0), (10.0, 10.0))
+    tiles.extend((0.0, 0.0), (10.0, 10.0))
     tiles.index[0, 0] = 1
-    tiles.take(2)
+    tiles.allocate(2)
     ground.settle(Pose2(1.0, 1.0, 0.0), SOME)
     tiles.index[1, 1] = 2
-    tiles.take(3)
+    tiles.allocate(3)
     ground.settle(Pose2(2.0, 1.0, 0.0), 3 * SOME)
     here = Pose2(1.0, 1.0, 0.0)
     first, second = np.array([[0.5, 0.5]]), np.array([[4.0, 4.0]])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from slam.maps.centroids import MEMORY, UNIT, Centroids
+from slam.maps.centroids import MAX_ECHOES, UNIT, Centroids
 from slam.maps.tiles import Tiles
 from tests.slam import naive
 from tests.slam.maps.driving import at, id_of
@@ -13,9 +13,9 @@ def centroids() -> Centroids:
     """With room for echoes in (-32, 32) x (-32, 32) m."""
     tiles = Tiles(RESOLUTION)
     result = Centroids(tiles)
-    tiles.cover((-31.0, -31.0), (31.0, 31.0))
+    tiles.extend((-31.0, -31.0), (31.0, 31.0))
     tiles.index[:] = np.arange(1, tiles.index.size + 1).reshape(tiles.index.shape)
-    tiles.take(tiles.index.size + 1)
+    tiles.allocate(tiles.index.size + 1)
     return result
 
 
@@ -40,14 +40,16 @@ def test_mean_of_the_echoes_of_each_cell() -> None:
 def test_memory_follows_what_moved() -> None:
     means = centroids()
     cell = at(means.tiles, (0, 0))
-    for _ in range(2 * MEMORY):
+    for _ in range(2 * MAX_ECHOES):
         means.add(np.array([[0.05, 0.25]]))
     assert means.dense()[0][cell] == pytest.approx((-0.2, 0.0), abs=1e-4)
-    for k in range(1, 2 * MEMORY):  # each new echo is a share of 1 / MEMORY of the way
+    for k in range(1, 2 * MAX_ECHOES):  # each new echo is a share of 1 / MAX_ECHOES of the way
         means.add(np.array([[0.45, 0.25]]))
-        expected = 0.2 - 0.4 * (1 - 1 / MEMORY) ** k
-        assert means.dense()[0][*cell, 0] == pytest.approx(expected, abs=MEMORY * UNIT * RESOLUTION)
-    assert means.dense()[1][cell] == MEMORY
+        expected = 0.2 - 0.4 * (1 - 1 / MAX_ECHOES) ** k
+        assert means.dense()[0][*cell, 0] == pytest.approx(
+            expected, abs=MAX_ECHOES * UNIT * RESOLUTION
+        )
+    assert means.dense()[1][cell] == MAX_ECHOES
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -66,7 +68,7 @@ def test_an_echo_next_to_the_border_of_its_cell_stays_on_its_side(axis: int, ins
 def test_growing_keeps_each_cells_mean() -> None:
     means = centroids()
     means.add(np.array([[1.1, 2.2]]))
-    means.tiles.cover((-90.0, -90.0), (90.0, 90.0))
+    means.tiles.extend((-90.0, -90.0), (90.0, 90.0))
     offset, count = means.dense()
     row, col = means.tiles.spec.cells(np.array([[1.1, 2.2]]))[0]
     assert offset.shape == (*means.tiles.spec.shape, 2)

@@ -96,11 +96,11 @@ def test_the_same_history_gives_the_same_map_however_it_grew(model) -> None:
     history = [(scan_at(Pose2(0.1, 0.1), time=k), pose) for k, pose in enumerate(far)]
     growing, large = model(), model()
     tiles = large.cells.tiles
-    tiles.cover((-12, -12), (12, 12))
+    tiles.extend((-12, -12), (12, 12))
     tiles.index[:] = 1 + np.random.default_rng(0).permutation(tiles.index.size).reshape(
         tiles.index.shape
     )
-    tiles.take(tiles.index.size + 1)
+    tiles.allocate(tiles.index.size + 1)
     integrated(growing, history)
     integrated(large, history)
     spec = growing.cells.tiles.spec

@@ -38,7 +38,7 @@ sequences = st.lists(
 
 @given(sequences, st.sampled_from([0.02, 0.1]), st.sampled_from([1.5, 4.0]))
 def test_a_cell_against_the_table(sequence, sure, limit) -> None:
-    grid = Filtered(1.0, EVIDENCE, sure=sure, limit=limit)
+    grid = Filtered(1.0, EVIDENCE, free_threshold=sure, limit=limit)
     watched(grid, *readings(sequence))
     expected = naive.filtered(beams_seen(readings(sequence)), sure, limit, **VALUES)
     for cell, (stays, moves) in expected.items():
@@ -50,7 +50,7 @@ def test_a_cell_against_the_table(sequence, sure, limit) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_drive_against_the_table(seed: int) -> None:
     history = again(drive(n=24, seed=seed), 40.0)
-    grid = integrated(Filtered(0.05, EVIDENCE, RAYS, sure=0.1), history)
+    grid = integrated(Filtered(0.05, EVIDENCE, RAYS, free_threshold=0.1), history)
     expected = naive.filtered(seen(history), 0.1, grid.limit, **VALUES)
     assert grid.cells.grid().observed.sum() == len(expected)
     dynamic = grid.dynamic()
@@ -91,7 +91,13 @@ def test_a_door_that_was_closed_first_leaves_it_as_slowly_as_a_static_one() -> N
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"sure": 0.0}, {"sure": 1.0}, {"limit": 0.0}, {"sure": math.nan}]
+    "wrong",
+    [
+        {"free_threshold": 0.0},
+        {"free_threshold": 1.0},
+        {"limit": 0.0},
+        {"free_threshold": math.nan},
+    ],
 )
 def test_thresholds_that_are_none_are_refused(wrong: dict) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):

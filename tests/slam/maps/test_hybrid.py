@@ -80,12 +80,12 @@ def test_windows_that_are_full_halve_and_the_mean_stays() -> None:
     grid = Hybrid(1.0, EVIDENCE, delta_t=1.0, bins=2)
     history = [(0.5 * k, CLOSED if k % 8 < 2 else OPEN) for k in range(2 * 256)]
     watched(grid, *history)
-    assert value(grid, grid.closed, DOOR) == 255
-    before = int(value(grid, grid.total, DOOR))
-    assert before == value(grid, grid.risen, DOOR) == 64
+    assert value(grid, grid.closed_windows, DOOR) == 255
+    before = int(value(grid, grid.bin_sum, DOOR))
+    assert before == value(grid, grid.occupied_windows, DOOR) == 64
     watched(grid, (256.0, OPEN))
-    assert value(grid, grid.closed, DOOR) == 129
-    assert value(grid, grid.total, DOOR) == value(grid, grid.risen, DOOR) == 32
+    assert value(grid, grid.closed_windows, DOOR) == 129
+    assert value(grid, grid.bin_sum, DOOR) == value(grid, grid.occupied_windows, DOOR) == 32
     assert h(grid) == pytest.approx((32 + 0.023) / 130.1)
 
 

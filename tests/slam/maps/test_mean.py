@@ -5,7 +5,8 @@ import pytest
 
 from slam.errors import InputError
 from slam.maps.histogram import Histogram
-from slam.maps.mean import MOST, ROUND, Mean
+from slam.maps.mean import WINDOW_NUMBERS, Mean
+from slam.maps.windowed import MAX_WINDOWS
 from tests.slam.maps.driving import (
     CLOSED,
     DOOR,
@@ -33,19 +34,24 @@ def test_its_h_and_what_changed_are_the_histograms(bins: int, seed: int) -> None
 
 def test_more_windows_than_are_counted_fade() -> None:
     grid = Mean(1.0, delta_t=1.0)
-    watched(grid, *((float(t), CLOSED) for t in range(MOST + 1)))
-    assert value(grid, grid.closed, DOOR) == MOST
+    watched(grid, *((float(t), CLOSED) for t in range(MAX_WINDOWS + 1)))
+    assert value(grid, grid.closed_windows, DOOR) == MAX_WINDOWS
     full = h(grid)
-    watched(grid, (float(MOST + 1), OPEN))
-    assert value(grid, grid.closed, DOOR) == (MOST + 1) // 2 + 1
+    watched(grid, (float(MAX_WINDOWS + 1), OPEN))
+    assert value(grid, grid.closed_windows, DOOR) == (MAX_WINDOWS + 1) // 2 + 1
     assert h(grid) == pytest.approx(full, abs=0.02)
 
 
 def test_numbers_of_windows_begin_anew() -> None:
     grid = Mean(1.0, delta_t=1.0)
-    watched(grid, (0.0, CLOSED), (float(ROUND - 1), CLOSED), (float(ROUND + 1), CLOSED))
+    watched(
+        grid,
+        (0.0, CLOSED),
+        (float(WINDOW_NUMBERS - 1), CLOSED),
+        (float(WINDOW_NUMBERS + 1), CLOSED),
+    )
     assert value(grid, grid.window, DOOR) == 2
-    assert value(grid, grid.closed, DOOR) == 2
+    assert value(grid, grid.closed_windows, DOOR) == 2
 
 
 def test_less_memory_than_the_histogram() -> None:

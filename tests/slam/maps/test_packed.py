@@ -12,10 +12,10 @@ def test_a_layer_comes_out_as_it_went_in(seed: int, dtype) -> None:
     rng = np.random.default_rng(seed)
     tiles = Tiles(0.1)
     layer, _ = tiles.layer(dtype, 7), tiles.layer(np.float64)
-    tiles.cover((-9.0, 3.0), (12.0, 20.0))
+    tiles.extend((-9.0, 3.0), (12.0, 20.0))
     taken = rng.random(tiles.index.shape) < 0.4
     tiles.index[taken] = 1 + np.arange(taken.sum())
-    tiles.take(1 + int(taken.sum()))
+    tiles.allocate(1 + int(taken.sum()))
     layer.values[1:] = rng.integers(0, 200, layer.values[1:].shape)
     expected, spec = tiles.dense(layer), tiles.spec
     packed = PackedLayer(tiles, layer)

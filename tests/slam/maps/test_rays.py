@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -6,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2
-from slam.maps.rays import MARGIN, Rays, Seen, Tracer
+from slam.maps.rays import TILE_MARGIN, ObservedCells, Rays, Tracer
 from slam.maps.tiles import AREA, TILE, Tiles
 from slam.scan import Scan
 from tests.slam import naive
@@ -19,12 +20,12 @@ points = st.tuples(numbers, numbers)
 beams_to = st.lists(st.tuples(points, st.booleans()), min_size=1, max_size=6)
 
 
-def trace(tiles: Tiles, sensor, ends, hit, tracer: Tracer | None = None) -> Seen:
+def trace(tiles: Tiles, sensor, ends, hit, tracer: Tracer | None = None) -> ObservedCells:
     ends = np.array(ends, dtype=float).reshape(-1, 2)
     return (tracer or Tracer()).trace(tiles, np.array(sensor), ends, np.array(hit, dtype=bool))
 
 
-def found(tiles: Tiles, seen: Seen) -> dict[tuple[int, int], bool]:
+def found(tiles: Tiles, seen: ObservedCells) -> dict[tuple[int, int], bool]:
     assert len(set(seen.cells.tolist())) == len(seen.cells)
     assert (seen.cells >= AREA).all()  # none in the blank tile
     return dict(zip(lattice(tiles, seen.cells), seen.hit.tolist(), strict=True))
@@ -69,8 +70,8 @@ def test_tiles_are_taken_for_all_that_was_seen_and_around_the_echoes(sensor, bea
     needed = {(row // TILE, col // TILE) for row, col in lattice(tiles, seen.cells)}
     for (row, col), hit in found(tiles, seen).items():
         if hit:
-            needed |= {((row + r) // TILE, (col + c) // TILE)
-                       for r in (-MARGIN, MARGIN) for c in (-MARGIN, MARGIN)}  # fmt: skip
+            corners = itertools.product((-TILE_MARGIN, TILE_MARGIN), repeat=2)
+            needed |= {((row + r) // TILE, (col + c) // TILE) for r, c in corners}
     assert {tuple(place) for place in tiles.places[1:].tolist()} == needed
 
 

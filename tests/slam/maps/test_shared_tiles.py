@@ -63,7 +63,7 @@ class Particles:
         self.mirrors.append(deepcopy(self.mirrors[which]))
 
     def drop(self, which: int) -> None:
-        self.tiles.drop(self.branches.pop(which))
+        self.tiles.release(self.branches.pop(which))
         self.mirrors.pop(which)
 
     def run(self, program) -> "Particles":
@@ -198,7 +198,7 @@ def test_dropped_slots_are_used_again() -> None:
             integrate(grid, reading, view(k % 4, 0.5 * k), pose)
         keep, gone = (stays, fork) if k % 3 else (fork, stays)
         most = max(most, len(stays.slots), len(fork.slots))
-        tiles.drop(gone)
+        tiles.release(gone)
         tiles.switch(keep)
         assert not tiles.shared
         assert_in_order(tiles, [keep])
@@ -212,7 +212,7 @@ def test_a_slot_used_again_is_blank() -> None:
     integrate(grid, reading, view(0, 0.0), Pose2())
     full, used = tiles.current, tiles.used
     tiles.switch(empty)
-    tiles.drop(full)
+    tiles.release(full)
     assert len(tiles.free) == used - 1
     assert tiles.nbytes == sum(layer.values[0].nbytes for layer in tiles._layers)
     integrate(grid, reading, view(1, 1.0), Pose2(0.3))
@@ -224,15 +224,15 @@ def test_a_slot_used_again_is_blank() -> None:
 
 def test_a_branch_that_was_dropped_is_empty_and_may_be_dropped_again() -> None:
     tiles = Tiles(1.0)
-    tiles.cover((0.0, 0.0), (200.0, 200.0))
+    tiles.extend((0.0, 0.0), (200.0, 200.0))
     tiles.index[1, 2] = 1
-    tiles.take(2)
+    tiles.allocate(2)
     fork = tiles.fork()
     for _ in range(2):
-        tiles.drop(fork)
+        tiles.release(fork)
         assert_in_order(tiles, [tiles.current])
     assert fork.index.size == 0
-    tiles.drop(tiles.current)
+    tiles.release(tiles.current)
     assert tiles.free.tolist() == [1]
-    tiles.cover((-5.0, -5.0), (5.0, 5.0))
+    tiles.extend((-5.0, -5.0), (5.0, 5.0))
     assert tiles.spec.extent == (-TILE, TILE, -TILE, TILE)

@@ -111,7 +111,7 @@ def test_memory_grows_with_the_windows_and_says_so() -> None:
     watched(grid, *[(k, CLOSED) for k in range(1, 1000)])
     assert grid.nbytes == tiles + 1000 * 4 * 16
     assert grid.cells.tiles.nbytes == tiles
-    assert value(grid, grid.closed, DOOR) == 999
+    assert value(grid, grid.closed_windows, DOOR) == 999
 
 
 @pytest.mark.parametrize("wrong", [{"delta_t": 0.0}, {"bins": 1}, {"weight": 0.0}])

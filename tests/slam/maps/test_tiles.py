@@ -37,7 +37,7 @@ def take_some(tiles: Tiles, rng: np.random.Generator) -> None:
     for row, col in rng.permutation(free)[:4]:
         tiles.index[row, col] = used
         used += 1
-    tiles.take(used)
+    tiles.allocate(used)
 
 
 def write_some(tiles: Tiles, layer, naive: Naive, rng: np.random.Generator) -> None:
@@ -57,7 +57,7 @@ def test_cells_keep_their_ids_and_values_however_the_index_grows(moves) -> None:
     layer, pairs = tiles.layer(np.int32, 7), tiles.layer(np.float32, -1, (AREA, 2))
     for (x, y, width, height), seed in moves:
         rng = np.random.default_rng(seed)
-        tiles.cover((x, y), (x + width, y + height))
+        tiles.extend((x, y), (x + width, y + height))
         take_some(tiles, rng)
         if tiles.used > 1:
             write_some(tiles, layer, naive, rng)
@@ -78,7 +78,7 @@ def test_cells_keep_their_ids_and_values_however_the_index_grows(moves) -> None:
 def test_places_say_where_each_slot_lies(moves) -> None:
     tiles = Tiles(RESOLUTION)
     for (x, y, width, height), seed in moves:
-        tiles.cover((x, y), (x + width, y + height))
+        tiles.extend((x, y), (x + width, y + height))
         take_some(tiles, np.random.default_rng(seed))
         assert len(tiles.places) == tiles.used
         assert tiles.places.dtype == tiles.index.dtype == np.int32
@@ -92,7 +92,7 @@ def test_places_say_where_each_slot_lies(moves) -> None:
 def test_the_index_holds_the_box_in_whole_tiles_and_no_more_than_it_must(first, second) -> None:
     tiles = Tiles(RESOLUTION)
     x, y, width, height = first
-    tiles.cover((x, y), (x + width, y + height))
+    tiles.extend((x, y), (x + width, y + height))
     left, right, bottom, top = tiles.spec.extent
     assert left <= x < left + SIDE
     assert bottom <= y < bottom + SIDE
@@ -101,12 +101,12 @@ def test_the_index_holds_the_box_in_whole_tiles_and_no_more_than_it_must(first, 
     assert tiles.origin == (left, bottom)
     before = tiles.spec
     x, y, width, height = second
-    tiles.cover((x, y), (x + width, y + height))
+    tiles.extend((x, y), (x + width, y + height))
     both = tiles.spec.extent
     assert both[0] == min(left, np.floor(x / SIDE) * SIDE)
     assert both[3] == max(top, np.floor((y + height) / SIDE) * SIDE + SIDE)
     again = tiles.index
-    tiles.cover((left, bottom), (left + 0.1, bottom + 0.1))
+    tiles.extend((left, bottom), (left + 0.1, bottom + 0.1))
     assert tiles.index is again
     assert before.resolution == tiles.spec.resolution == RESOLUTION
 
@@ -115,7 +115,7 @@ def test_covering_takes_no_tile_and_costs_no_layer() -> None:
     tiles = Tiles(0.05)
     layer = tiles.layer(np.float32)
     size = layer.values.nbytes
-    tiles.cover((-300.0, -300.0), (300.0, 300.0))
+    tiles.extend((-300.0, -300.0), (300.0, 300.0))
     assert tiles.used == 1
     assert layer.values.nbytes == size
     assert tiles.nbytes == AREA * 4
@@ -123,20 +123,20 @@ def test_covering_takes_no_tile_and_costs_no_layer() -> None:
 
 def test_an_odometry_that_leaps_is_said_so_and_leaves_the_map_as_it_was() -> None:
     tiles = Tiles(0.05)
-    tiles.cover((0.0, 0.0), (1.0, 1.0))
+    tiles.extend((0.0, 0.0), (1.0, 1.0))
     before = tiles.spec
     for far in ((2e7, 0.0), (-1e5, 1e5)):
         with pytest.raises(InputError, match=r"does the odometry leap"):
-            tiles.cover((min(far[0], 0), min(far[1], 0)), (max(far[0], 0), max(far[1], 0)))
+            tiles.extend((min(far[0], 0), min(far[1], 0)), (max(far[0], 0), max(far[1], 0)))
         assert tiles.spec == before
-    tiles.cover((0.0, 0.0), (600.0, 600.0))  # a hospital is no leap
+    tiles.extend((0.0, 0.0), (600.0, 600.0))  # a hospital is no leap
 
 
 def test_unused_cells_lie_in_the_blank_tile() -> None:
     tiles = Tiles(1.0)
-    tiles.cover((0.0, 0.0), (200.0, 200.0))
+    tiles.extend((0.0, 0.0), (200.0, 200.0))
     tiles.index[1, 2] = 1
-    tiles.take(2)
+    tiles.allocate(2)
     assert tiles.cell(TILE + 3, 2 * TILE + 5) == AREA + 3 * TILE + 5
     assert tiles.cell(3, 5) == 3 * TILE + 5
     assert tiles.places.tolist()[1] == [1, 2]
@@ -145,9 +145,9 @@ def test_unused_cells_lie_in_the_blank_tile() -> None:
 def test_a_layer_made_late_has_room_and_grows_like_the_others() -> None:
     tiles = Tiles(1.0)
     early = tiles.layer(np.uint8, 3)
-    tiles.cover((0.0, 0.0), (64.0 * 63, 63.0))
+    tiles.extend((0.0, 0.0), (64.0 * 63, 63.0))
     tiles.index[0, :40] = np.arange(1, 41)
-    tiles.take(41)
+    tiles.allocate(41)
     late = tiles.layer(np.float32, -1, (AREA, 2))
     small = tiles.layer(np.bool_, shape=(4,))
     for layer in (early, late, small):
@@ -155,7 +155,7 @@ def test_a_layer_made_late_has_room_and_grows_like_the_others() -> None:
         assert (layer.values == layer.fill).all()
     late.flat[40 * AREA + 7] = (1.5, 2.5)
     tiles.index[0, 40:64] = np.arange(41, 65)
-    tiles.take(65)
+    tiles.allocate(65)
     assert late.flat[40 * AREA + 7].tolist() == [1.5, 2.5]
     assert (late.values != -1).sum() == 2
     assert tiles.nbytes == 65 * (AREA * 1 + AREA * 8 + 4)

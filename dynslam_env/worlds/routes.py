@@ -1,4 +1,4 @@
-"""Walks: how people get from room to room of a floor plan, through its doorways."""
+"""RoutePlanner: how people get from room to room of a floor plan, through its doorways."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def check_rooms(people: int, depth: float, door_width: float) -> None:
         )
 
 
-class Walks:
+class RoutePlanner:
     """The ways of people: straight from doorway to doorway, clear of `solids` and of all leaves."""
 
     def __init__(self, plan: FloorPlan, solids: Sequence[Solid] = ()):
@@ -153,22 +153,22 @@ def draw_routes(
     """
     routes: list[Array] = []
     if people:
-        walks = Walks(plan, solids)
+        planner = RoutePlanner(plan, solids)
         for _ in range(people):
             begun = [start, *(tuple(route[0].tolist()) for route in routes)]
-            routes.append(_draw_route(walks, rooms, rng, begun))
+            routes.append(_draw_route(planner, rooms, rng, begun))
     return tuple(routes)
 
 
 def _draw_route(
-    walks: Walks, rooms: Sequence[int], rng: np.random.Generator, begun: Sequence[Point]
+    planner: RoutePlanner, rooms: Sequence[int], rng: np.random.Generator, begun: Sequence[Point]
 ) -> Array:
     for _ in range(TRIES):
         origin, goal = rng.choice(rooms, 2, replace=False).tolist()
-        way = walks.route(origin, goal)
+        way = planner.route(origin, goal)
         if way:
-            way = [*walks.somewhere(origin, way[0], rng), *way]
-            way += walks.somewhere(goal, way[-1], rng)
+            way = [*planner.somewhere(origin, way[0], rng), *way]
+            way += planner.somewhere(goal, way[-1], rng)
             if all(math.dist(way[0], other) >= BEGIN_APART for other in begun):
                 return np.array(way)
     raise InputError(

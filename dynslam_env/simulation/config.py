@@ -1,10 +1,11 @@
-"""All that makes an environment: its parts, checked, and the spaces that follow from them."""
+"""WorldConfig: the parts of an environment, checked, and the keywords that name them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any
+from inspect import Parameter, signature
+from typing import Any, TypedDict, get_type_hints
 
 import numpy as np
 from gymnasium import spaces
@@ -12,24 +13,61 @@ from gymnasium import spaces
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import MAX_STEP, Odometry
 from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.laws import Fixed, Law
+from dynslam_env.simulation.laws import Law
 from dynslam_env.simulation.people import People
+from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator
-from dynslam_env.worlds.loop import Loop
-from dynslam_env.worlds.office import Office
-from slam.validation import instance, one_of
+from slam.validation import instance
 
-NAMED_DOORS = {"moving": Doors(), "static": Doors(law=Fixed())}
-NAMED_WORLDS = {"corridor": Corridor(), "loop": Loop(), "office": Office(),
-                "crowd": Corridor(people=6)}  # fmt: skip
+
+class PlaceKeywords(TypedDict, total=False):
+    """Keywords of every environment; None stands for the default."""
+
+    world: str | Generator | None
+    doors: str | Law | Doors | None
+    robot: Robot | None
+    laser: Laser | None
+    odometry: Odometry | None
+    people: People | None
+
+
+class WorldKeywords(PlaceKeywords, total=False):
+    """Keywords of the environments of one robot without a SLAM."""
+
+    task: Task | None
+
+
+def check_keywords(env: type, keywords: type, given: Mapping[str, Any]) -> None:
+    """Raise TypeError for a keyword that an environment does not take; it names the allowed ones.
+
+    keywords  the TypedDict of the parameters that `env` collects by `**`
+    """
+    allowed = keywords.__annotations__
+    for name in given:
+        if name not in allowed:
+            named = signature(env).parameters.values()
+            listed = [p.name for p in named if p.kind is not Parameter.VAR_KEYWORD] + list(allowed)
+            raise TypeError(
+                f"{env.__name__}() got an unexpected keyword argument {name!r}; "
+                f"allowed are {', '.join(listed)}"
+            )
 
 
 @dataclass(frozen=True)
-class Setup:
-    """The parts of an environment, as its keywords name them."""
+class WorldConfig:
+    """The parts of an environment, as its keywords name them.
+
+    world     draws the layout of each episode
+    doors     how doors move
+    robot     body, speeds, accelerations
+    laser     beams, field of view, range, noise, mount
+    odometry  systematic and random error
+    people    how people walk
+    task      reward terms and ends
+    """
 
     world: Generator = field(default_factory=Corridor)
     doors: Doors = field(default_factory=Doors)
@@ -40,22 +78,22 @@ class Setup:
     task: Task = field(default_factory=Task)
 
     @staticmethod
-    def of(parts: dict[str, Any]) -> Setup:
-        """From keywords: None is a default, a string one of NAMED_DOORS or NAMED_WORLDS.
+    def of(keywords: Mapping[str, Any]) -> WorldConfig:
+        """From `WorldKeywords`: a string is a registered name, a law stands for doors that obey it.
 
         Raises InputError that says what was wrong and what is allowed.
         """
-        given = {name: part for name, part in parts.items() if part is not None}
-        for name, named in (("doors", NAMED_DOORS), ("world", NAMED_WORLDS)):
-            if isinstance(given.get(name), str):
-                one_of(name, given[name], tuple(named))
-                given[name] = named[given[name]]
+        given = {name: part for name, part in keywords.items() if part is not None}
+        if isinstance(given.get("world"), str):
+            given["world"] = NAMED_WORLDS.get(given["world"])
         doors = given.get("doors")
+        if isinstance(doors, str):
+            doors = NAMED_LAWS.get(doors)
         if isinstance(doors, Law) and not isinstance(doors, type):
             given["doors"] = Doors(law=doors)
         for name, part in given.items():
-            instance(name, part, KINDS[name], ALLOWED.get(name))
-        return Setup(**given)
+            instance(name, part, PART_TYPES[name], ALLOWED.get(name))
+        return WorldConfig(**given)
 
     def plain(self) -> dict[str, Any]:
         """All parameters, as plain data for JSON."""
@@ -79,8 +117,7 @@ class Setup:
         )
 
 
-KINDS = {"world": Generator, "doors": Doors, "robot": Robot, "laser": Laser,
-         "odometry": Odometry, "people": People, "task": Task}  # fmt: skip
+PART_TYPES = get_type_hints(WorldConfig)
 
 ALLOWED = {
     "doors": '"moving", "static", a law such as Uniform(5, 20), or a Doors',

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from dynslam_env import Doors, DoorWorldEnv, Laser, Layout, Uniform
-from dynslam_env.simulation import past
-from dynslam_env.simulation.past import CELL, Past
+from dynslam_env.simulation import occupancy_history
+from dynslam_env.simulation.occupancy_history import CELL, OccupancyHistory
 from slam import InputError, Pose2, Truth
 from slam.metrics.change import TrueOccupancy
 
@@ -21,7 +21,7 @@ def same(states):
 
 
 def seen(places, walls=WALLS):
-    record = Past(walls, same)
+    record = OccupancyHistory(walls, same)
     for x in places:
         record.see(edges(x))
     return record
@@ -38,7 +38,7 @@ def test_the_share_is_that_of_the_moments_and_now_is_the_last():
     record = seen([0.0, 0.0, 1.0])
     raster = record.occupancy(CELL)
     assert set(raster.share[raster.share > 0].round(6)) == {round(1 / 3, 6), round(2 / 3, 6), 1.0}
-    walls = Past(WALLS, same)
+    walls = OccupancyHistory(WALLS, same)
     walls.see(edges(1.0))
     assert (raster.share > 0).sum() > (raster.now).sum()
     assert cells(raster).keys() > cells(walls.occupancy(CELL)).keys()
@@ -47,7 +47,7 @@ def test_the_share_is_that_of_the_moments_and_now_is_the_last():
 @pytest.mark.parametrize("cell", [CELL, 0.1])
 def test_asking_in_between_changes_nothing(cell):
     places = np.linspace(0.0, 1.5, 12)
-    once, often = seen(places), Past(WALLS, same)
+    once, often = seen(places), OccupancyHistory(WALLS, same)
     for x in places:
         often.see(edges(x))
         often.occupancy(cell)
@@ -59,7 +59,7 @@ def test_asking_in_between_changes_nothing(cell):
 def test_it_is_the_same_in_small_parts(monkeypatch):
     places = np.linspace(0.0, 1.5, 23)
     whole = cells(seen(places).occupancy(CELL))
-    monkeypatch.setattr(past, "CHUNK", 5)
+    monkeypatch.setattr(occupancy_history, "CHUNK", 5)
     assert cells(seen(places).occupancy(CELL)) == pytest.approx(whole)
 
 
@@ -106,7 +106,7 @@ def test_the_environment_gives_the_share_of_all_steps():
 
 
 def test_without_anything_that_moves_there_are_the_walls():
-    record = Past(WALLS, same)
+    record = OccupancyHistory(WALLS, same)
     record.see(np.empty((0, 4)))
     raster = record.occupancy(CELL)
     assert (raster.now == (raster.share == 1.0)).all()

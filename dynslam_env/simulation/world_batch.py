@@ -1,4 +1,4 @@
-"""Fleet: n worlds that step side by side. The single environment is a fleet of one."""
+"""WorldBatch: n worlds that step side by side. The single environment is a batch of one."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.sensors.laser import Scanner
-from dynslam_env.sensors.odometry import Slips
+from dynslam_env.sensors.odometry import NoiseStreams
+from dynslam_env.simulation.config import WorldConfig
 from dynslam_env.simulation.robot import DifferentialDrive
-from dynslam_env.simulation.setup import Setup
 from dynslam_env.simulation.task import TaskProgress
 from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
 from dynslam_env.worlds.layout import Layout
-from dynslam_env.worlds.starts import check_inside, check_start
+from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.validation import instance
@@ -25,12 +25,12 @@ from slam.validation import instance
 Rows = NDArray[np.int64]
 
 
-class Fleet:
+class WorldBatch:
     """The worlds, and in one row each all that their robots perceive and are paid for.
 
     drive     true poses and velocities
     judge     rewards and ends
-    motions   (n, 3) what the odometry says of the last step, m, m, rad
+    displacements (n, 3) of the last step by the odometry, m, m, rad
     odometry  (n, 3) float32, the same for a Box
     ranges    (n, beams) m; no echo is inf, no reading NaN
     scans     (n, beams) float32, the same for a Box
@@ -40,20 +40,20 @@ class Fleet:
     is the same.
     """
 
-    def __init__(self, setup: Setup, n: int, threads: int = 1):
-        self.setup = setup
+    def __init__(self, config: WorldConfig, n: int, threads: int = 1):
+        self.config = config
         self._threads = Threads(threads)
-        self.drive = DifferentialDrive(setup.robot, n, CONTROL_DT, PHYSICS_DT)
-        self.judge = TaskProgress(setup.task, n)
-        self.motions, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
+        self.drive = DifferentialDrive(config.robot, n, CONTROL_DT, PHYSICS_DT)
+        self.progress = TaskProgress(config.task, n)
+        self.displacements, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
         self.odometry = np.zeros((n, 3), dtype=np.float32)
-        self.ranges = np.zeros((n, setup.laser.beams))
-        self.scans = np.zeros((n, setup.laser.beams), dtype=np.float32)
+        self.ranges = np.zeros((n, config.laser.beams))
+        self.scans = np.zeros((n, config.laser.beams), dtype=np.float32)
         self.collided = np.zeros(n, dtype=np.bool_)
         self.layouts: list[Layout] = [None] * n  # type: ignore[list-item]
         self.worlds: list[World] = [None] * n  # type: ignore[list-item]
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
-        self._slips = Slips(n)
+        self._noise_streams = NoiseStreams(n)
         self._rows = list(zip(self.ranges, self.scans, strict=True))
         self._wheels: list[list[float]] = []
 
@@ -63,21 +63,21 @@ class Fleet:
         Layout, doors, laser, odometry and people have streams of their own, so that episodes which
         differ in one of them alone share all else. Raises InputError where the robot cannot stand.
         """
-        setup = self.setup
+        config = self.config
         layout_rng, doors_rng, laser_rng, slip_rng, people_rng = rng.spawn(5)
-        layout = setup.world.layout(layout_rng)
+        layout = config.world.layout(layout_rng)
         instance("what the world's layout(rng) gives", layout, Layout)
         if start is not None:
             check_inside(layout, start)
             layout = replace(layout, start=start)
-        check_start(layout, layout.start, setup.robot.radius, setup.doors.open_angle)
-        world = World(layout, setup.robot, setup.doors, setup.people, doors_rng, people_rng)
+        check_start(layout, layout.start, config.robot.radius, config.doors.open_angle)
+        world = World(layout, config.robot, config.doors, config.people, doors_rng, people_rng)
         self.layouts[i], self.worlds[i] = layout, world
-        self.scanners[i] = Scanner(setup.laser, laser_rng)
-        self._slips.begin(i, slip_rng)
+        self.scanners[i] = Scanner(config.laser, laser_rng)
+        self._noise_streams.begin(i, slip_rng)
         self.drive.place(i, world.robot)
-        self.judge.begin(i, layout, self.drive.poses[i])
-        self.motions[i] = self.odometry[i] = 0.0
+        self.progress.begin(i, layout, self.drive.poses[i])
+        self.displacements[i] = self.odometry[i] = 0.0
         self.collided[i] = False
         self._look(i)
 
@@ -98,13 +98,13 @@ class Fleet:
             raise InputError(f"an action is two finite numbers from -1 to 1, got {actions[wrong]}")
         self._before[:] = drive.poses
         self._wheels = drive.wheels.tolist()
-        self._slips.take(which, self._noise)
+        self._noise_streams.take(which, self._noise)
         self._threads.each(self._advance, which.tolist())
         drive.settle(which)
-        self.setup.odometry.read(
-            which, self._before, drive.poses, self._noise, self.motions, self.odometry
+        self.config.odometry.read(
+            which, self._before, drive.poses, self._noise, self.displacements, self.odometry
         )
-        self.judge.judge(which, drive.poses, self.collided, CONTROL_DT)
+        self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
 
     def close(self) -> None:
         """Let the threads go."""

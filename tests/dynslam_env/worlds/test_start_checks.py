@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dynslam_env import Corridor, Door, Layout
-from dynslam_env.worlds.starts import check_start
+from dynslam_env.worlds.start_checks import check_start
 from slam import InputError, Pose2
 
 ROOM = [(0.0, 0.0, 6.0, 0.0), (6.0, 0.0, 6.0, 6.0), (6.0, 6.0, 0.0, 6.0), (0.0, 6.0, 0.0, 0.0)]

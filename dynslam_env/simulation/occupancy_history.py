@@ -1,4 +1,4 @@
-"""Past: what has stood where since an episode began, as cells."""
+"""OccupancyHistory: what has stood where since an episode began, as cells."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CELL = 0.05  # m, of maps unless asked otherwise
 CHUNK = 256  # moments that are made outlines of at once
 
 
-class Past:
+class OccupancyHistory:
     """Takes down every moment, and makes rasters of them when asked: until then it is cheap.
 
     walls     (w, 4) segments, m, that never move

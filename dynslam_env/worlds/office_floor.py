@@ -17,7 +17,7 @@ PLACES = 8  # tried for a leaf between two rooms
 SWEEPS_APART = 0.1  # m
 
 
-class Sizes(NamedTuple):
+class FloorDimensions(NamedTuple):
     """Of a floor, m.
 
     area            to be cut into rooms
@@ -38,14 +38,14 @@ class Sizes(NamedTuple):
     free_way: float
 
 
-class Floor(NamedTuple):
+class OfficeFloor(NamedTuple):
     """A plan, and waypoints (p, 2), m, of a tour through all its rooms and back."""
 
     plan: FloorPlan
     path: Array
 
 
-def draw_floor(sizes: Sizes, rng: np.random.Generator) -> Floor | None:
+def draw_floor(sizes: FloorDimensions, rng: np.random.Generator) -> OfficeFloor | None:
     """Rooms joined by a tree of open doorways, and by doors wherever their leaves swing freely.
 
     None if the rooms came out such that no doorways join them all.
@@ -62,11 +62,15 @@ def draw_floor(sizes: Sizes, rng: np.random.Generator) -> Floor | None:
     path = np.array(tour(joined, int(rng.integers(len(rooms)))))
     others = {pair: walls[pair] for pair in pairs if pair not in tree}
     doors = _hang(joined, others, legs(path), sizes, rng)
-    return Floor(FloorPlan(joined.spaces, (*ways, *doors), sizes.door_thickness), path)
+    return OfficeFloor(FloorPlan(joined.spaces, (*ways, *doors), sizes.door_thickness), path)
 
 
 def _hang(
-    plan: FloorPlan, walls: dict[Pair, Wall], way: Array, sizes: Sizes, rng: np.random.Generator
+    plan: FloorPlan,
+    walls: dict[Pair, Wall],
+    way: Array,
+    sizes: FloorDimensions,
+    rng: np.random.Generator,
 ) -> list[Doorway]:
     """Doors in those of the walls where a place for one is found."""
     doors: list[Doorway] = []
@@ -85,7 +89,7 @@ def _hang(
     return doors
 
 
-def _start(wall: Wall, sizes: Sizes, rng: np.random.Generator) -> float:
+def _start(wall: Wall, sizes: FloorDimensions, rng: np.random.Generator) -> float:
     """Where an opening in a wall begins, m along it."""
     margin = sizes.clearance
     return rng.uniform(wall.start + margin, wall.stop - margin - sizes.door_width)

@@ -6,7 +6,7 @@ import pytest
 from dynslam_env.worlds.clearance import edges
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.walks import Walks, draw_routes, waiting_point
+from dynslam_env.worlds.routes import RoutePlanner, draw_routes, waiting_point
 from slam import InputError
 
 # 2 3   four rooms around a corner where four walls meet;
@@ -32,26 +32,28 @@ def test_waiting_points():
 
 
 def test_the_way_to_the_next_room_is_straight():
-    assert np.array(Walks(PLAN).route(0, 1)) == pytest.approx(np.array([(3.4, 0.95), (5.4, 0.95)]))
+    assert np.array(RoutePlanner(PLAN).route(0, 1)) == pytest.approx(
+        np.array([(3.4, 0.95), (5.4, 0.95)])
+    )
 
 
 @pytest.mark.parametrize("doorways", list(permutations(DOORWAYS)))
 def test_the_shorter_of_two_ways_around_is_taken(doorways):
-    walks = Walks(FloorPlan(ROOMS, doorways))
-    way = np.array(walks.route(0, 3))
+    planner = RoutePlanner(FloorPlan(ROOMS, doorways))
+    way = np.array(planner.route(0, 3))
     expected = [(2.95, 3.4), (2.95, 4.8), (3.4, 5.45), (4.8, 5.45)]
     assert way == pytest.approx(np.array(expected))
-    assert walks.route(3, 0) == [tuple(point) for point in way[::-1].tolist()]
+    assert planner.route(3, 0) == [tuple(point) for point in way[::-1].tolist()]
 
 
 def test_where_something_stands_in_the_way_it_is_the_other_one():
-    blocked = Walks(PLAN, [(2, box(2.0, 4.3, 3.9, 4.6))])
+    blocked = RoutePlanner(PLAN, [(2, box(2.0, 4.3, 3.9, 4.6))])
     assert np.array(blocked.route(0, 3))[0] == pytest.approx(np.array([3.4, 0.95]))
     assert np.array(blocked.route(0, 3))[-1] == pytest.approx(np.array([7.45, 4.8]))
 
 
 def test_and_where_all_is_blocked_there_is_none():
-    blocked = Walks(PLAN, [(2, box(2.0, 4.3, 3.9, 4.6)), (1, box(5.0, 3.0, 8.0, 3.2))])
+    blocked = RoutePlanner(PLAN, [(2, box(2.0, 4.3, 3.9, 4.6)), (1, box(5.0, 3.0, 8.0, 3.2))])
     assert blocked.route(0, 3) == []
 
 
@@ -61,7 +63,7 @@ def test_nobody_walks_where_another_doors_leaf_swings():
     into = shut._replace(opens_to=0)
     for door, free in ((shut, True), (into, False)):
         plan = FloorPlan(spaces, (Doorway((0, 1), 1.0, 0.9), Doorway((0, 3), 2.9, 0.9), door))
-        assert bool(Walks(plan).route(1, 3)) is free
+        assert bool(RoutePlanner(plan).route(1, 3)) is free
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -6,7 +6,7 @@ import pytest
 
 import dynslam_env
 from dynslam_env import DoorWorldEnv, Laser, Layout, Recorder
-from dynslam_env.simulation.localizability import position_bounds
+from dynslam_env.simulation.pose_bounds import position_bounds
 from slam import InputError, Pose2
 from slam.io.episode_file import load_episode, save_episode
 
@@ -26,7 +26,7 @@ def env_in(walls, start, **laser):
 @pytest.mark.parametrize("mount", [Pose2(), MOUNT])
 def test_the_bound_of_the_pose_is_that_of_finite_differences(start, mount):
     env = env_in(ROOM, start, beams=90, field_of_view=4.0, sigma=0.02, mount=mount)
-    scanner, segments = env._fleet.scanners[0], env.physics.segments
+    scanner, segments = env._batch.scanners[0], env.physics.segments
     gradient, step = np.empty((90, 3)), 1e-6
     for k in range(3):
         ranges = []

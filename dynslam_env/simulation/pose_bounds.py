@@ -7,21 +7,21 @@ import math
 import numpy as np
 
 from dynslam_env.sensors.laser import Laser, Scanner
-from dynslam_env.simulation.fleet import Fleet
+from dynslam_env.simulation.world_batch import WorldBatch
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.metrics.bound import Bound, bound, information, ray_gradient
 
 
-def pose_bound(fleet: Fleet, i: int) -> Bound:
+def pose_bound(batch: WorldBatch, i: int) -> Bound:
     """The bound of the pose of robot `i` from the echoes of its last scan, the place being known.
 
     Censi (2007). Raises InputError for a laser without noise.
     """
-    world, pose = fleet.worlds[i], Pose2.of(fleet.drive.poses[i])
-    heard = np.isfinite(fleet.ranges[i])
-    return _scan_bound(fleet.scanners[i], pose, world.segments, world.first_edge, heard)
+    world, pose = batch.worlds[i], Pose2.of(batch.drive.poses[i])
+    heard = np.isfinite(batch.ranges[i])
+    return _scan_bound(batch.scanners[i], pose, world.segments, world.first_edge, heard)
 
 
 def position_bounds(episode: Episode) -> Array:
