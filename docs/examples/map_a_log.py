@@ -1,10 +1,10 @@
-"""From a recorded drive to a map without ghosts, by a SLAM variant of one's own.
+"""Map a recorded drive without ghosts, with a SLAM variant defined here.
 
     python docs/examples/map_a_log.py --seed 5000 --out out/map-a-log
 
-Writes map.pgm + map.yaml, as ROS takes them, of three variants, and prints how much of the doors
-is left in each map. For a log of your own: `episode, _ = slam.io.formats.read_log(path)`; it
-has no truth, so that there is nothing to count the doors with.
+Writes the ROS map (map.pgm, map.yaml) of three variants and prints how many occupied cells each map
+has where doors were. For a log of your own: `episode, _ = slam.read_log(path)`; without a truth
+its door cells cannot be counted.
 """
 
 from dataclasses import dataclass
@@ -15,20 +15,18 @@ import tyro
 
 import slam
 from agents import record_path
-from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.benchmark.run import run, true_start
+from slam import HMM, MaximumLikelihood, run, true_start
 from slam.io.ros_map import write_ros_map
-from slam.maps.hmm import HMM
 from slam.metrics.change import DOOR_SHARE, TrueOccupancy
 from slam.metrics.trajectory import ate
 
 
 # --8<-- [start:variant]
 class WithoutDoors(MaximumLikelihood):
-    """Finds its way by the doors too, but draws no cell that was free longer than occupied."""
+    """Matches against the doors too, but exports no cell that was free longer than occupied."""
 
     def map(self) -> slam.OccupancyGrid:
-        """What stands, as far as it does not move."""
+        """The map without cells that were free for longer than occupied."""
         assert isinstance(self.map_model, HMM)
         times, grid = self.map_model.cells.tiles.dense(self.map_model.times), super().map()
         h = np.where(times[..., 0] > times[..., 1], 0.0, grid.occupied)  # s free, s occupied
@@ -45,7 +43,7 @@ def without_doors(start: slam.Pose2, rng: np.random.Generator) -> slam.Slam:
 
 # --8<-- [start:count]
 def door_cells(grid: slam.OccupancyGrid, truth: slam.Truth) -> int:
-    """Cells that the map shows as occupied, and where truly a door stood for a part of the time."""
+    """Number of occupied cells at places where a door truly was for a part of the time."""
     real = TrueOccupancy(truth, grid.spec.resolution)
     places = grid.spec.centres(np.argwhere(grid.observed & (grid.occupied > 0.5)))
     rows, cols = real.spec.cells(places).T
@@ -63,7 +61,7 @@ VARIANTS = ("static-ml", "hmm-ml", "without-doors")
 
 @dataclass
 class MapALog:
-    """Record a drive in DoorCorridor-v0, map it with three variants, count what doors left."""
+    """Record a drive in DoorCorridor-v0, map it with three variants, count the door cells."""
 
     seed: int = 5000
     """Seed of the drive."""
@@ -71,7 +69,7 @@ class MapALog:
     """Directory to write to."""
 
     def __call__(self) -> dict[str, int]:
-        """Record, map, count; the door cells of each variant's map."""
+        """Record, map and count; returns the door cells of each variant's map."""
         slam.register("without-doors", without_doors)
         episode = record_path("DoorCorridor-v0", self.seed, doors="moving")
         truth, left = episode.truth, {}

@@ -1,10 +1,10 @@
-"""From a Gymnasium environment to a policy, and what it is worth.
+"""Train a policy on a Gymnasium environment and evaluate it.
 
     python docs/examples/train_an_explorer.py --steps 800
 
-PPO of stable-baselines3 learns on DoorPatrol-v0 for some hundred steps, which is far too few: it
-shows how the pieces go together. `dynslam train` does it properly (docs/agents.md).
-Needs the extra [train].
+Trains PPO of stable-baselines3 on DoorPatrol-v0 for some hundred steps: too few to learn anything,
+but enough to show how the parts fit together. `dynslam train` does the full training
+(docs/agents.md). Needs the extra [train].
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ import agents
 from agents.vec_env import NativeVecEnv
 
 # --8<-- [start:evaluate]
-SEEDS = range(8000, 8100)  # worlds to be judged on; nothing is learned on them
+SEEDS = range(8000, 8100)  # held-out worlds, on which nothing is learned
 
 
 def evaluate(
@@ -50,10 +50,10 @@ def evaluate(
 # --8<-- [start:main]
 @dataclass
 class TrainAnExplorer:
-    """Train PPO on DoorPatrol-v0 for a moment, and compare it with agents that were not trained."""
+    """Train PPO on DoorPatrol-v0 briefly, and compare it with the agents of dynslam."""
 
     steps: int = 800
-    """Decisions to learn from, of all worlds together."""
+    """Decisions to train on, of all worlds together."""
     worlds: int = 4
     """Worlds that are stepped together."""
     episodes: int = 3
@@ -61,10 +61,10 @@ class TrainAnExplorer:
     length: int = 250
     """Decisions of an episode (0.4 s each)."""
     out: Path = Path("out/explorer")
-    """Where the policy is saved."""
+    """Directory that the policy is saved to."""
 
     def __call__(self) -> dict[str, tuple[float, float]]:
-        """Train, save, evaluate; reward and Brier score of each agent."""
+        """Train, save and evaluate; returns reward and Brier score of each agent."""
         torch.set_num_threads(1)  # two threads beside other work are slower than one
         worlds = NativeVecEnv.make("DoorPatrol-v0", self.worlds)
         policy = PPO("MultiInputPolicy", worlds, n_steps=50, batch_size=50, seed=0)
