@@ -15,7 +15,7 @@ from slam.io.arrays import UNREADABLE, read_arrays
 from slam.io.files import replacing
 from slam.io.one_line import one_line
 from slam.io.scan_arrays import packed_scans, unpacked_scans
-from slam.motion.threshold import KEYFRAMES
+from slam.motion.threshold import KEYFRAMES, MotionTrigger
 from slam.scan import Scan
 
 FORMAT = "dynslam-session-1"
@@ -43,13 +43,14 @@ class Session:
             raise InputError("a session has finite poses, got NaN or infinity")
 
     def keyframes(self) -> Iterator[tuple[Scan, Pose2]]:
-        """The scans that a map is made of: as far apart as a SLAM's keyframes."""
-        last, when = Pose2(), -np.inf
+        """The scans that a map is made of: as far apart as a SLAM's keyframes; the first of each
+        recording, whose clock may be behind, among them."""
+        since_keyframe = MotionTrigger(KEYFRAMES)
         for scan, row in zip(self.scans, self.poses.tolist(), strict=True):
             pose = Pose2(*row)
-            waited = scan.time - when
-            if waited < 0 or KEYFRAMES.due(last.between(pose), waited):
-                last, when = pose, scan.time
+            since_keyframe.move_to(pose)
+            if scan.time < since_keyframe.time or since_keyframe.due(scan.time):
+                since_keyframe.restart(scan.time, pose)
                 yield scan, pose
 
     def followed_by(self, scans: Sequence[Scan], poses: Array) -> Session:
