@@ -36,15 +36,16 @@ class RecordingSource:
     """Where the laser stands on the robot: m ahead, m to the left, degrees; if not given, as the
     file says."""
 
-    def read(self) -> LoadedRecording:
-        """The recording as it is in the file. Raises InputError."""
+    def read(self, laser: str | None = None) -> LoadedRecording:
+        """The recording as it is in the file, with the chosen laser or else `laser`. Raises
+        InputError."""
         mount = None
         if self.mount is not None:
             x, y, degrees = self.mount
             if not all(map(math.isfinite, self.mount)):
                 raise InputError(f"--mount is three finite numbers, got {x} {y} {degrees}")
             mount = Pose2(x, y, math.radians(degrees))
-        return read_log(self.file, SourceSelection(self.laser, self.odometry, mount))
+        return read_log(self.file, SourceSelection(self.laser or laser, self.odometry, mount))
 
     def told(self) -> LoadedRecording:
         """The same; what was wrong with it is told on standard error."""

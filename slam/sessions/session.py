@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.arrays import UNREADABLE, read_arrays
+from slam.io.arrays import parsed
 from slam.io.files import replacing
-from slam.io.one_line import one_line
 from slam.io.scan_arrays import packed_scans, unpacked_scans
 from slam.motion.threshold import KEYFRAMES, MotionTrigger
 from slam.scan import Scan
@@ -68,13 +68,11 @@ class Session:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Session:
         """Read what `save` wrote. Raises InputError for anything else; never runs a pickle."""
-        data = read_arrays(path, WHAT)
-        try:
-            if str(data["format"]) != FORMAT:
-                raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
-            return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
-        except UNREADABLE as error:
-            raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
+        return parsed(path, WHAT, FORMAT, _session)
+
+
+def _session(data: dict[str, Any]) -> Session:
+    return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
 
 
 def session_of(episode: Episode, poses: Array) -> Session:
