@@ -129,7 +129,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             rows[~mask] = 0
         return masked(infos, mask)
 
-    def _judged(self, mask: Bools) -> Infos:
+    def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
             return {}
         names = self.orders.pay.weights

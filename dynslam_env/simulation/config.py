@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 
 from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import MAX_STEP, Odometry
+from dynslam_env.sensors.odometry import MAX_DISPLACEMENT, Odometry
 from dynslam_env.simulation.doors import Doors
 from dynslam_env.simulation.laws import Law
 from dynslam_env.simulation.people import People
@@ -106,7 +106,7 @@ class WorldConfig:
     def observation_space(self) -> spaces.Dict:
         """Scan, odometry, velocity."""
         laser, robot = self.laser, self.robot
-        step = np.array(MAX_STEP, dtype=np.float32)
+        step = np.array(MAX_DISPLACEMENT, dtype=np.float32)
         speed = np.array([robot.max_speed, robot.max_turn], dtype=np.float32)
         return spaces.Dict(
             {
