@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from dataclasses import dataclass
+from typing import Any, TypedDict, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -16,7 +17,7 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import scene
 from dynslam_env.env import DoorWorldEnv, Observation
 from dynslam_env.reset_options import reset_mask, start_of
-from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
+from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
 from slam.errors import InputError
@@ -27,6 +28,44 @@ Bools = NDArray[np.bool_]
 Infos = dict[str, Any]
 Stepped = tuple[Observation, NDArray[np.float64], Bools, Bools, Infos]
 AUTORESET_MODES = tuple(mode.value for mode in AutoresetMode)
+
+
+class VectorKeywords(TypedDict, total=False):
+    """Keywords of every vector environment."""
+
+    max_episode_steps: int | None
+    autoreset_mode: str | AutoresetMode
+    threads: int
+
+
+class WorldVectorKeywords(WorldKeywords, VectorKeywords, total=False):
+    """Keywords of `DoorWorldVectorEnv`."""
+
+
+@dataclass(frozen=True)
+class VectorConfig:
+    """How the environments of a vector environment run.
+
+    max_episode_steps  steps after which an episode is truncated; None or -1: never
+    autoreset_mode     an `AutoresetMode` or its value
+    threads            number of threads
+    """
+
+    max_episode_steps: int | None = None
+    autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP
+    threads: int = 1
+
+    def __post_init__(self) -> None:
+        if self.max_episode_steps not in (None, -1):  # -1 as in gymnasium.make
+            whole_number("max_episode_steps", self.max_episode_steps, 1)
+        if not isinstance(self.autoreset_mode, AutoresetMode):
+            one_of("autoreset_mode", self.autoreset_mode, AUTORESET_MODES)
+        whole_number("threads", self.threads, 1)
+
+    @property
+    def limit(self) -> float:
+        """Steps after which an episode is truncated; inf for never."""
+        return np.inf if self.max_episode_steps in (None, -1) else self.max_episode_steps
 
 
 class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
@@ -50,25 +89,16 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         self,
         num_envs: int = 1,
         *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int = 1,
         render_mode: str | None = None,
-        **parts: Unpack[WorldKeywords],
+        **keywords: Unpack[WorldVectorKeywords],
     ):
-        check_keywords(DoorWorldVectorEnv, WorldKeywords, parts)
+        check_keywords(DoorWorldVectorEnv, WorldVectorKeywords, keywords)
         whole_number("num_envs", num_envs, 1)
-        if max_episode_steps == -1:  # as in gymnasium.make
-            max_episode_steps = None
-        if max_episode_steps is not None:
-            whole_number("max_episode_steps", max_episode_steps, 1)
-        if not isinstance(autoreset_mode, AutoresetMode):
-            one_of("autoreset_mode", autoreset_mode, AUTORESET_MODES)
-        whole_number("threads", threads, 1)
+        config, parts = split_keywords(VectorConfig, keywords)
         one_of("render_mode", render_mode, (None, "rgb_array"))
         self.world_config = WorldConfig.of(parts)
-        self.num_envs, self.render_mode = num_envs, render_mode
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.num_envs, self.render_mode, self._config = num_envs, render_mode, config
+        self.autoreset_mode = AutoresetMode(config.autoreset_mode)
         own = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.metadata = DoorWorldEnv.metadata | own
         self.single_action_space = self.world_config.action_space()
@@ -76,10 +106,9 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._batch, self._all = (
-            WorldBatch(self.world_config, num_envs, threads),
+            WorldBatch(self.world_config, num_envs, config.threads),
             np.arange(num_envs),
         )
-        self._limit = np.inf if max_episode_steps is None else max_episode_steps
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._over: Bools = np.ones(num_envs, dtype=np.bool_)
         self._openings, self._people = _RowStack("doors", num_envs), _RowStack("people", num_envs)
@@ -134,7 +163,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         rewards = np.where(stepped, self._drive(which, commands), 0.0)
         self._steps[which] += 1
         terminated = self._batch.progress.ends.any(axis=1) & stepped
-        truncated = (self._steps >= self._limit) & stepped
+        truncated = (self._steps >= self._config.limit) & stepped
         over, infos = terminated | truncated, {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and over.any():
             infos, stepped = self._finish(over), stepped & ~over

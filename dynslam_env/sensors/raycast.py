@@ -9,7 +9,7 @@ import numpy as np
 from slam.kernel import kernel
 
 BLOCK_BEAMS = 16  # beams that one vectorised loop tests
-STRAIGHT_ANGLE_MARGIN = 1e-3  # rad: a segment seen under pi within this passes close by the sensor
+PI_MARGIN = 1e-3  # rad: a segment seen under pi within this passes close by the sensor
 ANGLE_ERROR = 3e-5  # rad, bound of the error of `_angle`
 EDGE_ON_DISTANCE = 1e-9  # m: a segment whose line passes the sensor nearer is invisible
 DOUBLE_PRECISION_FACTOR = 1.2e-3  # 1/m; lines nearer than it times max_range^2 need it
@@ -87,9 +87,7 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
         high = (max(a, b) - first) * per_step
         width, across = abs(a - b), False
         start, stop = low - slack, high + slack
-        if (
-            abs(width - math.pi) < STRAIGHT_ANGLE_MARGIN
-        ):  # passes close by the sensor, on an uncertain side
+        if abs(width - math.pi) < PI_MARGIN:  # passes close by the sensor, on an uncertain side
             start, stop = 0.0, float(beams)
         elif h2 < EDGE_ON_DISTANCE**2 * length2:
             continue

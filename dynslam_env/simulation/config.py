@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from inspect import Parameter, signature
-from typing import Any, TypedDict, get_type_hints
+from typing import Any, TypedDict, TypeVar, get_type_hints
 
 import numpy as np
 from gymnasium import spaces
@@ -21,6 +21,8 @@ from dynslam_env.simulation.task import Task
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator
 from slam.validation import instance
+
+Config = TypeVar("Config")
 
 
 class PlaceKeywords(TypedDict, total=False):
@@ -54,6 +56,15 @@ def check_keywords(env: type, keywords: type, given: Mapping[str, Any]) -> None:
                 f"{env.__name__}() got an unexpected keyword argument {name!r}; "
                 f"allowed are {', '.join(listed)}"
             )
+
+
+def split_keywords(
+    config: Callable[..., Config], keywords: Mapping[str, Any]
+) -> tuple[Config, dict[str, Any]]:
+    """A `config` (a dataclass) from those keywords that are its fields, and the other keywords."""
+    others = dict(keywords)
+    own = {name: others.pop(name) for name in signature(config).parameters if name in others}
+    return config(**own), others
 
 
 @dataclass(frozen=True)
