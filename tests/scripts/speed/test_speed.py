@@ -1,5 +1,6 @@
 # pyright: reportMissingImports=false
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -29,7 +30,8 @@ def small(monkeypatch):
 
 @pytest.fixture
 def short(monkeypatch, short_episode):
-    monkeypatch.setattr(measurements, "record_corridor", lambda seed, doors: short_episode)
+    episode = replace(short_episode, scans=short_episode.scans[:20])
+    monkeypatch.setattr(measurements, "record_corridor", lambda seed, doors: episode)
 
 
 def printed_rows(capsys, *arguments: str) -> list[dict]:
