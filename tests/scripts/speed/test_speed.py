@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.speed import environment as speed_env
-from dynslam_cli.speed import measurements, speed
+from dynslam_cli.speed import measurements
 from dynslam_cli.speed import patrol as speed_patrol
 
 import slam
@@ -25,7 +25,7 @@ def small(monkeypatch):
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
     monkeypatch.setattr(speed_patrol, "WORLDS", 2)
     monkeypatch.setattr(speed_patrol, "STEPS", 2)
-    monkeypatch.setattr(speed, "SIDE", 20.0)
+    monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
 
 
 @pytest.fixture
@@ -86,7 +86,6 @@ def test_it_prints_tables(small, short, monkeypatch, capsys):
     pytest.importorskip("stable_baselines3")
     settings = "agents.training.settings.read_settings"
     monkeypatch.setattr(settings, lambda algorithm, env: TINY)
-    monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
     assert status(["speed", "--what", "all", "--variants", "static-ml", "--rounds", "1"]) == 0
     printed = capsys.readouterr().out
     for part in (
