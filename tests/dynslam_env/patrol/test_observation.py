@@ -5,9 +5,9 @@ import pytest
 
 from dynslam_env.patrol.memory import WATCHED, DynamicMap
 from dynslam_env.patrol.observation import (
-    FADES,
+    AGE_SCALE,
     LAYERS,
-    OFTEN,
+    MAX_FLIP_RATE,
     PIXEL,
     SECTORS,
     SIDE,
@@ -22,7 +22,7 @@ from slam.geometry import transform_points, turned
 
 from .drawn import fan, wall
 
-NOWHERE = [128, 0, 255, 0]  # what is drawn where nothing was seen
+UNSEEN_PIXEL = [128, 0, 255, 0]  # what is drawn where nothing was seen
 
 
 def drawn(memory, pose, time):
@@ -52,9 +52,14 @@ def pixel(memory, pose, time, row, col):
     found = [sample(memory, transform_points(pose, np.array(c)), time) for c in corners]
     found = [one for one in found if one is not None]
     if not found:
-        return NOWHERE
+        return UNSEEN_PIXEL
     occupied, age, flips = (max(values) for values in zip(*found, strict=True))
-    shown = [occupied, len(found) / 4, 1 - math.exp(-age / FADES), min(flips / OFTEN, 1)]
+    shown = [
+        occupied,
+        len(found) / 4,
+        1 - math.exp(-age / AGE_SCALE),
+        min(flips / MAX_FLIP_RATE, 1),
+    ]
     return [int(255 * value) for value in shown]
 
 
@@ -102,7 +107,7 @@ def test_ahead_is_up_and_left_is_left():
 def test_outside_of_all_that_was_seen_nothing_is_known(walked):
     for pose in (Pose2(300.0, -200.0, 1.0), Pose2(-1e5, 1e5, 0.0)):
         image = drawn(walked, pose, 33.0)
-        assert (image == np.array(NOWHERE)[:, None, None]).all()
+        assert (image == np.array(UNSEEN_PIXEL)[:, None, None]).all()
 
 
 def test_each_sector_has_its_nearest_echo_right_to_left():

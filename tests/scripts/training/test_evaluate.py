@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 from dynslam_cli import main
-from dynslam_cli.training.patrol_jobs import BUDGETS, Patrol
-from dynslam_cli.training.patrol_scorer import PatrolJudge, coverage
-from dynslam_cli.training.summary import told
+from dynslam_cli.training.patrol_jobs import Patrol
+from dynslam_cli.training.patrol_scorer import PatrolScorer, coverage
+from dynslam_cli.training.summary import print_summary
+from dynslam_cli.training.worlds import EPISODE_STEPS
 from PIL import Image
 
-import agents
 from agents import registry
 from dynslam_env import Layout
 from dynslam_env.patrol.env import DoorPatrolEnv
@@ -90,7 +90,7 @@ def test_the_table_tells_whole_names(capsys, monkeypatch):
     rows = [Patrol("corridor", "hmm-ml", name, 7000, 20).row() for name in names]
     scores = ("door_brier", "f1_over_time", "ate", "slam_brier", "coverage", "path_length",
               "contact", "reward")  # fmt: skip
-    told([row | dict.fromkeys(scores, 0.1) for row in rows], names)
+    print_summary([row | dict.fromkeys(scores, 0.1) for row in rows], names)
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     first = "".join(words[0] for words in lines if words)
     assert all(name in first for name in names)
@@ -115,15 +115,22 @@ def test_the_run_that_is_pictured_is_the_one_that_was_judged():
 def test_an_unknown_agent_is_told_with_the_known_ones(tmp_path, capsys):
     assert evaluate(tmp_path / "out", "random", "wizard") == 2
     told = capsys.readouterr().err
-    assert "unknown agent 'wizard'" in told
-    assert all(name in told for name in agents.names())
+    assert "unknown agent 'wizard'; known: random, scripted-path" in told
+    assert "or a policy's file, or FILE.py:NAME" in told
+    assert evaluate(tmp_path / "out", "random", "lookuot") == 2
+    assert "unknown agent 'lookuot'; did you mean lookout?" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--worlds", "moon"), "unknown world 'moon'; known: all, corridor, loop, office, crowd"),
+        (
+            ("--worlds", "moon"),
+            "unknown world 'moon'; known: corridor, loop, office, crowd; or a world file",
+        ),
+        (("--worlds", "corridr"), "unknown world 'corridr'; did you mean corridor?"),
+        (("--worlds", ","), "no world named; known: all, corridor"),
         (("--slam", "magic"), "unknown variant 'magic'"),
         (("--episodes", "0"), "episodes must be a whole number of at least 1"),
         (("--first", "-1"), "first must be a whole number"),
@@ -150,7 +157,7 @@ class Lost:
 
 @pytest.mark.parametrize(("agent", "told"), [(Raises, "nothing to divide by"), (Lost, "finite")])
 def test_an_agent_that_fails_is_a_row(monkeypatch, agent, told):
-    monkeypatch.setitem(registry._AGENTS, "broken", lambda env, seed: agent())
+    monkeypatch.setitem(registry._BUILDERS, "broken", lambda env, seed: agent())
     row = Patrol("corridor", "odometry", "broken", 7000, 5)().row
     assert row["failed"]
     assert told in row["error"]
@@ -196,7 +203,7 @@ def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
     )
     patrols = asked._patrols([*names, "random"])
     filmed = [patrol for patrol in patrols if patrol.film]
-    assert len(filmed) == 3 * len(BUDGETS)
+    assert len(filmed) == 3 * len(EPISODE_STEPS)
     assert {(patrol.seed, patrol.slam) for patrol in filmed} == {(7000, "odometry")}
     assert len({patrol.film for patrol in filmed}) == len(filmed)
     assert len({patrol.name for patrol in patrols}) == len(patrols)
@@ -232,7 +239,7 @@ def test_coverage_counts_what_a_small_map_holds():
 def test_a_judge_adds_up():
     env = DoorPatrolEnv(slam="odometry")
     env.reset(seed=0)
-    judge = PatrolJudge(env)
+    judge = PatrolScorer(env)
     for k, (brier, error) in enumerate([(0.1, 3.0), (0.3, 4.0)]):
         info = {"collision": 0.5 * k, "door_brier": brier, "slam": {"position_error": error}}
         judge.step(2.0, info)
@@ -249,7 +256,7 @@ def test_a_judge_adds_up():
 def test_a_place_without_doors_has_no_score_of_doors():
     env = DoorPatrolEnv(slam="odometry", world=boxed(4.0))
     _, info = env.reset(seed=0)
-    judge = PatrolJudge(env)
+    judge = PatrolScorer(env)
     judge.step(0.0, {**info, "collision": 0.0})
     assert judge.scores()["door_brier"] is None
     json.dumps(judge.scores(), allow_nan=False)
