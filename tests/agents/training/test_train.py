@@ -39,7 +39,7 @@ def numpy_state() -> str:
 
 def training(**changes) -> Training:
     given = {"env": "DoorPatrol-v0", "algorithm": "ppo", "settings": TINY, "seed": 1,
-             "steps": STEPS, "parameters": PARAMETERS, "leg": 2}  # fmt: skip
+             "steps": STEPS, "parameters": PARAMETERS, "segment": 2}  # fmt: skip
     return Training(**(given | changes))
 
 
@@ -67,7 +67,7 @@ def whole(tmp_path_factory) -> Path:
     return folder
 
 
-def test_a_line_for_each_leg_and_the_end(whole):
+def test_a_line_for_each_segment_and_the_end(whole):
     rows = progress(whole)
     assert [row["steps"] for row in rows] == [0, 128, 256, 320]
     terms = {"information", "freshness", "pose", "distance", "collision"}
@@ -95,7 +95,7 @@ def test_the_best_is_that_of_the_best_line(tmp_path, monkeypatch):
     assert weights(tmp_path, BEST) == kept[1]
 
 
-def test_each_leg_has_worlds_of_its_own(tmp_path, monkeypatch):
+def test_each_segment_has_worlds_of_its_own(tmp_path, monkeypatch):
     seeds, seed = [], NativeVecEnv.seed
     monkeypatch.setattr(
         NativeVecEnv, "seed", lambda self, value=None: seeds.append(value) or seed(self, value)
@@ -156,7 +156,7 @@ def test_broken_off_between_two_segments_it_goes_on_as_if_nothing_was(whole, tmp
 
 
 @pytest.mark.parametrize("moment", [1, 13, 60, 84, 100])
-def test_broken_off_anywhere_it_goes_on_from_the_last_leg(whole, tmp_path, monkeypatch, moment):
+def test_broken_off_anywhere_it_resumes_from_the_last_segment(whole, tmp_path, monkeypatch, moment):
     """Within evaluations and within segments, before the first checkpoint and after."""
     step, left = NativeVecEnv.step_wait, moment
 
@@ -226,7 +226,7 @@ def test_a_training_that_is_done_stays_as_it_is(whole):
 
 def test_a_folder_that_holds_a_training_is_not_written_to(whole):
     before = weights(whole)
-    with pytest.raises(InputError, match="holds a training: --resume goes on"):
+    with pytest.raises(InputError, match="holds a training: continue it by --resume"):
         train(training(), whole)
     assert weights(whole) == before
 
@@ -237,7 +237,7 @@ def test_a_folder_that_holds_a_training_is_not_written_to(whole):
         ({"seed": 9}, "another training: seed is 1 there, not 9"),
         ({"parameters": {"world": "office"}}, "parameters is .* there, not {'world': 'office'}"),
         ({"settings": TINY | {"gamma": 0.5}}, "settings is .*'gamma': 0.5"),
-        ({"leg": 3}, "leg is 2 there, not 3"),
+        ({"segment": 3}, "segment is 2 there, not 3"),
     ],
 )
 def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, message):
@@ -252,7 +252,7 @@ def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, mess
     [
         (CONFIG, "{", "not what a training writes"),
         (CONFIG, "3", "not what a training writes"),
-        (CHECKPOINT, "PK", "no checkpoint to go on from"),
+        (CHECKPOINT, "PK", "no checkpoint to resume from"),
     ],
 )
 def test_a_broken_folder_is_told(whole, tmp_path, name, text, message):
@@ -294,7 +294,7 @@ def test_mistakes_are_told_and_can_be_put_right_in_the_same_folder(
         ({"algorithm": "dqn"}, "algo must be one of 'ppo', 'recurrent-ppo'"),
         ({"seed": -1}, "seed must be a whole number"),
         ({"steps": 0}, "steps must be a whole number of at least 1"),
-        ({"leg": 0}, "leg must be a whole number of at least 1"),
+        ({"segment": 0}, "segment must be a whole number of at least 1"),
     ],
 )
 def test_wrong_trainings_are_refused(wrong, message):

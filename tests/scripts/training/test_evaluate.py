@@ -1,5 +1,6 @@
 # pyright: reportMissingImports=false
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -127,7 +128,7 @@ def test_an_unknown_agent_is_told_with_the_known_ones(tmp_path, capsys):
     [
         (
             ("--worlds", "moon"),
-            "unknown world 'moon'; known: corridor, loop, office, crowd; or a world file",
+            "unknown world 'moon'; known: corridor, loop, office, crowd; or a",
         ),
         (("--worlds", "corridr"), "unknown world 'corridr'; did you mean corridor?"),
         (("--worlds", ","), "no world named; known: all, corridor"),
@@ -260,3 +261,63 @@ def test_a_place_without_doors_has_no_score_of_doors():
     judge.step(0.0, {**info, "collision": 0.0})
     assert judge.scores()["door_brier"] is None
     json.dumps(judge.scores(), allow_nan=False)
+
+
+OWN_WORLD = """
+from dynslam_env import Corridor
+
+class Narrow:
+    def layout(self, rng):
+        return Corridor(length=8.0).layout(rng)
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """An agent and a world registered in this process alone, and worlds in files."""
+    corridor = Corridor(length=6.0)
+
+    class Short:
+        def layout(self, rng):
+            return corridor.layout(rng)
+
+    class Still:
+        def __init__(self, env, seed):
+            pass
+
+        def predict(self, observation, state=None, episode_start=None, deterministic=True):
+            return np.zeros(2, np.float32), state
+
+    monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
+    monkeypatch.setattr(NAMED_WORLDS, "_parts", dict(NAMED_WORLDS._parts))
+    agents.register("still", Still)
+    register_world("short", Short())
+    (tmp_path / "own.py").write_text(OWN_WORLD)
+    corridor.layout(np.random.default_rng(0)).save(tmp_path / "own.json")
+    return ["short", f"{tmp_path}/own.json", f"{tmp_path}/own.py:Narrow"]
+
+
+def test_agents_and_worlds_of_ones_own_reach_the_worker_processes(own, tmp_path):
+    arguments = ("--worlds", ",".join(own), "--slam", "odometry", "--steps", "3", "--episodes", "1")
+    out = tmp_path / "out"
+    assert evaluate(out, "still", *arguments, "--jobs", "1") == 0
+    rows = rows_of(out)
+    assert [row["error"] for row in rows] == [None] * 3
+    assert {row["world"] for row in rows} == set(own)
+    assert {row["variant"] for row in rows} == {"still"}
+    assert len({row["episode"] for row in rows}) == 3
+    assert len(list((out / "films").iterdir())) == 3
+
+
+def test_another_text_of_a_world_file_is_another_episode(own):
+    patrol = Patrol(own[1], "odometry", "random", 7000, 3)
+    before = patrol.episode
+    Corridor(length=7.0).layout(np.random.default_rng(0)).save(own[1])
+    assert patrol.episode != before
+
+
+def test_what_cannot_be_sent_to_a_worker_is_told(own, monkeypatch, tmp_path, capsys):
+    lock = threading.Lock()
+    monkeypatch.setitem(registry._BUILDERS, "locked", lambda env, seed: lock)
+    assert evaluate(tmp_path / "out", "locked") == 2
+    assert "cannot be sent to another process" in capsys.readouterr().err

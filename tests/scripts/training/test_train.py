@@ -122,3 +122,19 @@ def test_ctrl_c_is_told_and_keeps_what_is_there(tiny, tmp_path, monkeypatch, cap
     assert [row["steps"] for row in lines(tmp_path / "out")] == [0]
     assert tiny("--resume") == 0
     assert [row["steps"] for row in lines(tmp_path / "out")] == [0, 32]
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_world_of_ones_own_is_trained_in(tiny, tmp_path, workers):
+    path = tmp_path / "own_world.py"
+    path.write_text(
+        "from dynslam_env import Corridor\n"
+        "class Short:\n"
+        "    def layout(self, rng):\n"
+        "        return Corridor(length=6.0).layout(rng)\n"
+    )
+    world = f"{path}:Short"
+    assert tiny("--world", world, "--workers", workers, "--steps", "32") == 0
+    config = json.loads((tmp_path / "out" / "config.json").read_text())
+    assert config["parameters"]["world"] == world
+    assert [row["steps"] for row in lines(tmp_path / "out")] == [0, 32]
