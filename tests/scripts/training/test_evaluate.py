@@ -13,9 +13,11 @@ from dynslam_cli.training.summary import print_summary
 from dynslam_cli.training.worlds import EPISODE_STEPS
 from PIL import Image
 
+import agents
 from agents import registry
-from dynslam_env import Layout
+from dynslam_env import Corridor, Layout
 from dynslam_env.patrol.env import DoorPatrolEnv
+from dynslam_env.simulation.registry import NAMED_WORLDS, register_world
 from slam import GridSpec, OccupancyGrid, Pose2
 
 SMALL = ("random", "scripted-path", "--steps", "20", "--first", "7000", "--jobs", "1")
@@ -268,14 +270,14 @@ from dynslam_env import Corridor
 
 class Narrow:
     def layout(self, rng):
-        return Corridor(length=8.0).layout(rng)
+        return Corridor(length=8.0, doors_per_side=2).layout(rng)
 """
 
 
 @pytest.fixture
 def own(tmp_path, monkeypatch):
     """An agent and a world registered in this process alone, and worlds in files."""
-    corridor = Corridor(length=6.0)
+    corridor = Corridor(length=6.0, doors_per_side=2)
 
     class Short:
         def layout(self, rng):
@@ -312,7 +314,7 @@ def test_agents_and_worlds_of_ones_own_reach_the_worker_processes(own, tmp_path)
 def test_another_text_of_a_world_file_is_another_episode(own):
     patrol = Patrol(own[1], "odometry", "random", 7000, 3)
     before = patrol.episode
-    Corridor(length=7.0).layout(np.random.default_rng(0)).save(own[1])
+    Corridor(length=7.0, doors_per_side=2).layout(np.random.default_rng(0)).save(own[1])
     assert patrol.episode != before
 
 

@@ -131,7 +131,7 @@ def test_a_world_of_ones_own_is_trained_in(tiny, tmp_path, workers):
         "from dynslam_env import Corridor\n"
         "class Short:\n"
         "    def layout(self, rng):\n"
-        "        return Corridor(length=6.0).layout(rng)\n"
+        "        return Corridor(length=6.0, doors_per_side=2).layout(rng)\n"
     )
     world = f"{path}:Short"
     assert tiny("--world", world, "--workers", workers, "--steps", "32") == 0
