@@ -16,7 +16,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.formats import read_log
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from slam.preprocessing.laser_odometry import poses_by_laser, with_odometry
 
 from ..console.progress import progress_bar
@@ -57,7 +57,7 @@ class RecordingSource:
 def prepared(episode: Episode) -> Episode:
     """A recording as a SLAM takes it: what the robot moved during a sweep is taken out; where there
     is no odometry, it is found from the scans, which takes its time."""
-    return standing(episode if episode.has_odometry else _by_laser(episode))
+    return deskewed(episode if episode.has_odometry else _by_laser(episode))
 
 
 def stem(file: Path) -> str:

@@ -18,7 +18,7 @@ from slam.benchmark.results import versions
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.formats import read_log
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from slam.validation import whole_number
 
 from ..console.progress import progress_bar
@@ -116,7 +116,7 @@ class SpeedCommand:
             log = read_log(self.log)
             for warning in log.warnings:
                 print(f"{self.log}: warning: {warning}", file=sys.stderr)
-            yield self.log.name, standing(log.episode)
+            yield self.log.name, deskewed(log.episode)
 
 
 class Part(NamedTuple):

@@ -1,4 +1,4 @@
-"""Spacing: how far apart along the way a SLAM does things."""
+"""Motion threshold: the distance, turn or time between two keyframes."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from slam.geometry import Pose2
 
 @dataclass(frozen=True)
 class MotionThreshold:
-    """How far apart two events are: after so much way, turn or time, whichever comes first.
+    """The next event is due after a distance, a turn or a time, whichever comes first.
 
-    distance m; turn rad; time s; infinity: it never asks
+    distance  m; infinity: never
+    turn      rad; likewise
+    time      s; likewise
     """
 
     distance: float
@@ -25,7 +27,7 @@ class MotionThreshold:
             raise InputError(f"a spacing has no part below 0 (infinity is never), got {self}")
 
     def due(self, moved: Pose2, waited: float) -> bool:
-        """Whether having `moved` or `waited` (s) since the last one asks for the next."""
+        """Whether the next event is due, having `moved` and `waited` (s) since the last one."""
         return (
             math.hypot(moved.x, moved.y) >= self.distance
             or abs(moved.theta) >= self.turn

@@ -13,7 +13,7 @@ from slam.graph.edges import Edge, Edges
 from tests.slam.graph import graphs
 
 seeds = st.integers(0, 2**32 - 1)
-LEAST = np.diag(chain.LEAST)
+LEAST = np.diag(chain.MIN_INFORMATION)
 
 
 def chained(n: int, edges: Iterable[Edge], trust, origin: int):

@@ -184,7 +184,7 @@ def test_where_nothing_was_seen_nothing_is_believed(fill: float) -> None:
 
 
 def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatch) -> None:
-    monkeypatch.setattr(loops, "MOST_BYTES", 0)  # one is kept
+    monkeypatch.setattr(loops, "MAX_CACHE_BYTES", 0)  # one is kept
     reading = loops.mapped(room())
     panorama, wide = mapped(HERE, seed=1).panorama(), about((0.3, 0.3, 0.1))
     ready, anew = Matcher(Loops()), Matcher(Loops())
@@ -198,7 +198,7 @@ def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatc
             np.testing.assert_array_equal(found.information, expected.information)
             most = matcher.nbytes
             matcher.match(hall, panorama, TRUTH, wide)  # the place is packed away
-            assert list(matcher._ready) == [hall]
+            assert list(matcher._unpacked) == [hall]
             assert matcher.nbytes < 2 * most
 
 
@@ -216,7 +216,7 @@ def test_along_a_passage_little_is_believed(heading: float) -> None:
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     passage = np.array([[1600.0, 0.0, 40.0], [0.0, 9000.0, 30.0], [40.0, 30.0, 5000.0]])
     found = turn.T @ cautious(turn @ passage @ turn.T) @ turn
-    assert found[0, 0] == pytest.approx(loops.SLIDE**-2)
+    assert found[0, 0] == pytest.approx(loops.CORRIDOR_STD**-2)
     np.testing.assert_allclose(found[1:, 1:], passage[1:, 1:], rtol=1e-9)
     assert np.linalg.eigvalsh(found).min() >= 0.0
     for other in (np.diag([4000.0, 9000.0, 5000.0]), np.diag([0.2, 9000.0, 5000.0])):

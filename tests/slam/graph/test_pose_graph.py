@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from slam.geometry import Pose2, wrap_angle
 from slam.graph import pose_graph
 from slam.graph.edges import Edge, Edges
-from slam.graph.pose_graph import RECENT, PoseGraph
+from slam.graph.pose_graph import RECENT_POSES, PoseGraph
 from slam.graph.system import System
 from tests.slam.graph import graphs
 
@@ -334,7 +334,7 @@ def test_a_loop_that_fits_moves_the_last_poses_alone() -> None:
     whole = grown(off=Pose2(0.02, -0.03, 0.005))
     adjusted(graph)
     whole.optimise()
-    np.testing.assert_array_equal(graph.poses[:-RECENT], before[:-RECENT])
+    np.testing.assert_array_equal(graph.poses[:-RECENT_POSES], before[:-RECENT_POSES])
     assert np.abs(graph.poses[-1] - before[-1]).max() > 3e-3
     close(graph.poses, whole.poses, 0.02)
     assert graph.outdated
@@ -352,7 +352,7 @@ def test_a_loop_that_does_not_asks_for_all(off: Pose2) -> None:
 
 
 def test_poses_that_became_many_more_are_all_fitted(monkeypatch) -> None:
-    monkeypatch.setattr(pose_graph, "GROWN", 61 / 60)
+    monkeypatch.setattr(pose_graph, "MAX_GROWTH", 61 / 60)
     graph, whole = adjusted(grown()), grown()
     whole.optimise()
     np.testing.assert_array_equal(graph.poses, whole.poses)

@@ -83,12 +83,12 @@ def test_a_bias_that_changes_is_followed() -> None:
 def test_what_no_scan_told_teaches_nothing() -> None:
     """With nothing to be seen the odometry's own prediction is found, and as unsure."""
     model = taught(LearnedOdometry(), per_m=0.6, keyframes=20)
-    bias, doubt = model.bias.copy(), model.doubt.copy()
+    bias, doubt = model.bias.copy(), model.bias_covariance.copy()
     for _ in range(50):
         blind = np.diag(model.deviations(STRAIGHT) ** 2)
         model.learn(STRAIGHT, model.corrected(STRAIGHT), blind)
     np.testing.assert_array_equal(model.bias, bias)
-    assert (np.diag(model.doubt) >= np.diag(doubt)).all()
+    assert (np.diag(model.bias_covariance) >= np.diag(doubt)).all()
 
 
 def test_the_prediction_is_taken_out_of_what_was_found() -> None:
@@ -97,8 +97,8 @@ def test_the_prediction_is_taken_out_of_what_was_found() -> None:
     before = model.deviations(STRAIGHT)[2] ** 2
     half = np.diag([1e-4, 1e-4, before / 2])
     model.learn(STRAIGHT, Pose2(0.1, 0.0, 0.05), half)  # a scan as sure as the odometry said 0.1
-    noise = before + other._left.deviations(STRAIGHT)[2] ** 2
-    gain = other.doubt[0, 0] * 0.1 / (other.doubt[0, 0] * 0.01 + noise)
+    noise = before + other._remaining.deviations(STRAIGHT)[2] ** 2
+    gain = other.bias_covariance[0, 0] * 0.1 / (other.bias_covariance[0, 0] * 0.01 + noise)
     assert model.bias[0] == pytest.approx(gain * 0.1, rel=0.05)
 
 
@@ -109,7 +109,7 @@ def test_standing_or_turning_on_the_spot_is_lived_with() -> None:
             model.learn(motion, motion, SURE)
     assert np.isfinite(model.bias).all()
     assert model.bias == pytest.approx([0.0, 0.0])
-    assert (np.linalg.eigvalsh(model.doubt) >= -1e-12).all()
+    assert (np.linalg.eigvalsh(model.bias_covariance) >= -1e-12).all()
 
 
 def test_headings_are_compared_the_short_way() -> None:
