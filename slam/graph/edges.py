@@ -69,7 +69,7 @@ class Edges:
         )
 
     def errors(self, poses: Array) -> Array:
-        """(edges, 3) measured displacements minus those of `poses` (n, 3), in the second's frame."""
+        """(edges, 3) measured displacements minus those of `poses` (n, 3), in the second frame."""
         first, second = self.ends.T
         return between(self.measured, between(poses[first], poses[second]))
 

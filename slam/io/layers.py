@@ -17,8 +17,8 @@ from slam.io.arrays import UNREADABLE, read_arrays
 from slam.io.files import AnyPath, replacing
 from slam.io.one_line import one_line
 from slam.layers import Layers
+from slam.layers.classification import CHANGING, FREE, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
-from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN
 
 FORMAT = "dynslam-layers-1"
 WHAT = "layers written by dynslam"
