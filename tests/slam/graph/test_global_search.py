@@ -17,7 +17,7 @@ EVERY = np.radians(np.arange(-180, 180, 6.0))
 
 
 def random_map(rng) -> tuple[Static, Endpoint]:
-    """Of a few scans of nothing in particular."""
+    """A map of a few random scans."""
     grid, reading = Static(), Endpoint()
     for _ in range(2):
         scan = Scan(rng.uniform(0.3, 3.0, len(EVERY)), EVERY, 2.8)
@@ -26,7 +26,7 @@ def random_map(rng) -> tuple[Static, Endpoint]:
 
 
 def pooled(grid, reading) -> dict[tuple[int, int], float]:
-    """The field's maxima over squares of CANDIDATE_CELL x CANDIDATE_CELL cells of the lattice."""
+    """The field's maxima over squares of CANDIDATE_CELL x CANDIDATE_CELL cells."""
     tiles, result = grid.cells.tiles, {}
     for (row, col), value in np.ndenumerate(tiles.dense(reading.field())):
         at = (row + tiles.row0) // CANDIDATE_CELL, (col + tiles.col0) // CANDIDATE_CELL
@@ -35,7 +35,7 @@ def pooled(grid, reading) -> dict[tuple[int, int], float]:
 
 
 def value(known, unknown, points, pose: Pose2, side: float) -> float:
-    """What the field sums to where the points lie."""
+    """The sum of the field at the points."""
     cells = np.floor(transform_points(pose, points) / side).astype(int)
     return sum(known.get((row, col), unknown) for col, row in cells.tolist())
 

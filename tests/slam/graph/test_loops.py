@@ -92,7 +92,7 @@ JAGGED = pytest.mark.xfail(reason="a match holds on to the pattern of cells", st
 
 
 def of_a_corridor(step: float, turn: float) -> tuple[float, float, np.ndarray]:
-    """Information along and across it, and all of it; its frame lies turned."""
+    """Information along and across it, and the whole matrix, in a rotated frame."""
     angles, rng = np.radians(np.arange(-120, 121, step)), np.random.default_rng(0)
     places = []
     for begin in (Pose2(0.0, 0.0, turn), Pose2(0.37, 0.0, turn + 1.2)):
@@ -154,7 +154,7 @@ def test_no_match_is_surer_than_the_floor() -> None:
     ],
 )
 def test_its_information_is_in_its_own_frame(frame: Pose2, tolerance: float) -> None:
-    """The same place, seen from a frame that lies otherwise: the same information."""
+    """The same place in another frame has the same information."""
     assert abs(frame.theta) > 1.0
     loops, wide = Loops(floor=(1e-4, 1e-4, 1e-5)), about((0.05, 0.05, 0.01))
     panorama = mapped(HERE, seed=1).panorama()

@@ -33,7 +33,7 @@ def test_places_are_the_means_of_the_echoes() -> None:
 
 
 def test_normals_are_those_of_the_echoes_around() -> None:
-    """The plain way: the smaller eigenvector of the scatter of all echoes within two cells."""
+    """A slow reference: the smaller eigenvector of the scatter of all echoes within two cells."""
     points, told = echoes(), 0
     cells = SPEC.cells(points)
     for i, cell in enumerate(SURFACE.cells):

@@ -59,7 +59,7 @@ def test_a_saddle_holds_none_where_it_bends_up() -> None:
 
 
 def test_where_it_levels_off_no_two_axes_are_bound_together() -> None:
-    """A likelihood of the distance alone says nothing of a direction."""
+    """A likelihood of the distance alone has the same information in all directions."""
 
     def bell(errors):
         return 4.0 * np.exp(-0.02 * np.square(errors).sum(axis=1))
