@@ -217,7 +217,7 @@ class GraphSlam:
             match = self._matcher.match(
                 self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
             )
-            if self.loops.believed(match):
+            if self.loops.accepts(match):
                 graph.edges.append(Edge(other, here, match.pose, match.information, loop=True))
                 closed = True
             yield

@@ -68,7 +68,7 @@ class Loops:
     def __post_init__(self) -> None:
         positive(self, "sigmas", "explained", "contradicted")
 
-    def believed(self, match: Match) -> bool:
+    def accepts(self, match: Match) -> bool:
         """Whether the match is accepted as a loop."""
         return match.explained >= self.explained and match.contradicted <= self.contradicted
 

@@ -156,8 +156,8 @@ def _door(
 
 
 def _passable(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> bool:
-    """Whether one can walk through: there are hardly any static cells before and behind the middle
-    of the gap, as there are where a wall flickers."""
+    """Whether one can walk through: hardly any cell before and behind the middle of the gap is
+    static. In a wall that only flickers, many are."""
     line = (door.ends[1] - door.ends[0]) / door.width
     out, step = np.array([-line[1], line[0]]), spec.resolution
     along = np.arange(-door.width / 4, door.width / 4, step)

@@ -11,7 +11,7 @@ from slam.geometry import Array, Pose2
 from slam.motion.gaussian import GaussianMotion
 from slam.validation import instance, number, positive_number
 
-MIN_INFORMATION = 0.1  # of a scan about the heading, by that of the prediction, to learn from it
+MIN_INFORMATION_SHARE = 0.1  # of the prediction, that a scan adds about the heading to learn from
 
 
 class LearnedOdometry:
@@ -67,7 +67,7 @@ class LearnedOdometry:
             displacement.x, displacement.y
         )
         information = 1.0 / covariance[2, 2] - 1.0 / before
-        if information * before < MIN_INFORMATION:
+        if information * before < MIN_INFORMATION_SHARE:
             return
         error = math.remainder(found.theta - predicted.theta, math.tau) / (
             covariance[2, 2] * information

@@ -59,7 +59,7 @@ def test_a_displacement_is_found_from_two_metres_off(off: Pose2) -> None:
     error = TRUTH.between(match.pose)
     assert math.hypot(error.x, error.y) < 0.01
     assert abs(error.theta) < math.radians(0.2)
-    assert Loops().believed(match)
+    assert Loops().accepts(match)
     assert match.explained > 0.9
 
 
@@ -68,7 +68,7 @@ def test_what_is_sure_is_looked_for_nearby_alone() -> None:
     off = TRUTH @ Pose2(1.5, 0.0, 0.0)
     match = Matcher(Loops()).match(room(), panorama, off, about((0.01, 0.01, 0.001)))
     assert math.hypot(match.pose.x - off.x, match.pose.y - off.y) < 1.0
-    assert not Loops().believed(match)
+    assert not Loops().accepts(match)
 
 
 @pytest.mark.parametrize("deviations", [(0.05, 0.05, 0.02), (1.0, 1.0, 0.2)])
@@ -76,7 +76,7 @@ def test_what_is_sure_is_looked_for_nearby_alone() -> None:
 def test_another_room_is_not_believed(walls, deviations) -> None:
     panorama = mapped(HERE, walls=walls).panorama()
     match = Matcher(Loops()).match(room(), panorama, TRUTH, about(deviations))
-    assert not Loops().believed(match)
+    assert not Loops().accepts(match)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_another_room_is_not_believed(walls, deviations) -> None:
 )
 def test_the_limits_of_belief(explained: float, contradicted: float, believed: bool) -> None:
     match = Match(Pose2(), np.eye(3), explained, contradicted)
-    assert Loops().believed(match) == believed
+    assert Loops().accepts(match) == believed
 
 
 JAGGED = pytest.mark.xfail(reason="a match holds on to the pattern of cells", strict=True)
@@ -179,7 +179,7 @@ def test_where_nothing_was_seen_nothing_is_believed(fill: float) -> None:
         (blind, room().panorama()),
     ):
         match = Matcher(Loops()).match(place, scan, Pose2(0.3), about((0.1, 0.1, 0.1)))
-        assert not Loops().believed(match)
+        assert not Loops().accepts(match)
         assert np.isfinite([*match.pose, *match.information.ravel()]).all()
 
 
