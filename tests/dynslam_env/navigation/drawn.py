@@ -24,7 +24,7 @@ def drawn(text: str, radius: float = POINT, inflation: Inflation = BARE) -> Cost
     return inflated(spec, cells == "#", cells != " ", none, radius, inflation)
 
 
-def accepts(text: str, cell: float = 0.15) -> Beliefs:
+def believed(text: str, cell: float = 0.15) -> Beliefs:
     cells = letters(text)
     occupied = np.where(cells == "#", 1.0, np.where(cells == "~", 0.5, 0.0)).astype(np.float32)
     observed = cells != " "
