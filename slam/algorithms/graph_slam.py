@@ -151,7 +151,7 @@ class GraphSlam:
         if self._front.keyframe is before:
             return estimate
         place = self.places[-1]
-        if place.way < self.stretch or len(place.keyframes) < FEWEST:
+        if place.length < self.stretch or len(place.keyframes) < FEWEST:
             place.add(scan, estimate.pose)
             return estimate
         if isinstance(self._front.sensor_model, Endpoint):
@@ -217,7 +217,7 @@ class GraphSlam:
             match = self._matcher.match(
                 self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
             )
-            if self.loops.believed(match):
+            if self.loops.accepts(match):
                 graph.edges.append(Edge(other, here, match.pose, match.information, loop=True))
                 closed = True
             yield

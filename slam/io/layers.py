@@ -15,8 +15,8 @@ from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
 from slam.layers import Layers
+from slam.layers.classification import CHANGING, FREE, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
-from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN
 
 FORMAT = "dynslam-layers-1"
 WHAT = "layers written by dynslam"

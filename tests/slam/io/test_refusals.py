@@ -30,7 +30,7 @@ from slam.io.episode_file import load_episode
 from slam.io.formats import read_log
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.warnings import WarningCounter
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from tests.slam.io.samples import reader_of, samples
 
 NAMES = tuple(samples())
@@ -47,7 +47,7 @@ def outcome(path: Path) -> str | None:
         assert str(path.parent) in text
         return text
     if isinstance(result, LoadedRecording):
-        standing(result.episode).displacements()
+        deskewed(result.episode).displacements()
         assert all(str(warned).isprintable() for warned in result.warnings)
     return None
 
