@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 from slam.episode import Episode
 from slam.geometry import Array, Pose2, transform_points, wrap_angle
 from slam.grid import OccupancyGrid
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.mapping import OCCUPIED, distances
 from slam.metrics.surface import SeenSurface
 
@@ -40,7 +40,7 @@ class GhostScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; NaN is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 class Ghosts:

@@ -8,7 +8,7 @@ from slam.episode import Episode
 from slam.geometry import Array, Pose2, compose
 from slam.grid import OccupancyGrid
 from slam.metrics.episode_scorer import EpisodeScorer
-from slam.metrics.flat import Number
+from slam.metrics.json_scores import Number
 from slam.metrics.reference import associated
 from slam.metrics.trajectory import alignment, score_trajectory
 from slam.trajectory import Trajectory
@@ -18,7 +18,7 @@ APART = 0.01  # s: the stamps are those of the scans; evo's `t_max_diff`
 FRAMES = ("anchored", "world", "aligned")
 
 
-def score_outside(
+def score_external(
     episode: Episode,
     trajectory: Trajectory,
     grid: OccupancyGrid | None = None,
