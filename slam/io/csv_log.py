@@ -9,8 +9,8 @@
 `time` in s; `x`, `y` (m), `theta` (rad): the odometry, all three or none; all other columns are
 ranges in m, in the order of the beams: inf is no echo, empty or nan no reading. A row without any
 range holds an odometry pose alone. Lines of the head are `# name: value`: angle_min and
-angle_increment (rad; needed), range_max (m; guessed if missing), range_min (m), mount (x y theta of the laser on
-the robot), beam_time (s from a beam to the next).
+angle_increment (rad; needed), range_max (m; estimated if missing), range_min (m), mount (x y theta
+of the laser on the robot), beam_time (s from a beam to the next).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Scores as one json_scores dict that JSON can hold."""
+"""Scores as one flat dict that JSON can hold."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ class MapScores(NamedTuple):
     """How well the occupied cells are the surfaces that stand now.
 
     precision_*        share of the occupied cells that lie within 5 or 10 cm of a true surface
-    recall_*           share of the samples of the visible true surface (`TrueSurface.points`, one at
-                       least every half cell) within 5 or 10 cm of an occupied cell
+    recall_*           share of the samples of the visible true surface (`TrueSurface.points`, one
+                       at least every half cell) within 5 or 10 cm of an occupied cell
     f1_*               their harmonic mean; 0 where nothing is occupied or nothing was visible
     adnn_map_to_truth  m, average distance from an occupied cell to the nearest true surface
     adnn_truth_to_map  m, from the visible true surface to the nearest occupied cell
