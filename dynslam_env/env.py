@@ -22,8 +22,8 @@ from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import WorldBatch, actions_of
 from dynslam_env.worlds.layout import Layout
 from slam.geometry import Array, Pose2
-from slam.metrics.bound import Bound
 from slam.metrics.change import TrueOccupancy
+from slam.metrics.cramer_rao import Bound
 from slam.scan import Scan
 from slam.validation import one_of
 

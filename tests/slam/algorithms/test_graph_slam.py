@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from slam.algorithms.graph_slam import FEWEST, GraphSlam
+from slam.algorithms.graph_slam import MIN_KEYFRAMES, GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
@@ -324,7 +324,7 @@ def test_without_any_echo_the_odometry_leads(fill: float) -> None:
         assert np.isfinite(estimate.covariance).all()
     robot.finish()
     assert len(robot.places) > 8
-    assert {len(place.keyframes) for place in robot.places[:-1]} == {FEWEST}
+    assert {len(place.keyframes) for place in robot.places[:-1]} == {MIN_KEYFRAMES}
     assert not any(edge.loop for edge in robot.graph.edges)
     assert tuple(robot.pose) == pytest.approx(tuple(pose), abs=1e-6)
 

@@ -193,11 +193,11 @@ def test_topics_of_one_name_and_of_different_kinds(tmp_path: Path) -> None:
     from rosbags import rosbag2
     from rosbags.rosbag2 import StoragePlugin
 
-    from slam.io.bags.file import ROS2
-    from slam.io.bags.sink import Sink
+    from slam.io.bags.bag import ROS2
+    from slam.io.bags.bag_writer import BagWriter
 
     with rosbag2.Writer(tmp_path / "both", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
-        out = Sink(writer)
+        out = BagWriter(writer)
         for topic, received, build in said:
             message = build(out)
             kind = message.__msgtype__
