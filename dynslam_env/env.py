@@ -268,7 +268,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         return self._viewer.draw(self.scene(), belief, self.view)
 
     def scene(self) -> Scene:
-        """What is to be drawn; the trail is kept with a `render_mode` only."""
+        """The content of a picture; it has a trail only with a `render_mode`."""
         return scene(self._begun, 0, tuple(self._trail))
 
     def close(self) -> None:
