@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from dynslam_env.navigation.follower import GOAL_TOLERANCE, HEADING_TOLERANCE, Follower, State
@@ -89,13 +89,16 @@ def naive_free_length(points, curvature, radius, reach):
 
 
 @given(st.integers(0, 2**32 - 1))
+@example(58949)
 def test_the_free_length_of_an_arc_is_that_of_a_slow_loop(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform((0.3, -1.0), (1.5, 1.0), (4, 2))
     scan = Car(Pose2(), points).scan
     curvature = float(rng.uniform(-2, 2))
-    wanted = naive_free_length(scan.points, curvature, 0.25, 1.0)
-    assert free_length(scan, curvature, 0.25, 1.0) == pytest.approx(wanted, abs=0.055)
+    found = free_length(scan, curvature, 0.25, 1.0)
+    grazed = 0.002  # m: an echo that deep within the disc for less than a step of 5 cm is missed
+    assert found >= naive_free_length(scan.points, curvature, 0.25, 1.0) - 0.055
+    assert found <= naive_free_length(scan.points, curvature, 0.25 - grazed, 1.0) + 0.055
 
 
 def test_what_touches_its_side_does_not_hold_a_robot_that_drives_past():
