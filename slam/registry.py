@@ -1,34 +1,58 @@
-"""Names of SLAM variants: name -> builder. Users add theirs with `register` or an entry point.
+"""SLAM variants by name: name -> builder. `register` and `register_map` add variants of one's own.
 
-A package that declares an entry point of the group `dynslam.variants`, its name the variant's and
-its object a `Builder`, is known to every command without an import.
+Installed packages add theirs by entry points, known to every command without an import: in the
+group `dynslam.variants` the object is a `Builder`, in `dynslam.maps` it makes a `MapModel`.
 """
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Callable
 from functools import cache
-from importlib.metadata import entry_points
 
 import numpy as np
 
 from slam.algorithms.ceilings import CEILINGS
-from slam.algorithms.variants import BUILDERS
+from slam.algorithms.variants import BUILDERS, map_variants
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.interface import Builder, Slam
+from slam.interface import Builder, MapModel, Slam
+from slam.plugins import load_entry_points
 from slam.validation import unknown_name
 
 _BUILDERS: dict[str, Builder] = dict(BUILDERS)
 
 
 def register(name: str, builder: Builder) -> None:
-    """Make `builder` known as `name` in this process; an entry point makes it known in all."""
+    """Make `builder` known as `name` in this process; an entry point makes it known in all.
+
+    Raises InputError for a name that a command line could not hold, or that is taken by dynslam.
+    """
     if not name or any(c.isspace() or c == "," for c in name):
         raise InputError(f"a variant's name has no spaces or commas, got {name!r}")
     if name in BUILDERS or name in CEILINGS:
         raise InputError(f"{name!r} is one of dynslam's own variants; choose another name")
+    if not callable(builder):
+        raise InputError(f"the builder of {name!r} must be callable, got {builder!r}")
     _BUILDERS[name] = builder
+
+
+def register_map(
+    name: str, map_model: Callable[[], MapModel], particle_filter: bool = True
+) -> None:
+    """Make the variants of a map model known, as those of dynslam's own maps: `NAME-ml` (with
+    `/beta1`, `/beam` and `/literal`), `NAME-graph` and `NAME-pf`.
+
+    map_model        makes a new map: a class, or a function without arguments
+    particle_filter  False where the map keeps anything outside of its tiles, which particles share:
+                     then there is no `NAME-pf`
+
+    Raises InputError as `register`.
+    """
+    if not callable(map_model):
+        raise InputError(f"the map model {name!r} must be a class or function, got {map_model!r}")
+    particle_map = map_model if particle_filter else None
+    for variant, builder in map_variants(name, map_model, particle_map).items():
+        register(variant, builder)
 
 
 def variants() -> list[str]:
@@ -38,20 +62,23 @@ def variants() -> list[str]:
 
 
 def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
-    """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result."""
+    """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result.
+
+    Raises InputError for an unknown name, and for a ceiling: `build` makes it from an episode.
+    """
     if name in CEILINGS:
         raise InputError(
             f"{name!r} is shown the truth: it needs an episode that holds it, recorded in a "
-            f"simulation, and is made by slam.benchmark.run.build(name, episode)"
+            f"simulation, and is made by slam.build(name, episode)"
         )
     builder = builder_of(name)
-    if seed < 0:
+    if seed < 0:  # any integer type, numpy's too
         raise InputError(f"a seed is 0 or more, got {seed}")
     return builder(start, np.random.default_rng(seed))
 
 
 def builder_of(name: str) -> Builder:
-    """What makes the variant `name`; raises InputError for an unknown one."""
+    """The builder of the variant `name`; raises InputError for an unknown one."""
     if name not in _BUILDERS and name not in variants():
         raise InputError(unknown_name("SLAM variant", name, variants(), "slam.variants()"))
     return _BUILDERS[name]
@@ -59,14 +86,6 @@ def builder_of(name: str) -> Builder:
 
 @cache
 def _discover() -> None:
-    """Register the entry points of all installed packages, once; what was registered stays.
-
-    One that does not load is warned of and left out: it is no reason for the others to fail.
-    """
-    for entry in entry_points(group="dynslam.variants"):
-        if entry.name in _BUILDERS:
-            continue
-        try:
-            register(entry.name, entry.load())
-        except Exception as error:
-            warnings.warn(f"variant {entry.name!r} ({entry.value}): {error}", stacklevel=2)
+    """Register the entry points of all installed packages, once; what was registered stays."""
+    load_entry_points("dynslam.variants", _BUILDERS.__contains__, register)
+    load_entry_points("dynslam.maps", lambda name: f"{name}-ml" in _BUILDERS, register_map)

@@ -1,12 +1,12 @@
-"""The variants that dynslam knows from the start, each a builder; equal but for what they name.
+"""dynslam's own variants, each a builder; two variants differ in nothing but what their names say.
 
-`MAP-ml` is maximum likelihood SLAM on that map, `MAP-ml/READING` the same with another reading of
-p(z | s, h). `/beta1` is the paper's weight: every beam counts in full, as if independent of the
-others; `/beam` and `/literal` are the two other readings that the paper allows. Two variants swap
-another part: `/random-restart` climbs as the paper does, `/gauss-newton` as Hector does, and
-`/learned-odometry` corrects a systematic error of the odometry.
+`MAP-ml` is maximum likelihood SLAM on that map model, `MAP-ml/SENSOR` the same with another sensor
+model for p(z | s, h). `/beta1` has the paper's weight: every beam counts in full, as if independent
+of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. Three
+variants swap another part: `/random-restart` searches as the paper does, `/gauss-newton` as Hector
+does, and `/learned-odometry` corrects a systematic error of the odometry.
 
-`MAP-pf` is a particle filter over such maps, `MAP-graph` a graph of local ones: they close loops.
+`MAP-pf` is a particle filter over such maps, `MAP-graph` a graph of local maps: they close loops.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ MAPS: dict[str, Callable[[], MapModel]] = {
 }
 PARTICLE_MAPS = {**MAPS, "dynamic": Mean}  # equal in h, and smaller: there are many of them
 del PARTICLE_MAPS["temporal"]  # its windows lie outside of the tiles, which particles share
-READINGS: dict[str, Callable[[], SensorModel]] = {
+SENSOR_MODELS: dict[str, Callable[[], SensorModel]] = {
     "": Endpoint,
     "/beta1": partial(Endpoint, beta=1.0),
     "/beam": Beam,
@@ -66,7 +66,7 @@ def maximum_likelihood(
     motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
 ) -> Builder:
-    """A builder of maximum likelihood SLAM on a map model of one's own; all else as tuned."""
+    """A builder of maximum likelihood SLAM; what is not given is as in dynslam's own variants."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return MaximumLikelihood(
@@ -82,7 +82,7 @@ def maximum_likelihood(
 
 
 def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> Builder:
-    """A builder of the particle filter over a map model of one's own."""
+    """A builder of the particle filter over a map model."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return ParticleFilter(start, rng, map_model=map_model(), particles=particles)
@@ -90,8 +90,8 @@ def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> B
     return build
 
 
-def graph(map_model: Callable[[], MapModel]) -> Builder:
-    """A builder of graph SLAM over a map model of one's own."""
+def graph_slam(map_model: Callable[[], MapModel]) -> Builder:
+    """A builder of graph SLAM whose whole map is of a map model."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return GraphSlam(start, rng, map_model=map_model)
@@ -104,21 +104,29 @@ def dead_reckoning(start: Pose2, rng: np.random.Generator) -> Slam:
     return DeadReckoning(start)
 
 
-BUILDERS: dict[str, Builder] = {
-    "odometry": dead_reckoning,
-    **{
-        f"{name}-ml{tail}": maximum_likelihood(map_model, reading)
-        for tail, reading in READINGS.items()
-        for name, map_model in MAPS.items()
-    },
-}
+def map_variants(
+    name: str, map_model: Callable[[], MapModel], particle_map: Callable[[], MapModel] | None
+) -> dict[str, Builder]:
+    """The variants of one map model: `NAME-ml` with each sensor model, `NAME-pf`, `NAME-graph`.
+
+    particle_map  the map model of the particle filter; None for no `NAME-pf`
+    """
+    builders = {
+        f"{name}-ml{suffix}": maximum_likelihood(map_model, sensor_model)
+        for suffix, sensor_model in SENSOR_MODELS.items()
+    }
+    if particle_map is not None:
+        builders[f"{name}-pf"] = particle_filter(particle_map)
+    builders[f"{name}-graph"] = graph_slam(map_model)
+    return builders
+
+
+BUILDERS: dict[str, Builder] = {"odometry": dead_reckoning}
+for _name, _map in MAPS.items():
+    BUILDERS |= map_variants(_name, _map, PARTICLE_MAPS.get(_name))
 for _name in ("static", "dynamic"):
     BUILDERS[f"{_name}-ml/random-restart"] = maximum_likelihood(MAPS[_name], search=RandomRestart)
     BUILDERS[f"{_name}-ml/gauss-newton"] = maximum_likelihood(MAPS[_name], search=GaussNewton)
     BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
         MAPS[_name], motion_model=LearnedOdometry
     )
-for _name, _grid in PARTICLE_MAPS.items():
-    BUILDERS[f"{_name}-pf"] = particle_filter(_grid)
-for _name, _grid in MAPS.items():
-    BUILDERS[f"{_name}-graph"] = graph(_grid)

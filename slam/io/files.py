@@ -19,7 +19,11 @@ LONGEST_LINE = 1 << 20  # bytes; the rest of a longer line is passed over
 LONGEST_PASSED = 1 << 26  # bytes; a file with a longer line is no text
 LARGEST = 1 << 27  # bytes of a text unpacked, if it is more than
 TIMES = 100  # times as large as packed: logs are 3 to 15 times as large
-GZIP_MAGIC = b"\x1f\x8b"
+GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of such a file
+ZIP_MAGIC = b"PK\x03\x04"
+ROS1_MAGIC = b"#ROSBAG V"
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+SQLITE_MAGIC = b"SQLite format 3\0"
 
 
 class CutShortError(InputError):

@@ -1,6 +1,8 @@
-"""Any file that people bring becomes an Episode, and an Episode any file that people take away.
+"""Recordings of any file format to Episodes, and Episodes to any file format.
 
-What a file is, is told by its first bytes; what is to be written, by the ending of its name.
+The format of a file that is read shows in its content, that of one to be written in the ending of
+its name. `register_reader` adds a format of one's own; installed packages add theirs by an entry
+point of the group `dynslam.readers`, whose object is a `Reader`.
 """
 
 from __future__ import annotations
@@ -8,36 +10,78 @@ from __future__ import annotations
 import codecs
 import dataclasses
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.io import signatures
 from slam.io.arrays import names
 from slam.io.carmen.reader import read_carmen
 from slam.io.carmen.writer import write_carmen
 from slam.io.csv_log import read_csv, write_csv
 from slam.io.episode_file import load_episode, save_episode
-from slam.io.files import AnyPath, lines, reading
+from slam.io.files import (
+    MCAP_MAGIC,
+    ROS1_MAGIC,
+    SQLITE_MAGIC,
+    ZIP_MAGIC,
+    AnyPath,
+    lines,
+    reading,
+)
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.plain_npz import read_plain_npz
+from slam.plugins import load_entry_points
 from slam.trajectory import Trajectory
+from slam.validation import instance
+
+HEAD_BYTES = 64  # of a file, which a reader is shown to recognise it
+MAX_HEAD_LINES = 1000  # comments before a table's line of names
+
+
+class Reader(NamedTuple):
+    """How files of one format are recognised and read.
+
+    recognises  (path, head) -> bool; `head` is the first 64 bytes, empty for a folder
+    read        path -> `Episode`, or `LoadedRecording` with warnings; raises InputError
+    """
+
+    recognises: Callable[[Path, bytes], bool]
+    read: Callable[[Path], Episode | LoadedRecording]
+
+
+def register_reader(
+    kind: str,
+    recognises: Callable[[Path, bytes], bool],
+    read: Callable[[Path], Episode | LoadedRecording],
+) -> None:
+    """Make a file format known in this process as `kind`, to be read by `read`; see `Reader`.
+
+    It is asked before dynslam's own formats. Raises InputError for the name of one of these.
+    """
+    if kind in OWN_READERS:
+        raise InputError(f"{kind!r} is one of dynslam's own formats; choose another name")
+    if not (kind and callable(recognises) and callable(read)):
+        raise InputError(
+            f"a reader has a name and two functions, recognises(path, head) and read(path), "
+            f"got {kind!r}, {recognises!r} and {read!r}"
+        )
+    _READERS[kind] = Reader(recognises, read)
 
 
 def kind_of(path: AnyPath) -> str:
-    """What a file is: bag, episode, npz, csv or carmen. Raises InputError if it cannot be read."""
-    path = Path(path)
-    if path.is_dir():
-        return "bag"
-    with reading(path) as file:
-        start = file.read(16)
-    if start.startswith((signatures.ROS1, signatures.MCAP, signatures.SQLITE)):
-        return "bag"
-    if start.startswith(b"PK\x03\x04"):
-        return "episode" if "format" in names(path) else "npz"
-    return "csv" if _is_table(path) else "carmen"
+    """The format of a file: bag, episode, npz, csv, carmen, or a registered one's name. Raises
+    InputError if it cannot be read."""
+    _discover()
+    path, head = Path(path), b""
+    if not path.is_dir():
+        with reading(path) as file:
+            head = file.read(HEAD_BYTES)
+    readers = {**_READERS, **OWN_READERS}
+    return next(kind for kind, reader in readers.items() if reader.recognises(path, head))
 
 
 def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
@@ -47,12 +91,10 @@ def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> Load
     """
     kind = kind_of(path)
     if kind == "bag":
-        from slam.io.bags import read_bag
-
-        return read_bag(path, choice)
+        return _read_bag(Path(path), choice)
     if choice.laser is not None or choice.odometry not in (None, "none"):
         raise InputError(f"{path}: only a ROS bag has several lasers or odometries to choose from")
-    return _chosen(READERS[kind](path), choice)
+    return _chosen(_read(kind, Path(path)), choice)
 
 
 def check_ending(path: AnyPath) -> str:
@@ -73,6 +115,15 @@ def write_log(episode: Episode, path: AnyPath) -> None:
     WRITERS[check_ending(path)](episode, Path(path))
 
 
+def _read(kind: str, path: Path) -> LoadedRecording:
+    found = (OWN_READERS.get(kind) or _READERS[kind]).read(path)
+    if isinstance(found, Episode):
+        return LoadedRecording(found, ())
+    expected = "an Episode or a LoadedRecording"
+    instance(f"{path}: what the reader {kind!r} returns", found, LoadedRecording, expected)
+    return found
+
+
 def _chosen(log: LoadedRecording, choice: SourceSelection) -> LoadedRecording:
     episode = log.episode
     if choice.mount is not None:
@@ -85,19 +136,33 @@ def _chosen(log: LoadedRecording, choice: SourceSelection) -> LoadedRecording:
     return log._replace(episode=episode)
 
 
-def _is_table(path: Path) -> bool:
+def _is_bag(path: Path, head: bytes) -> bool:
+    return path.is_dir() or head.startswith((ROS1_MAGIC, MCAP_MAGIC, SQLITE_MAGIC))
+
+
+def _is_episode(path: Path, head: bytes) -> bool:
+    return _is_npz(path, head) and "format" in names(path)
+
+
+def _is_npz(path: Path, head: bytes) -> bool:
+    return head.startswith(ZIP_MAGIC)
+
+
+def _is_table(path: Path, head: bytes) -> bool:
     """Whether the first line that is no comment names columns."""
     for number, line in lines(path):
         text = line.removeprefix(codecs.BOM_UTF8).strip()
         if text and not text.startswith(b"#"):
             return text.lstrip(b'"').lower().startswith(b"time")
-        if number > 1000:
+        if number > MAX_HEAD_LINES:
             break
     return False
 
 
-def _read_episode(path: AnyPath) -> LoadedRecording:
-    return LoadedRecording(load_episode(path), ())
+def _read_bag(path: Path, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
+    from slam.io.bags import read_bag
+
+    return read_bag(path, choice)
 
 
 def _write_bag(episode: Episode, path: Path) -> None:
@@ -106,11 +171,23 @@ def _write_bag(episode: Episode, path: Path) -> None:
     write_bag(episode, path)
 
 
-READERS: dict[str, Callable[[AnyPath], LoadedRecording]] = {
-    "episode": _read_episode,
-    "npz": read_plain_npz,
-    "csv": read_csv,
-    "carmen": read_carmen,
+@cache
+def _discover() -> None:
+    """Register the readers of all installed packages, once."""
+    load_entry_points(
+        "dynslam.readers",
+        _READERS.__contains__,
+        lambda kind, reader: register_reader(kind, *reader),
+    )
+
+
+_READERS: dict[str, Reader] = {}
+OWN_READERS = {
+    "bag": Reader(_is_bag, _read_bag),
+    "episode": Reader(_is_episode, load_episode),
+    "npz": Reader(_is_npz, read_plain_npz),
+    "csv": Reader(_is_table, read_csv),
+    "carmen": Reader(lambda path, head: True, read_carmen),
 }
 WRITERS: dict[str, Callable[[Episode, Path], None]] = {
     ".npz": save_episode,

@@ -9,7 +9,9 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
+from slam.maps.temporal import Temporal
 from slam.sensor_models.endpoint import Endpoint
+from tests.slam.worlds import drive
 
 
 @pytest.fixture
@@ -72,3 +74,39 @@ def test_the_name_of_a_built_in_variant_is_taken(own_names) -> None:
     with pytest.raises(InputError, match="'static-ml' is one of dynslam's own"):
         slam.register("static-ml", lambda start, rng: DeadReckoning(start))
     assert isinstance(slam.make("static-ml"), MaximumLikelihood)
+
+
+def test_a_map_model_of_ones_own_brings_its_variants(own_names) -> None:
+    """Built as dynslam's own are: the same map under another name gives the same run."""
+    before = slam.variants()
+    slam.register_map("mine", Static)
+    assert slam.variants() == before + [
+        "mine-ml", "mine-ml/beta1", "mine-ml/beam", "mine-ml/literal", "mine-pf", "mine-graph"
+    ]  # fmt: skip
+    episode = drive(30)
+    for kind in ("ml", "ml/beta1", "pf", "graph"):
+        own, static = (
+            slam.run(slam.build(f"{name}-{kind}", episode, 3), episode)
+            for name in ("mine", "static")
+        )
+        np.testing.assert_array_equal(own.poses, static.poses)
+        np.testing.assert_array_equal(own.grid.occupied, static.grid.occupied)
+
+
+def test_a_map_that_particles_cannot_share_has_no_particle_filter(own_names) -> None:
+    slam.register_map("mine", Temporal, particle_filter=False)
+    assert "mine-graph" in slam.variants()
+    assert "mine-pf" not in slam.variants()
+    assert "temporal-pf" not in slam.variants()
+
+
+def test_a_map_model_is_refused_with_what_is_wrong(own_names) -> None:
+    with pytest.raises(InputError, match="'static-ml' is one of dynslam's own"):
+        slam.register_map("static", Static)
+    with pytest.raises(InputError, match="'mine' must be a class or function"):
+        slam.register_map("mine", Static())  # pyright: ignore
+    with pytest.raises(InputError, match="no spaces or commas"):
+        slam.register_map("my map", Static)
+    with pytest.raises(InputError, match="the builder of 'mine' must be callable, got 3"):
+        slam.register("mine", 3)  # pyright: ignore
+    assert not any("mine" in name for name in slam.variants())

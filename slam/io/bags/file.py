@@ -16,11 +16,10 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from slam.errors import InputError
-from slam.io import signatures
 from slam.io.bags.cut_off import CutBag1, CutMcap
 from slam.io.bags.guarded import Bag1, Folder, Mcap, Sqlite
 from slam.io.bags.unpacking import bounded
-from slam.io.files import AnyPath, reading
+from slam.io.files import MCAP_MAGIC, ROS1_MAGIC, SQLITE_MAGIC, AnyPath, reading
 from slam.io.one_line import one_line
 from slam.io.warnings import WarningCounter
 
@@ -29,9 +28,9 @@ for _kind in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):  # ROS 1's, and tha
     ROS1.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", _kind))
 Reader = Bag1 | Mcap | Sqlite | Folder
 READERS: dict[bytes, type[Bag1] | type[Mcap] | type[Sqlite]] = {
-    signatures.ROS1: Bag1,
-    signatures.MCAP: Mcap,
-    signatures.SQLITE: Sqlite,
+    ROS1_MAGIC: Bag1,
+    MCAP_MAGIC: Mcap,
+    SQLITE_MAGIC: Sqlite,
 }
 CUT_OFF = {Bag1: CutBag1, Mcap: CutMcap}
 MENDED_BY = {Bag1: "rosbag reindex", Mcap: "mcap recover", Folder: "ros2 bag reindex"}
