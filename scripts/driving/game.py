@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 WORLD_ENTRY_POINT = "dynslam_env.env:DoorWorldEnv"
 FPS = 30  # pictures per second
-WINDOW = (1440, 640)  # pixels; less on a smaller display
+WINDOW_SIZE = (1440, 640)  # pixels; less on a smaller display
 
 
 def play(options: PlayCommand) -> int:
@@ -63,7 +63,7 @@ def known_environments() -> tuple[str, ...]:
 def window(title: str) -> pygame.Surface:
     """An open window. Raises InputError where there is no display."""
     instead = 'use render_mode="rgb_array" and gymnasium\'s RecordVideo'
-    return open_window(f"dynslam play: {title}", WINDOW, "play", instead)
+    return open_window(f"dynslam play: {title}", WINDOW_SIZE, "play", instead)
 
 
 def frames(

@@ -8,7 +8,7 @@ from dynslam_cli import main
 from dynslam_cli.driving import overlay
 from dynslam_cli.driving.cockpit import DT, Cockpit
 from dynslam_cli.driving.game import frames, known_environments, make_environment, window
-from dynslam_cli.driving.keys import COMMANDS, HELP, TURN, DriveCommand, drive
+from dynslam_cli.driving.keys import COMMANDS, HELP, TURN_RATE, DriveCommand, drive
 from dynslam_cli.driving.lens import Lens
 from dynslam_cli.driving.play import PlayCommand
 
@@ -58,8 +58,8 @@ def test_ahead_is_full_speed_wanted_and_what_was_reached_is_kept(key):
 
 def test_back_left_right_and_stop():
     assert drive({"down"}, DriveCommand(), 0.0, ROBOT).action(ROBOT) == (-1.0, 0.0)
-    assert drive({"left"}, DriveCommand(), 0.0, ROBOT).turn == TURN
-    assert drive({"d"}, DriveCommand(), 0.0, ROBOT).turn == -TURN
+    assert drive({"left"}, DriveCommand(), 0.0, ROBOT).turn == TURN_RATE
+    assert drive({"d"}, DriveCommand(), 0.0, ROBOT).turn == -TURN_RATE
     assert drive({"left", "right", "up", "down"}, DriveCommand(), 0.0, ROBOT) == DriveCommand()
     assert drive({"space", "up"}, DriveCommand(0.5, 0.0, 0.5), 0.5, ROBOT) == DriveCommand()
 

@@ -12,7 +12,7 @@ import slam
 
 @pytest.fixture
 def small(monkeypatch):
-    monkeypatch.setattr(speed_env, "STEPS", 20)
+    monkeypatch.setattr(speed_env, "STEPS_PER_ROUND", 20)
     monkeypatch.setattr(speed_env, "BEAMS", (31,))
     monkeypatch.setattr(speed_env, "DOORS", (0, 2))
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
@@ -75,7 +75,7 @@ def test_it_prints_tables(small, short, monkeypatch, capsys):
     monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
     assert status(["speed", "--what", "all", "--variants", "static-ml", "--rounds", "1"]) == 0
     printed = capsys.readouterr().out
-    for part in ("step / floor", "gym.make_vec", "CPU ms", "4/4 over 1/4", "with reading"):
+    for part in ("step / floor", "gym.make_vec", "CPU ms", "4/4 over 1/4", "with layers"):
         assert part in printed
     assert "20 x 20 m" in printed
 
