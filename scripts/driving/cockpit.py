@@ -14,7 +14,7 @@ from dynslam_env.drawing.render import LIVE
 from dynslam_env.drawing.scene import Belief, Scene, belief_between, scene_between
 
 from . import overlay
-from .keys import COMMANDS, DriveCommand, drive
+from .keys import KEY_COMMANDS, DriveCommand, drive
 from .lens import Lens
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ class Cockpit:
 
     def press(self, key: str) -> None:
         """Handle a key press; `key` is pygame's name of it."""
-        if key in COMMANDS:
-            self._commands[COMMANDS[key]]()
+        if key in KEY_COMMANDS:
+            self._commands[KEY_COMMANDS[key]]()
         else:
             self._held.add(key)
 

@@ -13,7 +13,7 @@ STOP = frozenset({"space"})
 TURN_RATE = 1.2  # rad/s, while a key is held
 MIN_SPEED = 0.02  # m/s; a slower robot counts as standing
 
-COMMANDS = {
+KEY_COMMANDS = {
     "+": "closer", "=": "closer", "[+]": "closer", "-": "farther", "[-]": "farther",
     "f": "follow", "m": "map", "r": "new", "p": "pause", "h": "help", "f1": "help",
     "q": "quit", "escape": "quit",

@@ -177,9 +177,9 @@ def loops() -> list[StudyCase]:
 def long() -> list[StudyCase]:
     """Two laps around a block of 70 x 40 m, a loop of 210 m, with moving doors."""
     block = Loop(length=70.0, breadth=40.0, outer_doors=8, inner_doors=5, laps=2)
-    way = (("world", block), ("max_episode_steps", 10_000))
+    world = (("world", block), ("max_episode_steps", 10_000))
     names = ("static-ml", "dynamic-ml", "hmm-ml", "static-graph", "dynamic-graph")
-    return [StudyCase(name, named(name), "5-20 s", way, "DoorLoop-v0") for name in names]
+    return [StudyCase(name, named(name), "5-20 s", world, "DoorLoop-v0") for name in names]
 
 
 STUDIES: dict[str, Callable[[], list[StudyCase]]] = {

@@ -8,7 +8,7 @@ from dynslam_cli import main
 from dynslam_cli.driving import overlay
 from dynslam_cli.driving.cockpit import DT, Cockpit
 from dynslam_cli.driving.game import frames, known_environments, make_environment, window
-from dynslam_cli.driving.keys import COMMANDS, HELP, TURN_RATE, DriveCommand, drive
+from dynslam_cli.driving.keys import HELP, KEY_COMMANDS, TURN_RATE, DriveCommand, drive
 from dynslam_cli.driving.lens import Lens
 from dynslam_cli.driving.play import PlayCommand
 
@@ -68,7 +68,7 @@ def test_every_command_has_a_method_and_every_key_a_line_of_help():
     told = " ".join(key for key, _ in HELP).lower()
     assert all(key in told for key in ("f1", "esc", *"wasdfmrphq+-"))
     player = cockpit("none")
-    assert set(COMMANDS.values()) == set(player._commands)
+    assert set(KEY_COMMANDS.values()) == set(player._commands)
 
 
 # -- lens --------------------------------------------------------------------------------------
