@@ -47,8 +47,7 @@ def make_environment(options: PlayCommand) -> gym.Env[Any, Any]:
     whole_number("--seed", options.seed, 0)
     if options.env not in known_environments():
         raise InputError(unknown_name("environment", options.env, known_environments()))
-    if options.slam != "none":
-        check_variant(options.slam)
+    check_variant(options.slam, ["none"])
     parts: dict[str, Any] = {"world": Layout.load(options.world)} if options.world else {}
     env = gym.make(options.env, max_episode_steps=-1, render_mode="rgb_array", **parts)
     return env if options.slam == "none" else SlamWrapper(env, slam=options.slam, score_every=0)

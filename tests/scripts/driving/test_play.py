@@ -273,7 +273,7 @@ def test_without_a_display_there_is_one_line(monkeypatch, capsys):
     ("arguments", "known"),
     [
         (["--env", "CartPole-v1"], "DoorCorridor-v0"),
-        (["--slam", "nonsense"], "dynamic-ml"),
+        (["--slam", "dinamic-ml"], "did you mean dynamic-ml"),
         (["--slam", "nonsense"], "none"),
         (["--world", "missing.json"], "missing.json"),
     ],
