@@ -13,7 +13,7 @@ LIST_VARIANTS = 'python -c "import slam; print(*slam.variants())"'
 
 
 def check_variant(name: str, keywords: Sequence[str] = ()) -> None:
-    """Raise InputError, with the nearest known names, unless `name` is a SLAM variant or keyword."""
+    """Raise InputError, with the nearest known names, unless `name` is a variant or a keyword."""
     known = [*keywords, *slam.variants()]
     if name not in known:
         raise InputError(unknown_name("SLAM variant", name, known, LIST_VARIANTS))

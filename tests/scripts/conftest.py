@@ -1,5 +1,5 @@
 # pyright: reportMissingImports=false
-"""A small log of our own making, and a small bench whose episodes are cached in a folder of tests."""
+"""A small log of our own making; a small bench, which caches episodes in a folder of the tests."""
 
 from pathlib import Path
 
