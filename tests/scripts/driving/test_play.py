@@ -206,7 +206,7 @@ def test_the_line_below_stays_readable():
 
     surface = pygame.Surface((1440, 100))
     overlay.bottom_line(surface, "0.45 m/s", False)
-    strip = pixels(surface)[-overlay.STRIP :]
+    strip = pixels(surface)[-overlay.STATUS_HEIGHT :]
     written = np.flatnonzero((strip < 200).any(axis=(0, 2)))
     assert written.max() < 1440 - 5
     assert (np.diff(written) > 200).any()  # keys left, status right
