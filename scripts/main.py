@@ -146,9 +146,6 @@ def status(arguments: list[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> int:
-    from slam.errors import InputError
-    from slam.validation import unknown_name
-
     if not arguments:
         print(overview(), file=sys.stderr)
         return EXIT_MISTAKE
@@ -159,6 +156,9 @@ def _run(arguments: list[str]) -> int:
     if name.startswith("--tyro-"):  # shell completion, of all commands
         return _parse(_any_command(), "dynslam", arguments)()
     if name not in COMMANDS:
+        from slam.errors import InputError
+        from slam.validation import unknown_name
+
         raise InputError(unknown_name("command", name, COMMANDS, "dynslam --help"))
     return _parse(COMMANDS[name].load(), f"dynslam {name}", options)()
 

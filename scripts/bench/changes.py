@@ -16,7 +16,7 @@ from slam.validation import number
 
 from ..console.exits import EXIT_FOUND
 from ..report.scores import COST, QUALITY, Score, present
-from ..report.summary import FEWEST_PAIRS, Summary
+from ..report.summary import MIN_PAIRS, Summary
 from ..trials.results import Condition, read_rows
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Change(NamedTuple):
 
     def verdict(self, tolerance: float) -> str:
         """`better` or `worse`; empty if not significant or within the relative `tolerance`."""
-        if self.q >= 0.05 or self.pairs < FEWEST_PAIRS:
+        if self.q >= 0.05 or self.pairs < MIN_PAIRS:
             return ""
         value = self.difference.value * self.score.better
         if not abs(value) > 0 or abs(value) <= tolerance * abs(self.before):
@@ -54,11 +54,11 @@ class Change(NamedTuple):
 
     def one_line(self, tolerance: float) -> str:
         """The change as a line for the terminal."""
-        value, low, high = (self.score.told(v) for v in self.difference)
+        value, low, high = (self.score.format(v) for v in self.difference)
         interval = f" ({low} to {high})" if low != "-" else ""
         return (
             f"{self.verdict(tolerance) or 'same':>6}: {self.variant}, {self.condition}: "
-            f"{self.score.name} {self.score.told(self.before)}{self.score.unit}, after minus "
+            f"{self.score.name} {self.score.format(self.before)}{self.score.unit}, after minus "
             f"before {value}{interval}, q = {self.q:.3f}, {self.pairs} pairs"
         )
 

@@ -49,5 +49,5 @@ class ScoreCommand:
         for score in present(QUALITY, [scores]):
             value = score.of(scores)
             assert value is not None
-            print(f"{score.name:>24}: {score.told(value)}{score.unit}")
+            print(f"{score.name:>24}: {score.format(value)}{score.unit}")
         return 0

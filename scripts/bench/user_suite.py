@@ -23,16 +23,18 @@ from slam.validation import instance, one_of, whole_number
 from ..trials.sources import LogFile, SimulatedDrive, Source
 from .suites import Suite, SuiteCase
 
-TOP = ("name", "variants", "seeds", "case")
-OF_CASE = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot", "laser",
-           "odometry", "people", "task")  # fmt: skip
+SUITE_ENTRIES = ("name", "variants", "seeds", "case")
+CASE_ENTRIES = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot",
+                "laser", "odometry", "people", "task")  # fmt: skip
 PARTS = {"robot": Robot, "laser": Laser, "odometry": Odometry, "people": People, "task": Task}
 LAWS = {law.__name__: law for law in (Uniform, Exponential, Periodic, Fixed)}
 
 
 def read_suite(path: Path) -> Suite:
-    """The suite that a file describes; see docs/benchmark.md. Raises InputError that says which
-    entry is wrong, and what is allowed."""
+    """The suite in a TOML file; see docs/benchmark.md.
+
+    Raises InputError that names the wrong entry and what is allowed.
+    """
     try:
         text = path.read_text(encoding="utf-8")
         given = tomllib.loads(text)
@@ -47,10 +49,10 @@ def read_suite(path: Path) -> Suite:
 
 
 def _suite(given: dict[str, Any], path: Path) -> Suite:
-    _only("entry", given, TOP)
+    _only("entry", given, SUITE_ENTRIES)
     name = given.get("name", path.stem)
     instance("name", name, str)
-    if not re.fullmatch(r"[\w. -]+", name):  # it names the folder of the results
+    if not re.fullmatch(r"[\w. -]+", name):  # the name of the folder of results
         raise InputError(f"name must be of letters, digits, spaces, dots, - and _, got {name!r}")
     variants, cases = given.get("variants", []), given.get("case", [])
     if not (isinstance(variants, list) and all(isinstance(v, str) for v in variants) and variants):
@@ -73,7 +75,7 @@ def _suite(given: dict[str, Any], path: Path) -> Suite:
 
 
 def _case(given: dict[str, Any], number: int, folder: Path) -> SuiteCase:
-    _only("entry", given, OF_CASE)
+    _only("entry", given, CASE_ENTRIES)
     name = given.get("name", given.get("env", given.get("log", f"case {number}")))
     instance("name", name, str)
     if "log" in given:
@@ -89,7 +91,7 @@ def _case(given: dict[str, Any], number: int, folder: Path) -> SuiteCase:
     whole_number("every", every, 1)
     parameters = _parameters(given, env)
     case = SuiteCase({"case": name}, partial(_drive, env, every, parameters))
-    case.source(0).plain()  # what the environment says to its parameters, it says now
+    case.source(0).plain()  # the environment checks its parameters now
     return case
 
 
@@ -98,7 +100,7 @@ def _drive(env: str, every: int, parameters: Mapping[str, Any], seed: int) -> So
 
 
 def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
-    """The environment's keywords."""
+    """Keywords of the environment."""
     made: dict[str, Any] = {}
     if "max_episode_steps" in given:
         whole_number("max_episode_steps", given["max_episode_steps"], 1)
@@ -113,7 +115,7 @@ def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
 
 
 def _world(given: Any, usual: str) -> Any:
-    """Another world by name, or the environment's own (or that of `kind`) with other fields."""
+    """A world by name, or the environment's own (or that of `kind`) with some fields replaced."""
     if isinstance(given, str):
         return given
     instance("world", given, dict, "a name or a table")
@@ -124,7 +126,7 @@ def _world(given: Any, usual: str) -> Any:
 
 
 def _doors(given: Any) -> Any:
-    """One of NAMED_LAWS, or a table of the fields of `Doors`, the law a table with its `kind`."""
+    """One of NAMED_LAWS, or `Doors` from a table of its fields; the law is a table with `kind`."""
     if isinstance(given, str):
         one_of("doors", given, NAMED_LAWS.names())
         return given

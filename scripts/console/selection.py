@@ -12,10 +12,11 @@ ALL, PLAIN = "all", "plain"
 LIST_VARIANTS = 'python -c "import slam; print(*slam.variants())"'
 
 
-def check_variant(name: str) -> None:
-    """Raise InputError, with the nearest known names, unless `name` is a SLAM variant."""
-    if name not in slam.variants():
-        raise InputError(unknown_name("SLAM variant", name, slam.variants(), LIST_VARIANTS))
+def check_variant(name: str, keywords: Sequence[str] = ()) -> None:
+    """Raise InputError, with the nearest known names, unless `name` is a variant or a keyword."""
+    known = [*keywords, *slam.variants()]
+    if name not in known:
+        raise InputError(unknown_name("SLAM variant", name, known, LIST_VARIANTS))
 
 
 def parse_variants(names: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Static against dynamic maps, episode by episode: what the paper claims, measured."""
+"""Static against dynamic maps on the same episodes: the paper's claims, measured."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from slam.benchmark.results import Result
 from slam.benchmark.statistics import Paired, median, paired
 
 from ..report.scores import ATE, BRIER, F1, Score, format_p
-from ..report.summary import FEWEST_PAIRS
+from ..report.summary import MIN_PAIRS
 
-COMPARED = ("static", "dynamic")  # maps
+MAPS = ("static", "dynamic")
 
 
 SCORES = (ATE, F1, BRIER)
@@ -25,10 +25,11 @@ class VariantCase(NamedTuple):
 
 
 def findings(results: Sequence[Result]) -> str:
-    """What the paper claims, for both weights of the beams: plain text, empty without results."""
+    """Paired differences behind the paper's claims, for both weights of the beams, as plain text;
+    empty without results."""
     blocks = []
     for tail in ("", "/beta1"):
-        static, dynamic = (VariantCase(f"{kind}-ml{tail}", "moving") for kind in COMPARED)
+        static, dynamic = (VariantCase(f"{kind}-ml{tail}", "moving") for kind in MAPS)
         for a, b, scores in (
             (static, dynamic, SCORES),
             (static, static._replace(doors="static"), SCORES[:1]),
@@ -44,12 +45,12 @@ def findings(results: Sequence[Result]) -> str:
 
 
 def times_the_bound(results: Sequence[Result]) -> list[str]:
-    """How many times the bound of its episode the ATE is, one line a map and door law.
+    """The ATE over the bound of its episode, one line per map and door law.
 
-    The bound is of localization in a known place; a SLAM need not reach it.
+    The bound is of localization in a known map; a SLAM need not reach it.
     """
     lines = []
-    for case in (VariantCase(f"{m}-ml", doors) for m in COMPARED for doors in ("static", "moving")):
+    for case in (VariantCase(f"{m}-ml", doors) for m in MAPS for doors in ("static", "moving")):
         ratios = [
             row["ate"] / row["ate_bound"]
             for row in results
@@ -66,7 +67,7 @@ def times_the_bound(results: Sequence[Result]) -> list[str]:
 def comparison(
     results: Sequence[Result], a: VariantCase, b: VariantCase, scores: Sequence[Score] = SCORES
 ) -> list[str]:
-    """`a` minus `b`, seed by seed, one line a score; none where a score is missing."""
+    """`a` minus `b`, paired by seed, one line per score that both have."""
     lines = []
     for score in scores:
         first, second = _series(results, a, score), _series(results, b, score)
@@ -87,6 +88,6 @@ def _series(results: Sequence[Result], case: VariantCase, score: Score) -> dict[
 
 def _line(score: Score, found: Paired, pairs: int) -> str:
     value, low, high = (f"{number:+.{score.digits}f}" for number in found.difference)
-    if pairs < FEWEST_PAIRS:
+    if pairs < MIN_PAIRS:
         return f"{score.name} {value}{score.unit} ({pairs} pairs, too few to judge)"
     return f"{score.name} {value}{score.unit} ({low} to {high}), {format_p(found.p)}"

@@ -22,20 +22,20 @@ MARKDOWN_HEADINGS = (
     "F1 at 5 cm",
     "Brier of doors",
     "failed, %",
-    "ms a match",
+    "ms per match",
 )
 BOUND = "bound"
-"""The last rows: no variant, but the least ATE of poses found each from one scan, map known."""
-LEGEND = (
+"""Name of the last rows: the lower bound of the ATE for one scan in the known map."""
+COLUMN_LEGEND = (
     "ATE: absolute trajectory error; bound: its Cramer-Rao bound for one scan in the true map; "
     "deg: largest heading error; F1: of the walls, within 5 cm; Brier: of the map against the "
     "share of time that the doors' cells were occupied, less is better; fail: ATE above 0.3 m; "
-    "ms: a matched scan"
+    "ms: time per matched scan"
 )
 
 
 class TableRow(NamedTuple):
-    """The figures of one variant under one door law."""
+    """The scores of one variant under one door law."""
 
     variant: str
     doors: str
@@ -48,12 +48,12 @@ class TableRow(NamedTuple):
 
     @property
     def ate_digits(self) -> int:
-        """Decimals of the ATE: the bound is a few millimetres."""
+        """Decimals of the ATE; the bound is a few millimetres."""
         return 1 if self.variant == BOUND else 0
 
 
 def summary(results: Sequence[Result]) -> list[TableRow]:
-    """One row a variant and door law, in the order in which they first came up."""
+    """One row per variant and door law, in the order of their first results."""
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
         groups.setdefault((result["variant"], result["doors"]), []).append(result)
@@ -63,7 +63,7 @@ def summary(results: Sequence[Result]) -> list[TableRow]:
 
 
 def _bounds(results: Sequence[Result]) -> list[TableRow]:
-    """One row a door law: the median of the episodes' bounds, each episode once."""
+    """One row per door law: the median of the bounds of its episodes."""
     episodes = {(row["doors"], row["seed"]): row.get("ate_bound") for row in results}
     nothing = median([])
     rows = []
@@ -94,7 +94,7 @@ def _row(variant: str, doors: str, group: Sequence[Result]) -> TableRow:
 
 
 def markdown(results: Sequence[Result]) -> str:
-    """The table for a README, every median with its 95 % interval."""
+    """The table in Markdown, each median with its 95 % interval."""
     lines = [MARKDOWN_HEADINGS, ("---",) * len(MARKDOWN_HEADINGS)]
     for row in summary(results):
         digits = (row.ate_digits, 1, 2, 2, 0)
@@ -106,7 +106,7 @@ def markdown(results: Sequence[Result]) -> str:
 def terminal(results: Sequence[Result], title: str) -> Table:
     """The table for a terminal of 80 columns."""
     table = Table(title=title, title_justify="left", box=HORIZONTALS, padding=0)
-    table.caption, table.caption_justify = LEGEND, "left"
+    table.caption, table.caption_justify = COLUMN_LEGEND, "left"
     for heading in ("variant", "doors", "ATE, mm (95 %)", "deg", "F1", "Brier", "fail", "ms"):
         table.add_column(heading, no_wrap=True)
     for row in summary(results):

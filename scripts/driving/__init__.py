@@ -1,1 +1,1 @@
-"""Driving by keyboard: keys, what is looked at, the drive itself, what is written over it."""
+"""Driving by keyboard: keys, view, drive, texts over the picture."""

@@ -1,4 +1,4 @@
-"""Cockpit: one drive by keyboard, in real time: keys in, pictures out. It owns no window."""
+"""A drive by keyboard in real time: keys in, pictures out, without a window of its own."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from dynslam_env.drawing.render import WINDOW_SUPERSAMPLING
 from dynslam_env.drawing.scene import Belief, Scene, belief_between, scene_between
 
 from . import overlay
-from .keys import COMMANDS, DriveCommand, drive
+from .keys import KEY_COMMANDS, DriveCommand, drive
 from .lens import Lens
 
 if TYPE_CHECKING:
     import pygame
 
 DT = 0.1  # s, one step of the environment
-MOST = 3  # steps at once; beyond, time is lost rather than made good
-SLOW = 0.9  # of real time, below which one is told
-MEMORY = 1.0  # s over which the pace is averaged
+MAX_STEPS = 3  # at once; if more are due, time is skipped
+MIN_PACE = 0.9  # of real time; a warning is shown below it
+PACE_TIME = 1.0  # s over which the pace is averaged
 
 
 class Cockpit:
@@ -60,35 +60,35 @@ class Cockpit:
     # -- keys ----------------------------------------------------------------------------------
 
     def press(self, key: str) -> None:
-        """A key went down, by pygame's name for it."""
-        if key in COMMANDS:
-            self._commands[COMMANDS[key]]()
+        """Handle a key press; `key` is pygame's name of it."""
+        if key in KEY_COMMANDS:
+            self._commands[KEY_COMMANDS[key]]()
         else:
             self._held.add(key)
 
     def release(self, key: str) -> None:
-        """A key went up."""
+        """Handle the release of a key."""
         self._held.discard(key)
 
     def let_go(self) -> None:
-        """All keys: the window is no longer the one that is typed into."""
+        """Release all keys: the window has lost the keyboard focus."""
         self._held.clear()
 
     # -- time ----------------------------------------------------------------------------------
 
     def advance(self, seconds: float) -> None:
-        """Let real time pass; the world keeps step as far as it can."""
-        if self.paused or self._fresh:  # it took a while to begin; nobody drove meanwhile
+        """Simulate `seconds` of real time, as far as the machine is fast enough."""
+        if self.paused or self._fresh:  # the time that the start took does not count
             self._fresh = False
             return
         self._due += seconds
-        steps = min(int(self._due / DT + 1e-9), MOST)
+        steps = min(int(self._due / DT + 1e-9), MAX_STEPS)
         for _ in range(steps):
             self._step()
         self._due -= steps * DT
         lost = max(0.0, self._due - DT)
         self._due -= lost
-        share = min(seconds / MEMORY, 1.0)
+        share = min(seconds / PACE_TIME, 1.0)
         if seconds > 0:
             self._pace += share * (1.0 - lost / seconds - self._pace)
 
@@ -108,13 +108,13 @@ class Cockpit:
     # -- picture -------------------------------------------------------------------------------
 
     def picture(self, size: tuple[int, int]) -> pygame.Surface:
-        """All of a window of that size, pixels."""
+        """The picture for a window of `size` pixels."""
         import pygame
 
         surface = pygame.Surface(size)
         surface.fill(SOLID)
         scene, belief = self._shown()
-        room = size[0], size[1] - overlay.STRIP
+        room = size[0], size[1] - overlay.STATUS_HEIGHT
         view = self._lens.view(scene.walls, room, 1 if belief is None else 2)
         surface.blit(self._painter.picture(scene, belief, view), (0, 0))
         overlay.bottom_line(surface, *self._status())
@@ -125,7 +125,7 @@ class Cockpit:
         return surface
 
     def _shown(self) -> tuple[Scene, Belief | None]:
-        """Between the last two steps, so that all moves smoothly; a tenth of a second late."""
+        """Scene and belief interpolated between the last two steps, for smooth motion."""
         (old, old_belief), (new, new_belief) = self._before, self._now
         share = min(self._due / DT, 1.0)
         scene = scene_between(old, new, share)
@@ -134,8 +134,8 @@ class Cockpit:
         return scene, belief_between(old_belief, new_belief, share)
 
     def _status(self) -> tuple[str, bool]:
-        """What to tell, and whether it is a warning."""
-        if self._pace < SLOW:
+        """The status line, and whether it is a warning."""
+        if self._pace < MIN_PACE:
             return f"this machine is too slow: {self._pace:.1f} x real time", True
         if self._bumped:
             return "bumped into something", True

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 WORLD_ENTRY_POINT = "dynslam_env.env:DoorWorldEnv"
 FPS = 30  # pictures per second
-WINDOW = (1440, 640)  # pixels; less on a smaller display
+WINDOW_SIZE = (1440, 640)  # pixels; less on a smaller display
 
 
 def play(options: PlayCommand) -> int:
@@ -47,8 +47,7 @@ def make_environment(options: PlayCommand) -> gym.Env[Any, Any]:
     whole_number("--seed", options.seed, 0)
     if options.env not in known_environments():
         raise InputError(unknown_name("environment", options.env, known_environments()))
-    if options.slam != "none":
-        check_variant(options.slam)
+    check_variant(options.slam, ["none"])
     parts: dict[str, Any] = {"world": Layout.load(options.world)} if options.world else {}
     env = gym.make(options.env, max_episode_steps=-1, render_mode="rgb_array", **parts)
     return env if options.slam == "none" else SlamWrapper(env, slam=options.slam, score_every=0)
@@ -63,7 +62,7 @@ def known_environments() -> tuple[str, ...]:
 def window(title: str) -> pygame.Surface:
     """An open window. Raises InputError where there is no display."""
     instead = 'use render_mode="rgb_array" and gymnasium\'s RecordVideo'
-    return open_window(f"dynslam play: {title}", WINDOW, "play", instead)
+    return open_window(f"dynslam play: {title}", WINDOW_SIZE, "play", instead)
 
 
 def frames(

@@ -1,4 +1,4 @@
-"""What keys mean, by the names that pygame gives them, and how those that are held drive."""
+"""Meaning of the keys, by pygame's names, and driving with held keys."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from dynslam_env import Robot
 AHEAD, BACK = frozenset({"up", "w"}), frozenset({"down", "s"})
 LEFT, RIGHT = frozenset({"left", "a"}), frozenset({"right", "d"})
 STOP = frozenset({"space"})
-TURN = 1.2  # rad/s, while a key is held
-STILL = 0.02  # m/s, slower than that is standing
+TURN_RATE = 1.2  # rad/s, while a key is held
+MIN_SPEED = 0.02  # m/s; a slower robot counts as standing
 
-COMMANDS = {
+KEY_COMMANDS = {
     "+": "closer", "=": "closer", "[+]": "closer", "-": "farther", "[-]": "farther",
     "f": "follow", "m": "map", "r": "new", "p": "pause", "h": "help", "f1": "help",
     "q": "quit", "escape": "quit",
 }  # fmt: skip
-"""What a key does when it is pressed; the others drive while they are held."""
+"""Commands by key; the other keys drive while they are held."""
 
 HELP = (
     ("up, W", "faster; the speed is kept"),
@@ -33,17 +33,19 @@ HELP = (
     ("H, F1", "this help on, off"),
     ("Q, Esc", "quit"),
 )
-"""Key, meaning."""
+"""Keys and their meaning."""
 
-LINE = "arrows drive   space stop   + - zoom   F follow   M map   R new   P pause   H help   Q quit"
+KEY_LINE = (
+    "arrows drive   space stop   + - zoom   F follow   M map   R new   P pause   H help   Q quit"
+)
 
 
 class DriveCommand(NamedTuple):
-    """What the driver wants.
+    """The driver's command.
 
     speed  m/s, forward
     turn   rad/s
-    kept   m/s, the speed that is held when no key is
+    kept   m/s, the speed without a key
     """
 
     speed: float = 0.0
@@ -51,19 +53,19 @@ class DriveCommand(NamedTuple):
     kept: float = 0.0
 
     def action(self, robot: Robot) -> tuple[float, float]:
-        """The environment's, normalised by the robot's limits."""
+        """Action of the environment, normalised by the robot's limits."""
         return self.speed / robot.max_speed, self.turn / robot.max_turn
 
 
 def drive(held: Set[str], before: DriveCommand, speed: float, robot: Robot) -> DriveCommand:
-    """What is wanted while keys are `held`; `speed` is the robot's now, m/s.
+    """The command while keys are `held`; `speed` of the robot now, m/s.
 
-    The robot's own acceleration makes it faster for as long as a key is held.
+    The robot accelerates as long as a key is held.
     """
-    turn = TURN * (bool(LEFT & held) - bool(RIGHT & held))
+    turn = TURN_RATE * (bool(LEFT & held) - bool(RIGHT & held))
     ahead = bool(AHEAD & held) - bool(BACK & held)
     if STOP & held:
         return DriveCommand(0.0, turn, 0.0)
     if ahead:
-        return DriveCommand(ahead * robot.max_speed, turn, speed if abs(speed) > STILL else 0.0)
+        return DriveCommand(ahead * robot.max_speed, turn, speed if abs(speed) > MIN_SPEED else 0.0)
     return DriveCommand(before.kept, turn, before.kept)

@@ -1,4 +1,4 @@
-"""Lens: how close one looks, and at what; it fits panels into a window."""
+"""Zoom and centre of the view; fits its panels into a window."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from dynslam_env.drawing.captions import TITLE_HEIGHT
 from dynslam_env.drawing.view import MIN_PANEL_SIDE, View, fitting_scale
 from slam.geometry import Array
 
-STEP = 1.25  # of one key press
-CLOSEST = 30.0  # times the scale at which the whole world is seen
+ZOOM_STEP = 1.25  # factor per key press
+MAX_ZOOM = 30.0  # times the scale that shows the whole world
 
 
 class Lens(NamedTuple):
-    """What is looked at.
+    """Zoom and centre of the view.
 
     zoom    1: the whole world just fits
-    follow  the robot stays in the middle
-    centre  m, what is in the middle if not the robot; None: the middle of the world
+    follow  keep the robot in the middle
+    centre  point in the middle if not the robot, m; None: the middle of the world
     """
 
     zoom: float = 1.0
@@ -25,23 +25,23 @@ class Lens(NamedTuple):
     centre: tuple[float, float] | None = None
 
     def closer(self) -> Lens:
-        """One step; from the whole world, towards the robot."""
+        """Zoom in by a step; from the whole world, towards the robot."""
         whole = self.zoom == 1.0 and self.centre is None
-        return Lens(min(self.zoom * STEP, CLOSEST), self.follow or whole, self.centre)
+        return Lens(min(self.zoom * ZOOM_STEP, MAX_ZOOM), self.follow or whole, self.centre)
 
     def farther(self) -> Lens:
-        """One step, back to the whole world at last."""
-        zoom = self.zoom / STEP
-        return Lens() if zoom < (1.0 + STEP) / 2 else self._replace(zoom=zoom)
+        """Zoom out by a step, at most to the whole world."""
+        zoom = self.zoom / ZOOM_STEP
+        return Lens() if zoom < (1.0 + ZOOM_STEP) / 2 else self._replace(zoom=zoom)
 
     def toggled(self, robot: tuple[float, float]) -> Lens:
-        """Follow the robot, or stay where it is now."""
+        """Toggle between following the robot and staying where it is now."""
         if self.follow:
             return Lens(self.zoom, False, robot if self.zoom > 1.0 else None)
         return Lens(self.zoom, True)
 
     def view(self, walls: Array, room: tuple[int, int], panels: int) -> View:
-        """The view for so many panels in a window with `room` pixels for them."""
+        """The view of a number of panels in a window with `room` pixels for them."""
         beside, below = _panel(room, panels, 1), _panel(room, 1, panels)
         stacked = fitting_scale(walls, below) > fitting_scale(walls, beside)
         size = below if stacked else beside

@@ -1,1 +1,1 @@
-"""The pictures of `dynslam`: one file each, each function gives a figure and saves nothing."""
+"""Figures, films and Rerun files: one file per kind of picture."""

@@ -1,4 +1,4 @@
-"""The paper's figure 1: what the cell of a door remembers, beside what a static map holds of it."""
+"""The paper's figure 1: the histogram of a door's cell beside the same cell of a static map."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .style import (
     plain_axes,
 )
 
-AROUND = 1.25  # m of map on each side of the cell
+SHOWN_RANGE = 1.25  # m of map on each side of the cell
 
 
 def door_histogram_figure(
@@ -108,7 +108,7 @@ def _draw_bars(axes: Axes, counts: np.ndarray, beliefs: dict[str, tuple[float, s
     )
     for label, (value, colour) in beliefs.items():
         axes.axvline(value, color=colour, linewidth=2.0, label=label)
-    axes.set(xlim=(-0.08, 1.08), ylim=(0, 1.7 * counts.max()))  # room for the legend
+    axes.set(xlim=(-0.08, 1.08), ylim=(0, 1.7 * counts.max()))  # leaves room for the legend
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("occupancy reached within a window (free 0, occupied 1)", fontsize=MEDIUM)
     axes.set_ylabel("number of windows", fontsize=MEDIUM)
@@ -123,7 +123,7 @@ def _log_odds(probability: float) -> float:
 
 
 def _draw_place(axes: Axes, grid: OccupancyGrid, truth: Truth, x: float, y: float) -> None:
-    draw_map(axes, grid, Box(x - AROUND, x + AROUND, y - AROUND, y + AROUND))
+    draw_map(axes, grid, Box(x - SHOWN_RANGE, x + SHOWN_RANGE, y - SHOWN_RANGE, y + SHOWN_RANGE))
     draw_truth(axes, truth, -1)
     half = grid.spec.resolution / 2
     square = Rectangle((x - half, y - half), 2 * half, 2 * half)
@@ -135,4 +135,4 @@ def _draw_place(axes: Axes, grid: OccupancyGrid, truth: Truth, x: float, y: floa
     axes.annotate(
         place, (x, y), bbox=box, arrowprops={"arrowstyle": "-", "color": ESTIMATE}, **aside
     )
-    axes.set_title("where it lies, dynamic map", fontsize=LARGE)
+    axes.set_title("the cell in the dynamic map", fontsize=LARGE)

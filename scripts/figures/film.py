@@ -13,27 +13,27 @@ from PIL import Image
 from slam.errors import InputError
 from slam.io.files import AnyPath, placing, replacing
 
-MOST = 256  # colours in a GIF
-NEAR = 8  # levels: Pillow confuses colours no farther apart
-QUALITY = 7.0  # of imageio's 10: thin lines and small letters stay sharp
+MAX_COLOURS = 256  # of a GIF
+MIN_COLOUR_DISTANCE = 8  # levels; Pillow confuses closer colours
+MP4_QUALITY = 7.0  # of 10: keeps thin lines and small letters sharp
 
 
 class Colours(NamedTuple):
-    """What the palette of a GIF is made of: the fewer, the smaller the file.
+    """The palette of a GIF; fewer colours make a smaller file.
 
-    exact   (n, 3) 0 to 255, kept to the letter
-    blends  how many more are found in the first, the middle and the last frame
+    exact  (n, 3) 0 to 255, colours kept exactly
+    mixed  number of further colours, chosen from the first, the middle and the last frame
     """
 
     exact: np.ndarray = np.zeros((0, 3), int)
-    blends: int = MOST
+    mixed: int = MAX_COLOURS
 
 
-ANY = Colours()
+ANY_COLOURS = Colours()
 
 
 def suffix() -> str:
-    """Of the films that can be written here: .mp4 where its encoder is installed, else .gif."""
+    """Suffix of the best film that can be written: .mp4 if its encoder is installed, else .gif."""
     return ".mp4" if find_spec("imageio") and find_spec("imageio_ffmpeg") else ".gif"
 
 
@@ -42,14 +42,14 @@ def write_film(
     path: AnyPath,
     fps: float,
     hold: float = 0.0,
-    colours: Colours = ANY,
+    colours: Colours = ANY_COLOURS,
 ) -> None:
-    """Write frames of one size as `path` (.gif or .mp4); the same frames, the same bytes of a GIF.
+    """Write frames of one size as `path` (.gif or .mp4); equal frames give equal bytes of a GIF.
 
-    frames   asked for one by one, a few of them twice: they may be drawn only then
-    fps      frames a second
-    hold     s that the last one stays longer
-    colours  of a GIF
+    frames   accessed one by one, a few of them twice; they may be drawn on access
+    fps      frames per second
+    hold     additional time of the last frame, s
+    colours  palette of a GIF
 
     Raises InputError for another ending, for .mp4 without its encoder, and where `path` cannot be
     written.
@@ -78,23 +78,23 @@ def _write_gif(
             append_images=indexed,
             duration=durations,
             loop=0,
-            optimize=False,  # it would look for a palette of its own for each frame
+            optimize=False,  # else each frame gets its own palette
         )
 
 
 def _palette(frames: Sequence[Image.Image], colours: Colours) -> Image.Image:
-    """The exact colours, and the blends."""
+    """The exact and the mixed colours as a palette."""
     chosen = [frames[0], frames[len(frames) // 2], frames[-1]]
     sheet = Image.new("RGB", (chosen[0].width, chosen[0].height * len(chosen)))
     for number, frame in enumerate(chosen):
         sheet.paste(frame, (0, number * frame.height))
-    found = sheet.quantize(colours.blends, method=Image.Quantize.MEDIANCUT).getpalette() or []
-    blends = np.array(found[: 3 * colours.blends]).reshape(-1, 3)
+    found = sheet.quantize(colours.mixed, method=Image.Quantize.MEDIANCUT).getpalette() or []
+    mixed = np.array(found[: 3 * colours.mixed]).reshape(-1, 3)
     if len(colours.exact):
-        apart = np.abs(blends[:, None] - colours.exact).max(axis=2).min(axis=1) > NEAR
-        blends = np.concatenate([colours.exact, blends[apart]])[:MOST]
+        apart = np.abs(mixed[:, None] - colours.exact).max(axis=2).min(axis=1) > MIN_COLOUR_DISTANCE
+        mixed = np.concatenate([colours.exact, mixed[apart]])[:MAX_COLOURS]
     palette = Image.new("P", (1, 1))
-    palette.putpalette(blends.ravel().tolist())
+    palette.putpalette(mixed.ravel().tolist())
     return palette
 
 
@@ -106,7 +106,7 @@ def _write_mp4(frames: Sequence[Image.Image], path: Path, fps: float, hold: floa
     with (
         placing(path) as made,
         imageio.get_writer(
-            made, fps=fps, quality=QUALITY, macro_block_size=1, ffmpeg_log_level="error"
+            made, fps=fps, quality=MP4_QUALITY, macro_block_size=1, ffmpeg_log_level="error"
         ) as writer,
     ):
         for frame in _held(frames, round(hold * fps)):
@@ -120,5 +120,5 @@ def _held(frames: Sequence[Image.Image], longer: int) -> Iterator[Image.Image]:
 
 
 def _even(frame: Image.Image) -> np.ndarray:
-    """(rows, cols, 3), both even, as the encoder wants them."""
+    """(rows, cols, 3) with even rows and cols, which the encoder requires."""
     return np.asarray(frame)[: frame.height // 2 * 2, : frame.width // 2 * 2]

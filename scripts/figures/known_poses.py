@@ -1,7 +1,4 @@
-"""Mapping with known poses: what a variant's map holds when its robot cannot be lost.
-
-The figures 1 to 3 are about the maps; an error of the poses would blur what they show.
-"""
+"""Mapping with known poses, for figures 1 to 3, which compare maps without errors of the poses."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from slam.registry import make
 
 
 def blank(variant: str) -> MaximumLikelihood:
-    """A new SLAM of a registered variant; raises InputError if it is no maximum likelihood one."""
+    """A new SLAM of a variant. Raises InputError if it is not a maximum likelihood SLAM."""
     slam = make(variant)
     if not isinstance(slam, MaximumLikelihood):
         raise InputError(f"the figures need a maximum likelihood variant, {variant!r} is none")
@@ -23,7 +20,7 @@ def blank(variant: str) -> MaximumLikelihood:
 
 
 def mapping(slam: MaximumLikelihood, episode: Episode) -> Iterator[int]:
-    """Puts the key scans into the map at their true poses; gives each one's number just before."""
+    """Integrate the keyframes at their true poses; yields the number of each just before."""
     poses, last = true_poses(episode), 0
     for number, scan in enumerate(episode.scans):
         moved = poses[last].between(poses[number])
@@ -36,7 +33,7 @@ def mapping(slam: MaximumLikelihood, episode: Episode) -> Iterator[int]:
 
 
 def mapped(variant: str, episode: Episode, until: int | None = None) -> MaximumLikelihood:
-    """The variant with all key scans before scan number `until` (default: all) in its map."""
+    """The variant with all keyframes before scan number `until` (default: all) in its map."""
     slam = blank(variant)
     for number in mapping(slam, episode):
         if until is not None and number >= until:
@@ -45,12 +42,12 @@ def mapped(variant: str, episode: Episode, until: int | None = None) -> MaximumL
 
 
 def known(episode: Episode) -> Truth:
-    """The truth; raises InputError where there is none."""
+    """The truth. Raises InputError without one."""
     if episode.truth is None:
         raise InputError("this figure needs an episode with the truth, got one without")
     return episode.truth
 
 
 def true_poses(episode: Episode) -> list[Pose2]:
-    """One true pose a scan."""
+    """The true pose of each scan."""
     return [Pose2.of(pose) for pose in known(episode).poses]

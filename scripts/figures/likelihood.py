@@ -19,11 +19,14 @@ from slam.scan import Scan
 from .known_poses import blank, known, mapped, mapping, true_poses
 from .style import ESTIMATE, INK, LARGE, MEDIUM, PAPER, SMALL, blank_figure, plain_axes
 
-REACH, STEP = 0.4, 0.01  # m: how far around the true pose, and how fine
-PEAK = 0.1  # m: a local maximum is the largest this far around
-RIVAL = 0.7  # of the way from the lowest to the highest value: a lower peak is no rival
-CLOSE, FREE = 0.1, 0.3  # m and h: less likely than FREE within CLOSE of it, a cell is surely free
-COLOURS = "viridis"
+RANGE, STEP = 0.4, 0.01  # m: extent and resolution of the surface around the true pose
+PEAK_RADIUS = 0.1  # m: a local maximum is the largest value within it
+MIN_PEAK_HEIGHT = 0.7  # of the range from the lowest to the highest value
+FREE_RADIUS, MAX_FREE_H = (
+    0.1,
+    0.3,
+)  # m, h: a cell is surely free if all h within the radius are less
+COLOUR_MAP = "viridis"
 
 
 class LikelihoodSurface(NamedTuple):
@@ -39,10 +42,10 @@ class LikelihoodSurface(NamedTuple):
     @property
     def peaks(self) -> Array:
         """(p, 2) x and y of the local maxima, m from the true pose, the highest first."""
-        size = 2 * round(PEAK / STEP) + 1
+        size = 2 * round(PEAK_RADIUS / STEP) + 1
         local = self.values == ndimage.maximum_filter(self.values, size)
         low, high = float(self.values.min()), float(self.values.max())
-        rows, cols = np.nonzero(local & (self.values >= low + RIVAL * (high - low)))
+        rows, cols = np.nonzero(local & (self.values >= low + MIN_PEAK_HEIGHT * (high - low)))
         order = np.argsort(-self.values[rows, cols], kind="stable")
         return np.column_stack([self.offsets[cols], self.offsets[rows]])[order]
 
@@ -53,9 +56,9 @@ def likelihood_figure(
     static: str = "static-ml/beta1",
     dynamic: str = "dynamic-ml/beta1",
 ) -> Figure:
-    """Three surfaces, at the moment when the doors surprise the static map most.
+    """Three surfaces, at the scan that contradicts the static map most.
 
-    The maps hold the scans before that moment, at their true poses. The episodes are a pair: the
+    The maps hold the scans before it, at their true poses. The episodes are a pair: the
     same drive with static and with moving doors. Variants of maximum likelihood; beta 1 gives the
     likelihood of one echo.
     """
@@ -85,7 +88,7 @@ def likelihood_figure(
 
 
 def surprise(episode: Episode, variant: str = "static-ml/beta1") -> int:
-    """The scan with the most echoes from where the map, made before it, is sure of free space."""
+    """The scan with the most echoes in cells that are surely free in the map before it."""
     slam, poses = blank(variant), true_poses(episode)
     contradicted = {
         number: _contradicted(slam.map_model.cells.grid(), episode.scans[number], poses[number])
@@ -95,14 +98,16 @@ def surprise(episode: Episode, variant: str = "static-ml/beta1") -> int:
 
 
 def _contradicted(grid: OccupancyGrid, scan: Scan, pose: Pose2) -> int:
-    """Echoes in cells that were observed, and with nothing occupied within `CLOSE`."""
+    """Echoes in cells that were observed, and with nothing occupied within `FREE_RADIUS`."""
     cells = grid.spec.cells(transform_points(pose, scan.points))
     cells = cells[((cells >= 0) & (cells < grid.spec.shape)).all(axis=1)]
     if not len(cells):
         return 0
-    nearby = ndimage.maximum_filter(grid.occupied, 2 * round(CLOSE / grid.spec.resolution) + 1)
+    nearby = ndimage.maximum_filter(
+        grid.occupied, 2 * round(FREE_RADIUS / grid.spec.resolution) + 1
+    )
     rows, cols = cells.T
-    return int((grid.observed[rows, cols] & (nearby[rows, cols] < FREE)).sum())
+    return int((grid.observed[rows, cols] & (nearby[rows, cols] < MAX_FREE_H)).sum())
 
 
 def _surface_at(variant: str, episode: Episode, moment: int) -> LikelihoodSurface:
@@ -112,7 +117,7 @@ def _surface_at(variant: str, episode: Episode, moment: int) -> LikelihoodSurfac
 
 def surface(slam: MaximumLikelihood, scan: Scan, pose: Pose2) -> LikelihoodSurface:
     """The likelihood of `scan` around `pose`, at its heading."""
-    offsets = np.linspace(-REACH, REACH, 2 * round(REACH / STEP) + 1)
+    offsets = np.linspace(-RANGE, RANGE, 2 * round(RANGE / STEP) + 1)
     dx, dy = (grid.ravel() for grid in np.meshgrid(offsets, offsets))
     poses = np.column_stack([pose.x + dx, pose.y + dy, np.full(dx.shape, pose.theta)])
     per_echo = slam.sensor_model.log_likelihood(scan, poses) / max(len(scan.points), 1)
@@ -122,7 +127,7 @@ def surface(slam: MaximumLikelihood, scan: Scan, pose: Pose2) -> LikelihoodSurfa
 def _draw_relief(axes: Axes3D, surface: LikelihoodSurface, top: float, title: str) -> None:
     x, y = np.meshgrid(surface.offsets, surface.offsets)
     shape = {"rstride": 2, "cstride": 2, "linewidth": 0.0, "antialiased": False}
-    axes.plot_surface(x, y, surface.values, cmap=COLOURS, vmin=0.0, vmax=top, **shape)
+    axes.plot_surface(x, y, surface.values, cmap=COLOUR_MAP, vmin=0.0, vmax=top, **shape)
     axes.set(zlim=(0.0, top), xticks=(-0.4, 0, 0.4), yticks=(-0.4, 0, 0.4))
     axes.tick_params(labelsize=SMALL, colors=INK, pad=-1)
     axes.view_init(elev=28, azim=-60)
@@ -131,7 +136,7 @@ def _draw_relief(axes: Axes3D, surface: LikelihoodSurface, top: float, title: st
 
 def _draw_plan(axes: Axes, surface: LikelihoodSurface) -> None:
     offsets, peaks = surface.offsets, surface.peaks
-    axes.pcolormesh(offsets, offsets, surface.values, cmap=COLOURS)
+    axes.pcolormesh(offsets, offsets, surface.values, cmap=COLOUR_MAP)
     axes.contour(offsets, offsets, surface.values, 8, colors=PAPER, linewidths=0.4, alpha=0.6)
     marks = {"linestyle": "", "markeredgecolor": INK, "clip_on": False, "zorder": 5}
     axes.plot(*peaks[0], "^", color=ESTIMATE, markersize=9, label="maximum", **marks)
@@ -146,8 +151,8 @@ def _draw_plan(axes: Axes, surface: LikelihoodSurface) -> None:
 
 
 def _verdict(peaks: Array) -> str:
-    """Where the maximum lies, in words."""
+    """Distance of the maximum from the true pose, and the number of other peaks, in words."""
     away, others = 100 * float(np.hypot(*peaks[0])), len(peaks) - 1
-    at_edge = float(np.abs(peaks[0]).max()) > REACH - STEP / 2
+    at_edge = float(np.abs(peaks[0]).max()) > RANGE - STEP / 2
     rivals = "no other" if not others else f"{others} other{'s' if others > 1 else ''}"
     return f"maximum {'at least ' if at_edge else ''}{away:.0f} cm off, {rivals}"

@@ -120,8 +120,8 @@ def _put_snapshot(
     out.log("map/grid", _grid_map(rr, snapshot.spec, cells, RVIZ, HEIGHTS["grid"]))
     most = len(snapshot.poses) if whole else MAX_PATH_POSES
     chosen = np.unique(np.linspace(0, snapshot.scan, most).round().astype(int))
-    way = _lifted(snapshot.poses[chosen, :2], HEIGHTS["path"])
-    out.log("map/path", rr.LineStrips3D([way], colors=_rgb(ESTIMATE), radii=-1.0))
+    path = _lifted(snapshot.poses[chosen, :2], HEIGHTS["path"])
+    out.log("map/path", rr.LineStrips3D([path], colors=_rgb(ESTIMATE), radii=-1.0))
 
 
 def _layer(rr: Any, picture: Picture) -> Any:

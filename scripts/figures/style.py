@@ -1,4 +1,4 @@
-"""How the pictures look: colours that any eyes tell apart (Okabe and Ito 2008), and blank figures.
+"""Colours that colour-blind readers can tell apart (Okabe and Ito 2008), and blank figures.
 
 Figures are made without pyplot, so that they share no state and need no display.
 """
@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 PAPER, INK, FAINT = "#FFFFFF", "#282A30", "#B0B4BC"
-UNKNOWN = "#C8D1DE"  # what no beam has reached: bluish, no grey of a half occupied cell
+UNKNOWN = "#C8D1DE"  # no beam has reached it: bluish, unlike the grey of a half occupied cell
 TRUTH, ESTIMATE = "#0072B2", "#D55E00"
 WALLS, DOORS = "#56B4E9", "#E69F00"
 STATIC, DYNAMIC = "#CC79A7", "#009E73"
@@ -20,7 +20,7 @@ DPI = 130.0
 
 
 def blank_figure(width: float, height: float, dpi: float = DPI, arrange: bool = True) -> Figure:
-    """An empty figure of `width` x `height` inches, that arranges its own parts if `arrange`."""
+    """An empty figure of `width` x `height` inches; `arrange` lets matplotlib lay out its parts."""
     figure = Figure(figsize=(width, height), dpi=dpi, facecolor=PAPER)
     FigureCanvasAgg(figure)
     if arrange:
@@ -29,7 +29,7 @@ def blank_figure(width: float, height: float, dpi: float = DPI, arrange: bool = 
 
 
 def plain_axes(axes: Axes) -> None:
-    """Small, quiet ticks and frame."""
+    """Give the axes small ticks and a faint frame."""
     axes.tick_params(labelsize=SMALL, colors=INK, length=3, width=0.6)
     for spine in axes.spines.values():
         spine.set(color=FAINT, linewidth=0.8)

@@ -1,4 +1,4 @@
-"""A window that shows a SLAM at work: map, way, scan, how sure it is, how long it will take."""
+"""A window that shows a running SLAM: map, path, scan, confidence ellipse, time left."""
 
 from __future__ import annotations
 
@@ -16,43 +16,43 @@ from slam.interface import Estimate, Revising, Slam
 from slam.scan import Scan
 
 from ..console.window import open_window
-from ..figures.canvas import PALETTE, ROBOT_RADIUS, SMALLEST, few_shades
+from ..figures.canvas import MIN_ROBOT_PIXELS, PALETTE, ROBOT_RADIUS, few_shades
 from ..figures.ellipse import outline
 from ..figures.map_panel import Box, MapPanel, coarser
 
 if TYPE_CHECKING:
     import pygame
 
-WINDOW = (1000, 800)  # pixels; less on a smaller display
-STRIP = 30  # pixels, the line below
-FRAME, MAP = 1 / 15, 0.5  # s at least from picture to picture, from map to map
-SHARE = 0.06  # of all time that pictures may take, and maps as well
-ROOM = 0.1  # of the map's size, around it: it grows
+WINDOW_SIZE = (1000, 800)  # pixels; less on a smaller display
+STATUS_HEIGHT = 30  # pixels, the line below
+MIN_FRAME_TIME, MIN_MAP_TIME = 1 / 15, 0.5  # s between two pictures, between two maps
+MAX_TIME_SHARE = 0.06  # of the run that pictures may take, and maps again
+MARGIN_SHARE = 0.1  # of the map's size, around it, as it grows
 INSTEAD = "leave out --live, and look at the film afterwards"
 
 
 class Live:
-    """An open window. Who closes it leaves the run going, and nothing more is shown.
+    """An open window. Closing it does not stop the run.
 
     title  of the window
     clock  s, wall time
 
-    A picture comes 15 times a second at most, a new map twice; either more rarely where it would
-    take more than `SHARE` of the time. Raises InputError where there is no display.
+    Draws at most 15 pictures and 2 new maps per second, and fewer where that would
+    take more than `MAX_TIME_SHARE` of the time. Raises InputError where there is no display.
     """
 
     def __init__(self, title: str, clock: Callable[[], float] = time.perf_counter):
-        self._screen = open_window(f"dynslam: {title}", WINDOW, "--live", INSTEAD)
+        self._screen = open_window(f"dynslam: {title}", WINDOW_SIZE, "--live", INSTEAD)
         self._clock, self._began = clock, clock()
         self._next_frame = self._next_map = self._began
         self._poses: list[Pose2] = []
         self._background: pygame.Surface | None = None
         self._view = Projection(0.0, 0.0, 1.0)
-        self._drawn = 0  # poses whose way is in the background
+        self._drawn = 0  # poses whose path is in the background
         self.closed = False
 
     def show(self, k: int, n: int, estimate: Estimate, scan: Scan, slam: Slam) -> None:
-        """Scan number `k` of `n`, from 1, was taken in by `slam`."""
+        """Show the state of `slam` after scan number `k` of `n`, counted from 1."""
         if self.closed:
             return
         self._poses.append(estimate.pose)
@@ -63,10 +63,10 @@ class Live:
             return self.close()
         if self._background is None or now >= self._next_map or k == n:
             self._draw_map(slam)
-            self._next_map = _again(now, self._clock(), MAP)
+            self._next_map = _again(now, self._clock(), MIN_MAP_TIME)
         now = self._clock()
-        self._draw(k, n, estimate._replace(pose=slam.pose), scan)  # the end may revise it
-        self._next_frame = _again(now, self._clock(), FRAME)
+        self._draw(k, n, estimate._replace(pose=slam.pose), scan)  # finishing may revise it
+        self._next_frame = _again(now, self._clock(), MIN_FRAME_TIME)
 
     def close(self) -> None:
         """Close the window."""
@@ -76,34 +76,34 @@ class Live:
         pygame.display.quit()
 
     def _quit(self) -> bool:
-        """Whether somebody closes the window."""
+        """Whether the user closed the window."""
         import pygame
 
         events = pygame.event.get()
         self._screen = pygame.display.get_surface() or self._screen
         return any(event.type == pygame.QUIT for event in events)
 
-    # -- the map, and the way so far -------------------------------------------------------------
+    # -- the map and the path so far -------------------------------------------------------------
 
     def _draw_map(self, slam: Slam) -> None:
         import pygame
 
         if isinstance(slam, Revising):
             self._poses = [Pose2(*row) for row in slam.trajectory().tolist()]
-        grid, way = slam.map(), np.array(self._poses)[:, :2]
-        size = self._screen.get_width(), self._screen.get_height() - STRIP
+        grid, path = slam.map(), np.array(self._poses)[:, :2]
+        size = self._screen.get_width(), self._screen.get_height() - STATUS_HEIGHT
         self._view = _fitting(grid, np.array(self._poses), size)
         self._background = pygame.Surface(size)
         self._background.fill(PALETTE[-3:])
         _blit_grid(self._background, coarser(grid, 1 / self._view.scale), self._view)
-        self._draw_way(self._background, way)
-        self._drawn = len(way)
+        self._draw_path(self._background, path)
+        self._drawn = len(path)
 
-    def _draw_way(self, surface: pygame.Surface, way: Array) -> None:
+    def _draw_path(self, surface: pygame.Surface, path: Array) -> None:
         import pygame
 
-        if len(way) > 1:
-            points = self._view.points(way).tolist()
+        if len(path) > 1:
+            points = self._view.points(path).tolist()
             pygame.draw.lines(surface, colours.VERMILION, False, points, 2)
 
     # -- a picture -------------------------------------------------------------------------------
@@ -113,12 +113,12 @@ class Live:
 
         assert self._background is not None
         self._screen.blit(self._background, (0, 0))
-        self._draw_way(self._screen, np.array(self._poses[max(self._drawn - 1, 0) :])[:, :2])
+        self._draw_path(self._screen, np.array(self._poses[max(self._drawn - 1, 0) :])[:, :2])
         pose = estimate.pose
         for point in self._view.points(transform_points(pose, scan.points)).tolist():
             pygame.draw.circle(self._screen, colours.GREEN, point, 2)
         centre = self._view.at(pose.x, pose.y)
-        radius = max(ROBOT_RADIUS * self._view.scale, SMALLEST)
+        radius = max(ROBOT_RADIUS * self._view.scale, MIN_ROBOT_PIXELS)
         pygame.draw.circle(self._screen, colours.VERMILION, centre, radius)
         ahead = pose @ Pose2(radius / self._view.scale, 0.0, 0.0)
         pygame.draw.line(self._screen, colours.PAPER, centre, self._view.at(ahead.x, ahead.y), 2)
@@ -129,37 +129,41 @@ class Live:
 
     def _draw_strip(self, k: int, n: int, estimate: Estimate) -> None:
         width, height = self._screen.get_size()
-        self._screen.fill(colours.PAPER, (0, height - STRIP, width, STRIP))
+        self._screen.fill(colours.PAPER, (0, height - STATUS_HEIGHT, width, STATUS_HEIGHT))
         gone = self._clock() - self._began
-        words = f"scan {k} of {n}   {_span(gone)} gone, {_span(gone * (n - k) / k)} left"
+        words = f"scan {k} of {n}   {_span(gone)} elapsed, {_span(gone * (n - k) / k)} left"
         if not estimate.matched:
             words += "   not matched"
-        middle, right = height - STRIP // 2, width - captions.TEXT_MARGIN
+        middle, right = height - STATUS_HEIGHT // 2, width - captions.TEXT_MARGIN
         captions.text(self._screen, words, captions.TEXT_MARGIN, middle)
         for word, colour in LEGEND:
             right -= captions.width_of(word) + captions.TEXT_MARGIN
             captions.text(self._screen, word, right, middle, colour)
 
 
-LEGEND = (("95 % sure", colours.BLUE), ("echoes", colours.GREEN), ("robot, way", colours.VERMILION))
+LEGEND = (
+    ("95 % ellipse", colours.BLUE),
+    ("echoes", colours.GREEN),
+    ("robot, path", colours.VERMILION),
+)
 
 
 def _again(begun: float, ended: float, least: float) -> float:
-    """When to do again what took so long."""
-    return ended + max(least, (ended - begun) / SHARE)
+    """The next time for work that was begun and ended at these times."""
+    return ended + max(least, (ended - begun) / MAX_TIME_SHARE)
 
 
 def _fitting(grid: OccupancyGrid, poses: Array, size: tuple[int, int]) -> Projection:
-    """What was observed or walked, in the middle."""
+    """The view with all observed cells and poses in its middle."""
     box = MapPanel("", grid, poses).box
-    room = ROOM * max(box.width, box.height) / 2
+    room = MARGIN_SHARE * max(box.width, box.height) / 2
     box = Box(box.left - room, box.right + room, box.bottom - room, box.top + room)
     box = box.shaped(size[1] / size[0])
     return Projection(box.left, box.top, size[0] / box.width)
 
 
 def _blit_grid(surface: pygame.Surface, grid: OccupancyGrid, view: Projection) -> None:
-    """The part of a map that the surface shows."""
+    """Draw the visible part of a map."""
     import pygame
 
     width, height = surface.get_size()

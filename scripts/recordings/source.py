@@ -32,8 +32,10 @@ class RecordingSource:
     """
 
     def read(self, laser: str | None = None) -> LoadedRecording:
-        """The recording as it is in the file, with the chosen laser or else `laser`. Raises
-        InputError."""
+        """The recording as it is in the file, of the chosen laser or else `laser`.
+
+        Raises InputError.
+        """
         from slam.geometry import Pose2
         from slam.io.formats import read_log
         from slam.io.loaded_recording import SourceSelection

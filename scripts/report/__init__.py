@@ -1,1 +1,1 @@
-"""The page of a bench: tables, figures, replays; and the same as files for a paper."""
+"""The report of a bench: tables, figures and replays, as a page and as files for a paper."""

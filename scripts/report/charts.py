@@ -1,4 +1,4 @@
-"""The figures of a bench, but for its maps, for the page and for a paper."""
+"""Charts of a bench, for the page and for a paper; maps are in `maps`."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from .summary import Group, Summary
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F4F24", "#6A3D9A",
            "#555555", "#B2DF8A")  # fmt: skip
 MARKERS = "osD^vP*Xhd"
-MOST_PANELS = 6
+MAX_PANELS = 6
 
 
 class Chart(NamedTuple):
-    """A figure, and what it says.
+    """A figure with its words.
 
     name     of its files
     title    above it
-    caption  below it: what is to be seen, for those who cannot see it as well
+    caption  below it; describes the figure to readers who cannot see it, too
     """
 
     name: str
@@ -37,7 +37,7 @@ class Chart(NamedTuple):
 
 
 def charts(summary: Summary) -> Iterator[Chart]:
-    """All that the results allow."""
+    """The charts that the results allow."""
     if summary.main is None:
         return
     for chart in (
@@ -54,15 +54,15 @@ def charts(summary: Summary) -> Iterator[Chart]:
 
 
 def colour(summary: Summary, variant: str) -> str:
-    """The same in every figure."""
+    """Colour of a variant, the same in every chart."""
     return COLOURS[summary.variants.index(variant) % len(COLOURS)]
 
 
 def shown(summary: Summary) -> list[Condition]:
-    """At most `MOST_PANELS` conditions: those where the variants differ most."""
+    """At most MAX_PANELS conditions: those where the variants differ most."""
     score = summary.main
-    if len(summary.conditions) <= MOST_PANELS or score is None:
-        return summary.conditions[:MOST_PANELS]
+    if len(summary.conditions) <= MAX_PANELS or score is None:
+        return summary.conditions[:MAX_PANELS]
 
     def spread(condition: Condition) -> float:
         groups = [group.values(score) for group in summary.of(condition)]
@@ -70,7 +70,7 @@ def shown(summary: Summary) -> list[Condition]:
         known = [value for value in found if value > 0]
         return max(known) / min(known) if known and min(known) < np.inf else 0.0
 
-    chosen = sorted(summary.conditions, key=spread, reverse=True)[:MOST_PANELS]
+    chosen = sorted(summary.conditions, key=spread, reverse=True)[:MAX_PANELS]
     return [condition for condition in summary.conditions if condition in chosen]
 
 
@@ -95,7 +95,7 @@ def _ranks(summary: Summary, score: Score) -> Chart | None:
 
 
 def _errors(summary: Summary, score: Score) -> Chart | None:
-    """Every run as a dot."""
+    """Chart of the errors, every run as a dot."""
     conditions = shown(summary)
     rows = sum(len(summary.of(c)) for c in conditions) + len(conditions)
     figure = blank_figure(7.5, 0.8 + 0.2 * rows)
@@ -177,18 +177,18 @@ def _calibration(summary: Summary) -> Chart | None:
         _finish(axes)
     _legend(figure, panels)
     caption = (
-        "What the maps' cells say (h, in ten bins of 50 cells or more) against the share of time "
-        "that something truly stood in them; a calibrated map is on the diagonal."
+        "Occupancy of the maps' cells (h, in ten bins of 50 cells or more) against the share of "
+        "time that they were truly occupied; a calibrated map is on the diagonal."
     )
     return Chart("calibration", "Calibration of the maps", caption + _most(summary), figure)
 
 
 def _speed(summary: Summary, score: Score) -> Chart | None:
-    """One point a variant and condition."""
+    """Chart with a point per variant and condition."""
     chart = _scatter(summary, TIME, score)
     caption = (
         "Medians with their 95 % intervals, of the runs that have a result; lower and farther "
-        "left is better. Times were taken beside other runs on the same machine."
+        "left is better. Times were measured with other runs on the same machine."
     )
     return chart and Chart("accuracy-speed", "Accuracy against speed", caption, chart)
 
@@ -196,8 +196,8 @@ def _speed(summary: Summary, score: Score) -> Chart | None:
 def _memory(summary: Summary) -> Chart | None:
     chart = _scatter(summary, TIME, MEMORY)
     caption = (
-        "How much more memory the process held at most during a run than before it, against the "
-        "time of a matched scan; medians with their 95 % intervals."
+        "Growth of the process's memory to its peak in a run, against the time per matched scan; "
+        "medians with their 95 % intervals."
     )
     return chart and Chart("memory-time", "Memory against time", caption, chart)
 
@@ -206,8 +206,8 @@ def _bound(summary: Summary) -> Chart | None:
     bound = Score("ate_bound", "Cramer-Rao bound of one scan", 1e3, " mm")
     chart = _scatter(summary, bound, ATE, diagonal=True)
     caption = (
-        "The error reached against the least one of poses found each from one scan in the known "
-        "map: what no localization without memory can beat. Of the runs that have a result."
+        "The error against its lower bound for poses estimated from one scan each in the known "
+        "map: no localization without memory can beat it. Runs with a result only."
     )
     return chart and Chart("bound", "Bound against achieved", caption, chart)
 
@@ -256,7 +256,7 @@ def _panels(count: int, height: float) -> tuple[Figure, list[Axes]]:
 
 
 def _interval(axes: Axes, y: float, interval: Sequence[float], ink: str) -> None:
-    """A value as a mark with its interval as a bar; what is infinite is left out."""
+    """Draw a value as a mark and its interval as a bar; infinite ones are left out."""
     value, low, high = interval
     if np.isfinite(low):
         end = high if np.isfinite(high) else 10 * low
@@ -270,7 +270,7 @@ def _marker(summary: Summary, group: Group) -> str:
 
 
 def _log(axes: Axes, which: str) -> None:
-    """Logarithmic, with plain numbers, where anything was drawn."""
+    """Make an axis logarithmic with plain numbers, if anything was drawn."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     low, high = axes.dataLim.intervalx if which == "x" else axes.dataLim.intervaly
     if not (np.isfinite(low) and np.isfinite(high) and high > 0):
@@ -301,10 +301,10 @@ def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
 
 
 def _most(summary: Summary) -> str:
-    """What to add where not all conditions are shown."""
-    if len(summary.conditions) <= MOST_PANELS:
+    """End of the caption if not all conditions are shown."""
+    if len(summary.conditions) <= MAX_PANELS:
         return ""
     compared = f"{summary.wording.compared}s"
     return (
-        f" Of {len(summary.conditions)} conditions the {MOST_PANELS} where {compared} differ most."
+        f" Of {len(summary.conditions)} conditions the {MAX_PANELS} where {compared} differ most."
     )

@@ -1,4 +1,4 @@
-"""The maps of every variant side by side, on the same episode, with the truth."""
+"""Maps of every variant on the same episode, with the truth."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PALETTE = np.vstack(
 
 
 def maps(condition: Condition, runs: Mapping[str, RecordedRun], number: int) -> Chart:
-    """One panel a variant, at the end of the episode."""
+    """One panel per variant, at the end of the episode."""
     box = _box(list(runs.values()))
     aspect = (box[3] - box[2]) / (box[1] - box[0])
     rows = -(-len(runs) // COLUMNS)
@@ -49,13 +49,13 @@ def maps(condition: Condition, runs: Mapping[str, RecordedRun], number: int) -> 
                   frameon=False)  # fmt: skip
     caption = (
         "The maps at the end of the first episode: occupied dark, free white, unknown grey. Paths "
-        "as believed at the end."
+        "as estimated at the end."
     )
     return Chart(f"maps-{number}", f"Maps: {condition}", caption, figure)
 
 
 def _box(runs: list[RecordedRun]) -> tuple[float, float, float, float]:
-    """What is true, or (without a truth) what most maps hold: left, right, bottom, top, m."""
+    """Box of the true walls, else the median box of the maps: left, right, bottom, top, m."""
     walls = runs[0].walls.reshape(-1, 2)
     if len(walls):
         (left, bottom), (right, top) = walls.min(axis=0).tolist(), walls.max(axis=0).tolist()

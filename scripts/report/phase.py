@@ -1,4 +1,4 @@
-"""Phase diagrams: planes of two factors, one panel a variant. Where does which one break?"""
+"""Phase diagrams: the main score over planes of two factors, one panel per variant."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from .charts import Chart, colour
 from .scores import Score
 from .summary import Comparison, Summary
 
-PLANE = "plane"
-DARK = 0.6  # of the colours' range, above which text is white
+PLANE_FACTOR = "plane"
+WHITE_TEXT_SHADE = 0.6  # of the colour range, above which text is white
 
 
 def phase_diagrams(summary: Summary) -> Iterator[Chart]:
-    """One chart a plane: conditions that name their `plane`, and two more factors."""
+    """One chart per plane: of conditions with a factor `plane` and two more."""
     score = summary.main
-    planes = dict.fromkeys(dict(c.factors).get(PLANE) for c in summary.conditions)
+    planes = dict.fromkeys(dict(c.factors).get(PLANE_FACTOR) for c in summary.conditions)
     for plane in planes:
         if plane is None or score is None:
             continue
-        conditions = [c for c in summary.conditions if dict(c.factors).get(PLANE) == plane]
-        names = [name for name, _ in conditions[0].factors if name != PLANE]
+        conditions = [c for c in summary.conditions if dict(c.factors).get(PLANE_FACTOR) == plane]
+        names = [name for name, _ in conditions[0].factors if name != PLANE_FACTOR]
         if len(names) == 2:
             yield _diagram(summary, score, str(plane), conditions, names)
 
@@ -60,7 +60,7 @@ def _diagram(
         for row, col, _ in places:
             if not np.isnan(medians[k, row, col]):
                 shade = float(np.ma.filled(norm(medians[k, row, col]), 0.0)) if norm else 0.0
-                _write(axes, row, col, score.told(medians[k, row, col]), lost[k, row, col], shade)
+                _write(axes, row, col, score.format(medians[k, row, col]), lost[k, row, col], shade)
         _label(axes, variant, names, levels)
     axes = figure.add_subplot(rows, columns, len(summary.variants) + 1)
     _best(axes, summary, medians, places)
@@ -74,10 +74,10 @@ def _diagram(
     return Chart(f"phase-{plane}", f"Phase diagram: {plane}", caption, figure)
 
 
-def _write(axes: Axes, row: int, col: int, told: str, lost: float, shade: float) -> None:
-    text = told if not lost > 0 else f"{told}\n{lost:.0f} %"
+def _write(axes: Axes, row: int, col: int, text: str, lost: float, shade: float) -> None:
+    text = text if not lost > 0 else f"{text}\n{lost:.0f} %"
     axes.text(col, row, text, ha="center", va="center", fontsize=SMALL,
-              color="white" if shade > DARK else INK)  # fmt: skip
+              color="white" if shade > WHITE_TEXT_SHADE else INK)  # fmt: skip
 
 
 def _best(
@@ -86,19 +86,23 @@ def _best(
     filled = np.where(np.isnan(medians), np.inf, medians)
     best = filled.argmin(axis=0)
     colours = ListedColormap([colour(summary, name) for name in summary.variants])
-    shown = np.where(np.isfinite(filled.min(axis=0)), best, np.nan)  # all lost: none is best
+    shown = np.where(
+        np.isfinite(filled.min(axis=0)), best, np.nan
+    )  # where all are lost, none is best
     axes.imshow(shown, origin="lower", aspect="auto", cmap=colours, alpha=0.55,
                 vmin=-0.5, vmax=len(summary.variants) - 0.5)  # fmt: skip
     compared = [c for c in summary.comparisons() if c.score == summary.main]
     for row, col, condition in places:
         if condition is not None and np.isfinite(filled[:, row, col].min()):
             name = summary.variants[best[row, col]]
-            told = name.replace("-", "-\n") + ("*" if _sure(name, condition, compared) else "")
-            axes.text(col, row, told, ha="center", va="center", fontsize=SMALL - 1, color=INK)
+            label = name.replace("-", "-\n") + (
+                "*" if _beats_others(name, condition, compared) else ""
+            )
+            axes.text(col, row, label, ha="center", va="center", fontsize=SMALL - 1, color=INK)
 
 
-def _sure(name: str, condition: Condition, compared: list[Comparison]) -> bool:
-    """It beats the first variant beyond chance; or, if it is the first, all the others."""
+def _beats_others(name: str, condition: Condition, compared: list[Comparison]) -> bool:
+    """Whether it is significantly better than the first variant; as the first, than all others."""
     here = [c for c in compared if c.condition == condition]
     own = [c for c in here if c.variant == name]
     if own:

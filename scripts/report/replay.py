@@ -1,4 +1,4 @@
-"""The data of a replay: an episode in moments, as the page's script draws it."""
+"""Data of a replay for the script of the page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .maps import PALETTE
 
 
 def replay(condition: Condition, runs: Mapping[str, RecordedRun], seed: int) -> dict[str, Any]:
-    """One episode, all variants; JSON.
+    """One episode with all variants, as JSON.
 
     Numbers are rounded to centimetres. Images are PNG in data URLs, their first row the highest.
     """
@@ -30,7 +30,7 @@ def replay(condition: Condition, runs: Mapping[str, RecordedRun], seed: int) -> 
         "walls": _rounded(first.walls),
         "doors": _rounded(first.doors),
         "truth": _rounded(first.truth),
-        "echoes": [[_some(echo) for echo in scan] for scan in np.round(first.echoes, 2).tolist()],
+        "echoes": [[_point(echo) for echo in scan] for scan in np.round(first.echoes, 2).tolist()],
         "variants": [
             {
                 "name": name,
@@ -47,7 +47,7 @@ def _rounded(array: Array) -> list[Any]:
     return np.round(array.astype(np.float64), 2).tolist()
 
 
-def _some(point: list[float]) -> list[float] | None:
+def _point(point: list[float]) -> list[float] | None:
     return point if point[0] == point[0] else None
 
 

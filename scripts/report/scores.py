@@ -1,4 +1,4 @@
-"""Scores as they are told: names in the results, names for people, units."""
+"""Scores: keys in the results, names for people, units."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class Score(NamedTuple):
 
     key     in the results
     name    for people
-    scale   from the results to the unit
-    unit    with a space before it, or empty
+    scale   factor from the results to the unit
+    unit    after a space, or empty
     digits  decimals
-    better  -1: less is better; 1: more is
-    worst   what a run that came to nothing is given
+    better  -1: less is better; 1: more is better
+    worst   value of a failed run
     """
 
     key: str
@@ -30,13 +30,13 @@ class Score(NamedTuple):
     worst: float = math.inf
 
     def of(self, row: Result) -> float | None:
-        """In the unit; None where the row has none."""
+        """Value of a run in the unit; None if the row has none."""
         if row.get("error") is not None:
             return self.worst
         value = row.get(self.key)
         return None if value is None else self.scale * value
 
-    def told(self, value: float) -> str:
+    def format(self, value: float) -> str:
         """The number, without its unit."""
         if math.isnan(value):
             return "-"
@@ -44,7 +44,7 @@ class Score(NamedTuple):
 
     @property
     def heading(self) -> str:
-        """Its name and its unit."""
+        """Name and unit."""
         return f"{self.name}, {self.unit.strip()}" if self.unit else self.name
 
 
@@ -52,48 +52,48 @@ ATE = Score("ate", "ATE", 1e3, " mm")
 F1 = Score("f1_5cm", "F1", digits=3, better=1, worst=0.0)
 BRIER = Score("brier_share_door", "Brier of doors", digits=3, worst=1.0)
 HEADING = Score("heading_max", "largest heading error", math.degrees(1.0), " deg", 2)
-TIME = Score("ms_per_matched_scan", "time a matched scan", 1.0, " ms", 2)
+TIME = Score("ms_per_matched_scan", "time per matched scan", 1.0, " ms", 2)
 RELATIONS = Score("translation_mean", "error of relations", 1e3, " mm")
 ALIGNED = Score("ate_aligned", "ATE, aligned", 1e3, " mm")
 DOORS = Score("door_brier", "Brier of doors over time", digits=3, worst=1.0)
 F1_OVER_TIME = Score("f1_over_time", "F1 over time", digits=3, better=1, worst=0.0)
-MAIN = (DOORS, ATE, RELATIONS, ALIGNED)
-"""What runs are judged by: the first of these that the results have."""
+MAIN_SCORES = (DOORS, ATE, RELATIONS, ALIGNED)
+"""Runs are compared by the first of these that the results have."""
 
 QUALITY = (
     DOORS,
     F1_OVER_TIME,
     ATE,
-    Score("ate_online", "ATE on the way", 1e3, " mm"),
+    Score("ate_online", "ATE, online", 1e3, " mm"),
     ALIGNED,
     HEADING,
     RELATIONS,
-    Score("translation_mean_online", "error of relations on the way", 1e3, " mm"),
+    Score("translation_mean_online", "error of relations, online", 1e3, " mm"),
     Score("rotation_mean_deg", "heading error of relations", 1.0, " deg", 2),
     F1,
     Score("adnn_map_to_truth", "map to truth", 1e3, " mm"),
     BRIER,
     Score("slam_brier", "Brier of the SLAM's doors now", digits=3),
     Score("coverage", "coverage", 100.0, " %", 1, 1, 0.0),
-    Score("path_length", "way", 1.0, " m"),
+    Score("path_length", "path length", 1.0, " m"),
     Score("contact", "in contact", 1.0, " s"),
     Score("reward", "reward", digits=1, better=1, worst=-math.inf),
 )
 MEMORY = Score("memory_mb", "memory", 1.0, " MB", 1)
-THINKING = Score("ms_per_step", "thinking a step", 1.0, " ms", 2)
+THINKING = Score("ms_per_step", "agent's time per step", 1.0, " ms", 2)
 COST = (THINKING, TIME, MEMORY)
 
 
 def present(scores: Sequence[Score], rows: Sequence[Result]) -> list[Score]:
-    """Those that any row has."""
+    """The scores that any row has."""
     return [score for score in scores if any(row.get(score.key) is not None for row in rows)]
 
 
 def main_score(rows: Sequence[Result]) -> Score | None:
-    """What the trajectories are judged by; None where nothing is known of the truth."""
-    return next(iter(present(MAIN, rows)), None)
+    """The score that runs are compared by; None if nothing is known of the truth."""
+    return next(iter(present(MAIN_SCORES, rows)), None)
 
 
 def format_p(p: float) -> str:
-    """A p-value, as papers tell it."""
+    """A p-value in the style of papers."""
     return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"

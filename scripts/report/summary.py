@@ -1,4 +1,4 @@
-"""Rows of results as statistics: by condition and variant, in pairs, in ranks."""
+"""Statistics of results: per condition and variant, paired differences, ranks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from slam.benchmark.statistics import (
 from ..trials.results import Condition
 from .scores import ATE, BRIER, F1, F1_OVER_TIME, Score, main_score, present
 
-FEWEST_PAIRS = 6  # below, no difference can be significant at 5 %
+MIN_PAIRS = 6  # with fewer, no difference can be significant at 5 %
 
 
 class Group(NamedTuple):
@@ -35,25 +35,25 @@ class Group(NamedTuple):
     rows: list[Result]
 
     def values(self, score: Score) -> list[float]:
-        """Of the runs that have the score."""
+        """Values of the runs that have the score."""
         return [value for value in map(score.of, self.rows) if value is not None]
 
     def median(self, score: Score) -> Interval:
-        """With its interval."""
+        """Median with its interval."""
         return median(self.values(score))
 
     def interquartile_mean(self, score: Score) -> Interval:
-        """With its interval."""
+        """Interquartile mean with its interval."""
         return interquartile_mean(self.values(score))
 
     def failed(self) -> Interval:
-        """Share of runs, in percent: those that were lost, and those that came to nothing."""
+        """Percentage of runs that were lost or failed."""
         known = any(row.get("failed") is not None for row in self.rows)
-        judged = [bool(row.get("failed")) for row in self.rows] if known else []
-        return Interval(*(100 * number for number in share(judged)))
+        lost = [bool(row.get("failed")) for row in self.rows] if known else []
+        return Interval(*(100 * number for number in share(lost)))
 
     def by_episode(self, score: Score) -> dict[str, float]:
-        """Episode and seed -> value."""
+        """Values by episode and seed."""
         found = {f"{row['episode']} {row['seed']}": score.of(row) for row in self.rows}
         return {name: value for name, value in found.items() if value is not None}
 
@@ -61,7 +61,7 @@ class Group(NamedTuple):
 class Comparison(NamedTuple):
     """A variant minus the first one, on the same episodes.
 
-    q  p corrected for all comparisons of the page
+    q  p corrected for all comparisons of the report
     """
 
     condition: Condition
@@ -74,40 +74,39 @@ class Comparison(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """`better` or `worse` where chance does not explain it, else nothing; nothing too where
-        most pairs are equal, and the median of what chance does not explain is 0."""
+        """`better` or `worse`; empty if not significant, or if the median difference is 0."""
         value = self.found.difference.value * self.score.better
-        if self.pairs < FEWEST_PAIRS or self.q >= 0.05 or not abs(value) > 0:
+        if self.pairs < MIN_PAIRS or self.q >= 0.05 or not abs(value) > 0:
             return ""
         return "better" if value > 0 else "worse"
 
 
 class Wording(NamedTuple):
-    """How a page tells what made it.
+    """Words of a report.
 
     command   of `dynslam`
-    compared  what one of those is called that are compared
+    compared  noun for what is compared
     """
 
     command: str = "bench"
     compared: str = "variant"
 
 
-OF_A_BENCH = Wording()
+BENCH_WORDING = Wording()
 
 
 class Summary:
-    """All that the tables and figures are made of.
+    """The statistics behind the tables and figures.
 
-    rows        in the order of condition, seed, variant, whatever the order they came in
-    variants    in the order in which they were named; the first is what others are compared with
-    conditions  likewise
-    main        what the trajectories are judged by
-    wording     of all that is told
+    rows        sorted by condition, seed, variant
+    variants    in the order in which they were named; the others are compared with the first
+    conditions  sorted
+    main        score that runs are compared by
+    wording     of the report
     """
 
     def __init__(
-        self, rows: Sequence[Result], order: Sequence[str] = (), wording: Wording = OF_A_BENCH
+        self, rows: Sequence[Result], order: Sequence[str] = (), wording: Wording = BENCH_WORDING
     ):
         self.wording = wording
         self.variants = _ordered([row["variant"] for row in rows], order)
@@ -125,12 +124,12 @@ class Summary:
         self.groups = {key: Group(*key, rows) for key, rows in grouped.items()}
 
     def of(self, condition: Condition) -> list[Group]:
-        """The groups of a condition, in the order of the variants."""
+        """Groups of a condition, in the order of the variants."""
         keys = ((condition, variant) for variant in self.variants)
         return [self.groups[key] for key in keys if key in self.groups]
 
     def comparisons(self) -> list[Comparison]:
-        """Every variant minus the first, by the main score, the map's and the doors'."""
+        """Every variant minus the first, by the main score and those of the map and the doors."""
         return self._compared
 
     @cached_property
@@ -154,8 +153,8 @@ class Summary:
         return [one._replace(q=q) for one, q in zip(found, qs, strict=True)]
 
     def ranks(self) -> tuple[Ranks, int] | None:
-        """Of the variants by the main score, over all episodes that every one was run on, and how
-        many those are; None where there is no score, or no such episode."""
+        """Ranks of the variants by the main score over their common episodes, and how many these
+        are; None without a score or a common episode."""
         if self.main is None or len(self.variants) < 2:
             return None
         series: dict[str, dict[str, float]] = {name: {} for name in self.variants}
@@ -169,13 +168,13 @@ class Summary:
 
 
 def _ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:
-    """Each once: those of `order` in its order, then the others as they came."""
+    """Each name once: those of `order` in its order, then the others as they came."""
     given = dict.fromkeys(names)
     return [*(name for name in order if name in given), *(n for n in given if n not in order)]
 
 
 def _sortable(condition: Condition) -> tuple[tuple[str, int, float, str], ...]:
-    """Numbers by size, words by the alphabet."""
+    """Sort key: numbers by size, words by the alphabet."""
     return tuple(
         (name, 0, value, "") if isinstance(value, int | float) else (name, 1, 0.0, value)
         for name, value in condition.factors

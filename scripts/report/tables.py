@@ -1,4 +1,4 @@
-"""The tables of a bench: for the page, and as Markdown and LaTeX for a paper."""
+"""Tables of a bench, for the page and as Markdown and LaTeX."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slam.benchmark.statistics import Interval
 from .scores import COST, QUALITY, Score, present
 from .summary import Summary
 
-LATEX = {character: f"\\{character}" for character in "&%$#_{}"} | {
+LATEX_ESCAPES = {character: f"\\{character}" for character in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
@@ -19,15 +19,15 @@ LATEX = {character: f"\\{character}" for character in "&%$#_{}"} | {
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
 }
-"""What has a meaning in LaTeX, or another shape in its first fonts."""
+"""Characters with a meaning in LaTeX, or another glyph in its default font."""
 
 
 class Cell(NamedTuple):
-    """One figure of a table.
+    """A cell of a table.
 
-    text   as it is shown
-    value  what it is sorted by; None at the end
-    mark   `better`, `worse` or nothing
+    text   shown
+    value  sort key; None sorts last
+    mark   `better`, `worse` or empty
     """
 
     text: str
@@ -42,7 +42,7 @@ class Table(NamedTuple):
     title     above it
     caption   below it
     headings  of the columns
-    rows      of cells, as many as headings
+    rows      cells, one per heading
     """
 
     name: str
@@ -53,7 +53,7 @@ class Table(NamedTuple):
 
 
 def tables(summary: Summary) -> list[Table]:
-    """All that the results allow."""
+    """The tables that the results allow."""
     return [
         table for table in (_medians(summary), _paired(summary), _errors(summary)) if table.rows
     ]
@@ -90,7 +90,7 @@ def _paired(summary: Summary) -> Table:
     headings = ["condition", compared, "score", "difference", "p", "q", "pairs", "verdict"]
     rows = []
     for one in summary.comparisons():
-        difference = one.score.told
+        difference = one.score.format
         value, low, high = (_signed(difference(v), v) for v in one.found.difference)
         text = f"{value}{one.score.unit} ({low} to {high})"
         verdict = Cell(one.verdict or "-", one.verdict, one.verdict)
@@ -128,19 +128,19 @@ def _errors(summary: Summary) -> Table:
 
 
 def markdown(table: Table) -> str:
-    """For a README."""
+    """The table in Markdown."""
     lines = [table.headings, ["---"] * len(table.headings)]
     lines += [[cell.text for cell in row] for row in table.rows]
     return "".join(f"| {' | '.join(map(_marked_down, cells))} |\n" for cells in lines)
 
 
 def _marked_down(text: str) -> str:
-    """On one line; neither the end of a cell nor a tag."""
+    """Text on one line, without cell ends and tags."""
     return " ".join(text.split()).replace("|", "\\|").replace("<", "\\<")
 
 
 def latex(table: Table) -> str:
-    """A tabular with the rules of `booktabs`."""
+    """The table as a tabular with the rules of `booktabs`."""
     lines = [
         f"% {table.caption}",
         f"\\begin{{tabular}}{{{'l' * len(table.headings)}}}",
@@ -157,7 +157,7 @@ def _latex_row(texts: Sequence[str]) -> str:
 
 
 def _escaped(text: str) -> str:
-    return "".join(LATEX.get(character, character) for character in " ".join(text.split()))
+    return "".join(LATEX_ESCAPES.get(character, character) for character in " ".join(text.split()))
 
 
 def _word(text: str) -> Cell:
@@ -172,12 +172,12 @@ def _interval(interval: Interval, score: Score) -> Cell:
     value, low, high = interval
     if math.isnan(value):
         return Cell("-", None)
-    text = f"{score.told(value)} ({score.told(low)} to {score.told(high)})"
+    text = f"{score.format(value)} ({score.format(low)} to {score.format(high)})"
     return Cell(text, _finite(value))
 
 
 def _finite(value: float) -> float | None:
-    """JSON and HTML have no infinity; what is no number is sorted to the end."""
+    """Sort key of a value: JSON and HTML have no infinity, and NaN sorts last."""
     return None if math.isnan(value) else max(min(value, 1e300), -1e300)
 
 

@@ -1,4 +1,4 @@
-"""Writes the report: report.html, results.csv, figures/ as PNG and SVG, tables/ for a paper."""
+"""Write the report: report.html, results.csv, figures/ as PNG and SVG, tables/ for a paper."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from .charts import Chart, charts, shown
 from .maps import maps
 from .phase import phase_diagrams
 from .replay import replay
-from .summary import OF_A_BENCH, Summary, Wording
+from .summary import BENCH_WORDING, Summary, Wording
 from .tables import Table, latex, markdown, tables
 
 HERE = Path(__file__).parent
-PLAIN: dict[Any, Any] = {"text.parse_math": False}  # a name may hold dollars
-SAME_BYTES: dict[Any, Any] = {"svg.hashsalt": "dynslam", "svg.fonttype": "path"}
+NO_MATH: dict[Any, Any] = {"text.parse_math": False}  # names may contain dollars
+REPRODUCIBLE: dict[Any, Any] = {"svg.hashsalt": "dynslam", "svg.fonttype": "path"}
 
 
 def write_report(
-    rows: Sequence[Result], out: Path, order: Sequence[str] = (), wording: Wording = OF_A_BENCH
+    rows: Sequence[Result], out: Path, order: Sequence[str] = (), wording: Wording = BENCH_WORDING
 ) -> Iterator[Path]:
-    """Write everything that the results allow into `out`; gives each path when it is written.
+    """Write everything that the results allow into `out`; yields each path when it is written.
 
-    order    of the variants; the first is what the others are compared with
+    order    of the variants; the others are compared with the first
     wording  of the page
     """
-    with mpl.rc_context(PLAIN):
+    with mpl.rc_context(NO_MATH):
         yield from _write(Summary(rows, order, wording), out)
 
 
@@ -71,7 +71,7 @@ def page(
     drawn: Sequence[tuple[Chart, str]],
     replays: Sequence[dict[str, Any]],
 ) -> str:
-    """The page: one file, that asks nothing of the network."""
+    """The page: one file without network requests."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
@@ -97,14 +97,14 @@ def _title(summary: Summary) -> str:
 
 
 def _origins(rows: Sequence[Result]) -> list[str]:
-    """Which code on which machines, each once."""
-    told = (
+    """Commits, versions and machines, each once."""
+    origins = (
         f"commit {row['commit'] or 'unknown'}, "
         f"{', '.join(f'{name} {number}' for name, number in row['versions'].items())}; "
         f"{row['host']['machine']}, {row['host']['cores']} cores"
         for row in rows
     )
-    return list(dict.fromkeys(told))
+    return list(dict.fromkeys(origins))
 
 
 def _recorded_runs(
@@ -122,7 +122,7 @@ def _recorded_runs(
 
 
 def _figure(chart: Chart, folder: Path) -> str:
-    """Write it as PNG and SVG; gives the SVG as a data URL."""
+    """Write a chart as PNG and SVG; returns the SVG as a data URL."""
     folder.mkdir(exist_ok=True)
     write_png(chart.figure, folder / f"{chart.name}.png")
     svg = _svg(chart.figure)
@@ -133,13 +133,13 @@ def _figure(chart: Chart, folder: Path) -> str:
 
 def _svg(figure: Figure) -> bytes:
     file = io.BytesIO()
-    with mpl.rc_context(SAME_BYTES):
+    with mpl.rc_context(REPRODUCIBLE):
         figure.savefig(file, format="svg", metadata={"Date": None})
     return file.getvalue()
 
 
 def _csv(rows: Sequence[Result]) -> str:
-    """All that is flat, one line a run."""
+    """All scalar values, one line per run."""
     flat = [{k: v for k, v in row.items() if not isinstance(v, dict | list)} for row in rows]
     file = io.StringIO()
     names = list(dict.fromkeys(name for row in flat for name in row))

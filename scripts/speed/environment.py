@@ -1,4 +1,4 @@
-"""What a step of the environment costs, beside the physics alone."""
+"""Time of a step of the environment, beside the time of its physics alone."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ BEAMS = (91, 181, 361, 1081)
 DOORS = (0, 8, 20, 50, 200)
 EXTRA_WALLS = (0, 100, 300, 1000)
 THREADS = (1, 2)
-STEPS = 640  # of an environment, a round
+STEPS_PER_ROUND = 640  # of an environment
 
 
 def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Result]:
-    """A floor (ten physics steps) and a step for each case, and a reset.
+    """Time of a step and of its floor for each case, and of a reset.
 
-    The floor is measured on a twin, in the same worlds and on the same drive, round by round in
-    turn: the time of ten calls of pymunk's `Space.step` alone. The ratio is the median of the
-    rounds' ratios, times are of the fastest round.
+    The floor is the time of the ten calls of pymunk's `Space.step` in a step, measured on a twin in
+    the same worlds on the same drive, alternating in each round. The ratio is the median over the
+    rounds, times are of the fastest round.
     """
     return [case(rounds) for case in track(list(_cases(num_envs)), "environment")]
 
 
 def env_table(rows: list[Result]) -> Table:
-    """For a terminal."""
+    """The table for a terminal."""
     table = Table(box=HORIZONTALS, title="DoorCorridor-v0, random actions")
     table.add_column("what")
     for heading in ("floor, us", "step, us", "step / floor", "per second"):
@@ -79,7 +79,7 @@ def _single(name: str, rounds: int, **parameters: Any) -> Result:
         assert isinstance(env.unwrapped, DoorWorldEnv)
         return env, [env.unwrapped.physics]
 
-    return {"what": name} | _against_floor((make(), make()), (), STEPS, rounds)
+    return {"what": name} | _against_floor((make(), make()), (), STEPS_PER_ROUND, rounds)
 
 
 def _vector(num_envs: int, threads: int, rounds: int) -> Result:
@@ -90,7 +90,7 @@ def _vector(num_envs: int, threads: int, rounds: int) -> Result:
         return env, env.physics
 
     name = f"one of {num_envs}, gym.make_vec" + (f", {threads} threads" if threads > 1 else "")
-    steps = max(STEPS // num_envs, 1)
+    steps = max(STEPS_PER_ROUND // num_envs, 1)
     pair = make(threads), make(1)
     return {"what": name} | _against_floor(pair, (num_envs,), steps, rounds)
 
@@ -98,7 +98,7 @@ def _vector(num_envs: int, threads: int, rounds: int) -> Result:
 def _against_floor(
     pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, rounds: int
 ) -> Result:
-    """Time drives of `steps` steps, in turn with a twin of which the physics alone counts."""
+    """Time drives of `steps` steps, alternating with a twin of which only the physics counts."""
     (env, worlds), (twin, twin_worlds) = pair
     floors = [PhysicsTimer(world.states) for world in twin_worlds]
     for world, floor in zip(twin_worlds, floors, strict=True):
@@ -121,7 +121,7 @@ def _against_floor(
 
 
 class PhysicsTimer(BodyStates):
-    """Lets time pass by pymunk's own `Space.step`, and adds up what that takes."""
+    """States advanced by pymunk's own `Space.step`, whose time is added up."""
 
     def __init__(self, states: BodyStates):
         self._states, self.spent = states, 0.0
@@ -161,12 +161,12 @@ def _timed(call: Callable[[], None]) -> float:
 
 
 def _corridor(doors: int) -> Corridor:
-    """A corridor with so many doors, and no shorter than the usual one."""
+    """A corridor with a number of doors, at least as long as the default one."""
     return Corridor(doors_per_side=doors // 2, length=max(12.0, 1.5 * doors))
 
 
 def _walled(extra: int) -> Layout:
-    """The usual corridor, and so many short walls behind its rooms."""
+    """The default corridor with `extra` short walls behind its rooms."""
     rng = np.random.default_rng(0)
     layout = Corridor().layout(rng)
     start = rng.uniform((0.0, 5.0), (12.0, 12.0), (extra, 2))

@@ -70,7 +70,7 @@ def memory_rows(variants: Sequence[str], episode: Episode, track: ProgressTracke
 
 
 def memory_table(rows: list[Result]) -> Table:
-    """For a terminal."""
+    """The table for a terminal."""
     minutes = rows[0]["seconds"] / 60 if rows else 0.0
     title = f"kB of the map after each quarter of {minutes:.0f} minutes in one corridor"
     table = Table(box=HORIZONTALS, title=title)

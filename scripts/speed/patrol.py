@@ -1,4 +1,4 @@
-"""Where the time of a patrol's step goes, and that of learning from it."""
+"""Time of the parts of a patrol's step, and of learning from it."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from slam.benchmark.results import Result
 from ..console.progress import ProgressTracker
 
 WORLDS = 32
-STEPS = 50  # of all worlds at once, a round
+STEPS_PER_ROUND = 50  # of all worlds at once
 PARTS = (
     ("world: physics, laser, odometry", WorldBatch, "step"),
     ("SLAM", MaximumLikelihood, "update"),
     ("dynamic map", DynamicMap, "look"),
-    ("what was seen lately, for the reward", DynamicMap, "freshness"),
+    ("freshness of the cells, for the reward", DynamicMap, "freshness"),
     ("observation", Patroller, "observation"),
 )
 
@@ -67,10 +67,10 @@ def _step_rows(env: Any, rng: np.random.Generator) -> list[Result]:
         for name, owner, method in PARTS:
             stack.enter_context(_timed(owner, method, name, spent))
         start = time.perf_counter()
-        for _ in range(STEPS):
+        for _ in range(STEPS_PER_ROUND):
             env.step(_actions(rng))
         whole = time.perf_counter() - start
-    each = 1e6 / (STEPS * WORLDS)
+    each = 1e6 / (STEPS_PER_ROUND * WORLDS)
     rows = [_row(name, spent[name] * each, spent[name] / whole) for name, *_ in PARTS]
     rest = whole - sum(spent.values())
     rows.append(_row("the rest: rewards, doors' score, infos", rest * each, rest / whole))

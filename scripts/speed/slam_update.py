@@ -1,4 +1,4 @@
-"""What a scan costs each SLAM, in time of the processor and in memory of the map."""
+"""Cost of a scan for each SLAM: processor time, and memory of the map."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ YARDSTICK = "static-ml"
 
 
 class Cost(NamedTuple):
-    """What an episode cost a SLAM.
+    """Processor time of a SLAM on an episode.
 
-    seconds  (n,) of the processor for each scan: prediction, search, map and all
-    matched  (n,) bool, the scans that were matched
-    mapping  seconds of them that went into the map and into bringing its reading up to date
+    seconds  (n,) per scan: prediction, search and map update
+    matched  (n,) bool, the matched scans
+    mapping  seconds spent on the map and on the refresh of its sensor model
     """
 
     seconds: Array
@@ -40,12 +40,12 @@ class Cost(NamedTuple):
 
     @property
     def ms(self) -> float:
-        """All time, spread over the scans that were matched (over all where none was)."""
+        """Time per matched scan, ms; per scan if none was matched."""
         return _ms(self.seconds, self.matched)
 
     @property
     def halves(self) -> tuple[float, float]:
-        """The same for the first and the second half of the scans."""
+        """`ms` of the first and of the second half of the scans."""
         half = len(self.seconds) // 2
         return (
             _ms(self.seconds[:half], self.matched[:half]),
@@ -54,7 +54,7 @@ class Cost(NamedTuple):
 
 
 class Costs(NamedTuple):
-    """Of the whole episode, and of its second half for a SLAM that begins there."""
+    """Costs of the whole episode, and of its second half for a SLAM that begins there."""
 
     whole: Cost
     alone: Cost
@@ -63,12 +63,12 @@ class Costs(NamedTuple):
 def slam_rows(
     variants: Sequence[str], episode: Episode, name: str, rounds: int, track: ProgressTracker
 ) -> list[Result]:
-    """One row a variant; the variants take turns, round by round, so that what else the machine
-    does hurts all alike.
+    """One row per variant; variants alternate in each round, so that other load of the machine
+    affects all alike.
 
-    Times are of each variant's fastest round, ratios are the median of the rounds' ratios. That the
-    second half of a drive costs more than the first may be the place's doing; if it costs more than
-    the same half does a SLAM that begins there, the cost grows with the map.
+    Times are of each variant's fastest round, ratios are medians over the rounds. The second half
+    of a drive may cost more than the first because of the place; if it costs more than for a SLAM
+    that begins there, the cost grows with the map.
     """
     measured = [YARDSTICK, *(one for one in variants if one != YARDSTICK)]
     for variant in measured:
@@ -89,9 +89,9 @@ def slam_rows(
 
 
 def slam_table(rows: list[Result]) -> Table:
-    """For a terminal of 80 columns."""
+    """The table for a terminal of 80 columns."""
     table = Table(box=HORIZONTALS, title=f"a SLAM's scan, {rows[0]['on']}, one core", padding=0)
-    table.caption, table.caption_justify = LEGEND, "left"
+    table.caption, table.caption_justify = COLUMN_LEGEND, "left"
     table.add_column("what", no_wrap=True)
     for heading in (
         "CPU ms",
@@ -119,7 +119,7 @@ def slam_table(rows: list[Result]) -> Table:
     return table
 
 
-LEGEND = (
+COLUMN_LEGEND = (
     "CPU ms: of the processor per matched scan, prediction, search and map update; map: share of "
     "the map update; 2nd/1st: cost of the drive's second half over that of its first; 2nd/new: "
     "over that of the same half on a map of its own, 1 if cost does not grow with the map; B/seen, "
@@ -128,7 +128,7 @@ LEGEND = (
 
 
 def second_half(episode: Episode) -> Episode:
-    """The scans from the middle on, an episode of their own."""
+    """The second half of the scans as an episode."""
     half, truth = len(episode.scans) // 2, episode.truth
     if truth is not None:
         truth = Truth(truth.poses[half:], truth.walls, truth.doors[half:])
@@ -136,7 +136,7 @@ def second_half(episode: Episode) -> Episode:
 
 
 def cost(robot: Slam, episode: Episode) -> Cost:
-    """Run `robot` over the whole episode, with a stopwatch."""
+    """Run `robot` over the whole episode and measure its processor time."""
     stopwatch = Stopwatch()
     parts = ((map_of(robot), "integrate"), (getattr(robot, "sensor_model", None), "refresh"))
     for part, method in parts:
@@ -153,13 +153,13 @@ def cost(robot: Slam, episode: Episode) -> Cost:
 
 
 class Stopwatch:
-    """Adds up the time of the processor that calls take."""
+    """Adds up the processor time of calls."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
 
     def around(self, call: Callable[..., Any]) -> Callable[..., Any]:
-        """The same, timed."""
+        """The same function, timed."""
 
         def timed(*args: Any, **kwargs: Any) -> Any:
             begun = time.process_time()
@@ -188,11 +188,11 @@ def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) ->
 
 
 def _memory(robot: Slam) -> Result:
-    grid = map_of(robot)
-    if grid is None:
+    map_model = map_of(robot)
+    if map_model is None:
         total = getattr(robot, "nbytes", None)
         return {"bytes": total, "bytes_per_observed_cell": None, "bytes_per_cell": None}
-    now = map_memory(grid)
+    now = map_memory(map_model)
     return {
         "bytes": now.nbytes,
         "bytes_per_observed_cell": now.nbytes / now.observed if now.observed else None,

@@ -1,4 +1,4 @@
-"""The cases of `dynslam study`: what is varied, one thing at a time."""
+"""The cases of `dynslam study`: one thing varied at a time."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ from slam.sensor_models.endpoint import Endpoint
 from slam.sensor_models.literal import Literal
 
 Maker = Callable[[Episode, int], Slam]
-MODELS = ("static", "clamped", "dynamic", "recency", "hmm", "filtered", "hybrid")
-LAWS: dict[str, Any] = {
+MAP_MODELS = ("static", "clamped", "dynamic", "recency", "hmm", "filtered", "hybrid")
+DOOR_LAWS: dict[str, Any] = {
     "never": "static",
     "5-20 s": "moving",
     "2-8 s": Uniform(2.0, 8.0),
     "1-3 s": Uniform(1.0, 3.0),
 }
-NO_SLIP = Odometry(bias=0.0, alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
-NO_NOISE = Laser(sigma=0.0)
+EXACT_ODOMETRY = Odometry(bias=0.0, alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
+EXACT_LASER = Laser(sigma=0.0)
 
 
 class StudyCase(NamedTuple):
-    """One line of a study.
+    """One row of a study.
 
-    name   what is varied, and how
-    make   the SLAM for an episode and a seed
-    doors  when they flip: a name of `LAWS`
+    name   the variation
+    make   makes the SLAM for an episode and a seed
+    doors  when doors move: a name in `DOOR_LAWS`
     world  other parameters of the environment
-    env    where is driven
+    env    id of the environment
     """
 
     name: str
@@ -58,75 +58,75 @@ class StudyCase(NamedTuple):
 
 
 def named(name: str) -> Maker:
-    """A registered variant, or a ceiling."""
+    """Maker of a registered variant or a ceiling."""
     return lambda episode, seed: build(name, episode, seed)
 
 
 def built(builder: Builder) -> Maker:
-    """A variant that has no name."""
+    """Maker of a variant without a name."""
     return lambda episode, seed: builder(true_start(episode), np.random.default_rng(seed))
 
 
-def read(grid: Any = Static, **parameters: Any) -> Maker:
-    """A map with the endpoint reading of such parameters."""
-    return built(maximum_likelihood(grid, partial(Endpoint, **parameters)))
+def with_endpoint(map_model: Any = Static, **parameters: Any) -> Maker:
+    """Maker of a map model with an endpoint model of such parameters."""
+    return built(maximum_likelihood(map_model, partial(Endpoint, **parameters)))
 
 
-def searched(search: Callable[[], Any]) -> Maker:
-    """Static ML with another search."""
+def with_search(search: Callable[[], Any]) -> Maker:
+    """Maker of static ML with another search."""
     return built(maximum_likelihood(Static, search=search))
 
 
-def spaced(distance: float) -> Maker:
-    """Static ML with a keyframe so often, m; the turns and times in proportion."""
+def with_keyframes(distance: float) -> Maker:
+    """Maker of static ML with a keyframe every `distance`, m; angles and times in proportion."""
     keyframes = MotionThreshold(distance, math.radians(100.0) * distance, 20.0 * distance)
     return built(lambda start, rng: MaximumLikelihood(start, rng, keyframes=keyframes))
 
 
 def models() -> list[StudyCase]:
-    """Every map model, doors that stand and doors that move."""
+    """Every map model, with static and with moving doors."""
     return [
         StudyCase(f"{model}-ml", named(f"{model}-ml"), doors)
         for doors in ("never", "5-20 s")
-        for model in MODELS
+        for model in MAP_MODELS
     ]
 
 
 def accuracy() -> list[StudyCase]:
-    """Where the error comes from: static ML, one thing changed at a time."""
+    """Sources of the error: static ML, one thing changed at a time."""
     fine = partial(Static, resolution=0.025)
     coarse = partial(Static, resolution=0.1)
     return [
         StudyCase("static-ml", named("static-ml")),
-        StudyCase("doors stand", named("static-ml"), "never"),
+        StudyCase("static doors", named("static-ml"), "never"),
         StudyCase("ceiling: true map, moving doors known", named("localization-only")),
-        StudyCase("no range noise", named("static-ml"), world=(("laser", NO_NOISE),)),
-        StudyCase("exact odometry", named("static-ml"), world=(("odometry", NO_SLIP),)),
+        StudyCase("no range noise", named("static-ml"), world=(("laser", EXACT_LASER),)),
+        StudyCase("exact odometry", named("static-ml"), world=(("odometry", EXACT_ODOMETRY),)),
         StudyCase(
-            "neither noise nor slip, doors stand",
+            "neither noise nor slip, static doors",
             named("static-ml"),
             "never",
-            (("laser", NO_NOISE), ("odometry", NO_SLIP)),
+            (("laser", EXACT_LASER), ("odometry", EXACT_ODOMETRY)),
         ),
-        StudyCase("cells of 2.5 cm, sigma 3 cm", read(fine, sigma=0.03)),
-        StudyCase("cells of 10 cm, sigma 8 cm", read(coarse, sigma=0.08)),
-        StudyCase("sigma 3 cm", read(sigma=0.03)),
-        StudyCase("sigma 6 cm", read(sigma=0.06)),
-        StudyCase("beta 0.1", read(beta=0.1)),
-        StudyCase("beta 1", read(beta=1.0)),
-        StudyCase("beta 3", read(beta=3.0)),
-        StudyCase("keyframes each 5 cm", spaced(0.05)),
-        StudyCase("keyframes each 20 cm", spaced(0.2)),
-        StudyCase("keyframes each 40 cm", spaced(0.4)),
-        StudyCase("search: hill climbing", searched(HillClimb)),
-        StudyCase("search: random restarts", searched(RandomRestart)),
-        StudyCase("search: Gauss-Newton alone", searched(GaussNewton)),
+        StudyCase("cells of 2.5 cm, sigma 3 cm", with_endpoint(fine, sigma=0.03)),
+        StudyCase("cells of 10 cm, sigma 8 cm", with_endpoint(coarse, sigma=0.08)),
+        StudyCase("sigma 3 cm", with_endpoint(sigma=0.03)),
+        StudyCase("sigma 6 cm", with_endpoint(sigma=0.06)),
+        StudyCase("beta 0.1", with_endpoint(beta=0.1)),
+        StudyCase("beta 1", with_endpoint(beta=1.0)),
+        StudyCase("beta 3", with_endpoint(beta=3.0)),
+        StudyCase("keyframes each 5 cm", with_keyframes(0.05)),
+        StudyCase("keyframes each 20 cm", with_keyframes(0.2)),
+        StudyCase("keyframes each 40 cm", with_keyframes(0.4)),
+        StudyCase("search: hill climbing", with_search(HillClimb)),
+        StudyCase("search: random restarts", with_search(RandomRestart)),
+        StudyCase("search: Gauss-Newton alone", with_search(GaussNewton)),
         StudyCase("odometry's bias learned", named("static-ml/learned-odometry")),
     ]
 
 
 def readings() -> list[StudyCase]:
-    """Reading x map; the two slow readings with the doors of the paper only, but for the beam's."""
+    """Sensor model x map; the slow literal model with the doors of the paper only."""
     kinds: dict[str, tuple[Callable[[], Any], tuple[str, ...]]] = {
         "endpoint": (Endpoint, ("never", "5-20 s")),
         "beam": (Beam, ("never", "5-20 s")),
@@ -142,28 +142,28 @@ def readings() -> list[StudyCase]:
 
 
 def rates() -> list[StudyCase]:
-    """How often doors flip x map x beta."""
+    """Rate of the doors x map x beta."""
     grids = {"static": Static, "clamped": Clamped, "dynamic": Histogram, "hmm": HMM}
     return [
-        StudyCase(f"{name}, beta {beta:g}", read(grid, beta=beta), doors)
-        for doors in LAWS
+        StudyCase(f"{name}, beta {beta:g}", with_endpoint(grid, beta=beta), doors)
+        for doors in DOOR_LAWS
         for beta in (0.3, 1.0)
         for name, grid in grids.items()
     ]
 
 
 def windows() -> list[StudyCase]:
-    """The histogram's windows and bins."""
+    """Windows and bins of the histogram."""
     cases = [
-        StudyCase(f"delta_t {t:g} s", read(partial(Histogram, delta_t=t)), doors)
+        StudyCase(f"delta_t {t:g} s", with_endpoint(partial(Histogram, delta_t=t)), doors)
         for doors in ("5-20 s", "1-3 s")
         for t in (1.0, 2.0, 4.0, 8.0, 16.0, 1000.0)
     ]
-    return [*cases, StudyCase("2 bins (equation 9)", read(partial(Histogram, bins=2)))]
+    return [*cases, StudyCase("2 bins (equation 9)", with_endpoint(partial(Histogram, bins=2)))]
 
 
 def loops() -> list[StudyCase]:
-    """What particles and graphs buy where the way leads around a block three times."""
+    """Particle filters and graphs on three laps around a block."""
     rounds = (("world", Loop(laps=3)), ("max_episode_steps", 5000))
     still = ["static-ml", "dynamic-ml", "static-graph", "dynamic-graph"]
     every = [*still, "hmm-ml", "hmm-graph", "static-pf", "dynamic-pf"]
@@ -175,11 +175,11 @@ def loops() -> list[StudyCase]:
 
 
 def long() -> list[StudyCase]:
-    """A block of 70 x 40 m, twice around: a loop of 210 m, moving doors."""
+    """Two laps around a block of 70 x 40 m, a loop of 210 m, with moving doors."""
     block = Loop(length=70.0, breadth=40.0, outer_doors=8, inner_doors=5, laps=2)
-    way = (("world", block), ("max_episode_steps", 10_000))
+    world = (("world", block), ("max_episode_steps", 10_000))
     names = ("static-ml", "dynamic-ml", "hmm-ml", "static-graph", "dynamic-graph")
-    return [StudyCase(name, named(name), "5-20 s", way, "DoorLoop-v0") for name in names]
+    return [StudyCase(name, named(name), "5-20 s", world, "DoorLoop-v0") for name in names]
 
 
 STUDIES: dict[str, Callable[[], list[StudyCase]]] = {

@@ -22,7 +22,7 @@ from slam.validation import unknown_name, whole_number
 from ..console.output import output_directory
 from ..report.scores import format_p
 from ..trials.pool import check_workers
-from .cases import LAWS, STUDIES
+from .cases import DOOR_LAWS, STUDIES
 from .drives import run_drives, write_table
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def drive(study: str, seed: int) -> list[Result]:
     for case in STUDIES[study]():
         key = case.env, case.doors, case.world
         if key not in drives:
-            drives[key] = record_path(case.env, seed, LAWS[case.doors], **dict(case.world))
+            drives[key] = record_path(case.env, seed, DOOR_LAWS[case.doors], **dict(case.world))
         row, done = _run(case.make(drives[key], seed), drives[key])
         grid = done.grid
         place = *key, grid.spec.resolution

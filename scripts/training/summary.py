@@ -28,7 +28,7 @@ def print_summary(rows: Sequence[Result], order: Sequence[str]) -> None:
             table.add_column(score.heading, justify="right", overflow="fold")
         for group in summary.of(condition):
             cells = [_interval(score, *group.median(score)) for score in MAIN_SCORES]
-            cells += [score.told(group.median(score).value) for score in others]
+            cells += [score.format(group.median(score).value) for score in others]
             table.add_row(group.variant, *cells)
         Console().print(table)
     for one in summary.comparisons():
@@ -41,4 +41,4 @@ def print_summary(rows: Sequence[Result], order: Sequence[str]) -> None:
 
 
 def _interval(score: Score, value: float, low: float, high: float) -> str:
-    return f"{score.told(value)} ({score.told(low)} to {score.told(high)})"
+    return f"{score.format(value)} ({score.format(low)} to {score.format(high)})"

@@ -1,1 +1,1 @@
-"""Experiments: sources of episodes, jobs, worker processes, scores."""
+"""Experiments: sources of episodes, jobs, worker processes, batches, scores."""

@@ -32,8 +32,8 @@ def missing(jobs: Sequence[J], path: Path, resume: bool) -> list[J]:
         return list(jobs)
     if not resume:
         raise InputError(
-            f"{path} holds earlier results: continue them with --resume, or choose another "
-            f"directory with --out"
+            f"{path} holds earlier results: go on with it by --resume, or choose another "
+            f"directory by --out"
         )
     rows, planned = read_rows(path), [job.row() for job in jobs]
     _check_suites(rows, planned, path)
@@ -46,8 +46,7 @@ def _check_suites(rows: Sequence[Result], planned: Sequence[Result], path: Path)
     others = {str(row["suite"]) for row in rows} - {row["suite"] for row in planned}
     if others:
         raise InputError(
-            f"{path} holds the suite {', '.join(sorted(others))}: choose another directory with "
-            f"--out"
+            f"{path} holds the suite {', '.join(sorted(others))}: choose another directory by --out"
         )
 
 
@@ -58,7 +57,7 @@ def _check_episodes(rows: Sequence[Result], planned: Sequence[Result], path: Pat
         if episodes.get((condition, seed), row["episode"]) != row["episode"]:
             raise InputError(
                 f"{path} holds runs on another episode as {condition}, seed {seed}: the suite, a "
-                f"log, the steps or the simulator were changed; choose another directory with --out"
+                f"log, the steps or the simulator were changed; choose another directory by --out"
             )
 
 
@@ -84,7 +83,7 @@ def run_batch(
     except KeyboardInterrupt:
         print(
             f"{command}: interrupted, {done} of {total} {noun} are kept; the same command with "
-            f"--resume continues",
+            f"--resume goes on",
             file=sys.stderr,
         )
         return EXIT_INTERRUPTED

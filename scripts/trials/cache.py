@@ -1,4 +1,4 @@
-"""Drives that were recorded before: a folder of episodes, each named by what it is of."""
+"""Cache of simulated episodes: a folder of files, named by the content of their source."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from slam.io.episode_file import load_episode, save_episode
 
 from .sources import SimulatedDrive, Source
 
-FOLDER = "DYNSLAM_CACHE"
-MOST_BYTES = 4_000_000_000
+FOLDER_VARIABLE = "DYNSLAM_CACHE"
+MAX_BYTES = 4_000_000_000
 DAY = 86400.0  # s
 
 
 def folder() -> Path:
-    """Where episodes are kept: $DYNSLAM_CACHE, or dynslam/ in the user's own cache folder."""
-    given = os.environ.get(FOLDER)
+    """Folder of the cache: $DYNSLAM_CACHE, or dynslam/ in the user's cache folder."""
+    given = os.environ.get(FOLDER_VARIABLE)
     if given:
         return Path(given)
     if os.name == "nt":
@@ -29,34 +29,36 @@ def folder() -> Path:
 
 
 def episode_of(source: Source) -> Episode:
-    """The episode of `source`, recorded, and kept if that can be, if it is not there. Logs are read
-    as they are."""
+    """The episode of `source`, from the cache if it is there; else recorded and cached.
+
+    Logs are read directly.
+    """
     if not isinstance(source, SimulatedDrive):
         return source.make()
     path = path_of(source)
     if path.exists():
         try:
             episode = load_episode(path)
-            with suppress(OSError):  # another user's
+            with suppress(OSError):  # the file of another user
                 os.utime(path)
             return episode
-        except InputError:  # damaged: it is made anew
+        except InputError:  # damaged: record it again
             pass
     episode = source.make()
-    with suppress(OSError, InputError):  # a full disk costs the time to record it again, no more
+    with suppress(OSError, InputError):  # without a cache, it is recorded again next time
         path.parent.mkdir(parents=True, exist_ok=True)
         save_episode(episode, path)
     return episode
 
 
 def path_of(source: Source) -> Path:
-    """The file that it is kept in."""
+    """The cache file of a source."""
     return folder() / f"{source.key}.npz"
 
 
-def prune(most: int = MOST_BYTES) -> None:
-    """Delete what was not used for the longest time, until `most` bytes are left; and what a killed
-    process left half written. Another may do the same at the same time."""
+def prune(max_bytes: int = MAX_BYTES) -> None:
+    """Delete the least recently used files beyond `max_bytes`, and half-written files of killed
+    processes. Other processes may prune at the same time."""
     found = []
     for path in (*folder().glob("*.npz"), *folder().glob(".*.npz.*.tmp")):
         with suppress(FileNotFoundError):
@@ -64,6 +66,6 @@ def prune(most: int = MOST_BYTES) -> None:
     total = 0
     for used, size, path in sorted(found, reverse=True):
         total += size
-        if total > most or (path.suffix == ".tmp" and time.time() - used > DAY):
+        if total > max_bytes or (path.suffix == ".tmp" and time.time() - used > DAY):
             with suppress(OSError):
                 path.unlink()

@@ -1,7 +1,7 @@
-"""A process that does jobs, one after the other: `python -m dynslam_cli.trials.child`.
+"""Child process that does jobs, one after the other: `python -m dynslam_cli.trials.child`.
 
-It may crash or hang without harm to whoever gave the job. Jobs come pickled on standard input from
-the process that started it, results go back on what was standard output.
+It may crash or hang without harm to the parent. Pickled jobs come on standard input, pickled
+results go back on standard output.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 
 def serve(jobs: BinaryIO, results: BinaryIO) -> None:
-    """Do jobs until no more come. One that takes longer than its limit ends the process."""
+    """Do jobs until standard input ends. A job that exceeds its limit ends the process."""
     while True:
         try:
             job = pickle.load(jobs)
@@ -29,8 +29,8 @@ def serve(jobs: BinaryIO, results: BinaryIO) -> None:
 
 
 def main() -> None:
-    """Keep standard output for results alone: what a variant prints goes to standard error."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who gives the jobs
+    """Serve jobs; prints of a variant go to standard error, standard output is for results."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent
     results = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     serve(sys.stdin.buffer, results)

@@ -1,4 +1,4 @@
-"""Jobs done side by side: on this machine (joblib), or by the workers of a Dask scheduler."""
+"""Jobs in parallel: on this machine (joblib), or by the workers of a Dask scheduler."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ import slam
 from slam.errors import InputError
 
 from .jobs import Done, Job, Trial, failure
-from .sources import code
+from .sources import code_digest
 from .worker_process import WorkerProcesses
 
 if TYPE_CHECKING:
     from distributed import Client
 
-CONNECT = 10.0  # s, to find the scheduler
-PATIENCE = 60.0  # s, for its first worker
+CONNECT_TIMEOUT = 10.0  # s, for the scheduler
+WORKER_TIMEOUT = 60.0  # s, for its first worker
 
 
 def check_workers(workers: int) -> None:
-    """Raises InputError for a number of jobs at the same time that `here` has no meaning for."""
+    """Raise InputError unless `workers` is a number of parallel jobs, or -1 for one per core."""
     if workers < 1 and workers != -1:
-        raise InputError(f"jobs must be at least 1, or -1 for one a core, got {workers}")
+        raise InputError(f"jobs must be at least 1, or -1 for one per core, got {workers}")
 
 
 def here(jobs: Sequence[Job], workers: int) -> Iterator[Done]:
-    """Done as they come, `workers` at a time (-1: one a core), each in a process of one thread."""
-    with WorkerProcesses() as keepers:
+    """Results as they come; `workers` jobs run at a time (-1: one per core), each in one thread."""
+    with WorkerProcesses() as processes:
         run = Parallel(n_jobs=workers, backend="threading", return_as="generator_unordered")
-        yield from run(delayed(keepers.do)(job) for job in jobs)  # pyright: ignore
+        yield from run(delayed(processes.do)(job) for job in jobs)  # pyright: ignore
 
 
 def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:
-    """Done as they come, by all workers of the scheduler at `address`, such as tcp://host:8786.
+    """Results as they come from all workers of the scheduler at `address`, such as tcp://host:8786.
 
-    What a dead worker had is done by another; a job that ends several workers is told as failed.
+    Jobs of a dead worker are done by another; a job that ends several workers counts as failed.
     """
     try:
         from distributed import Client, as_completed
@@ -52,7 +52,7 @@ def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:
             "--cluster needs Dask: install dynslam[cluster], here and on every worker"
         ) from None
     try:
-        client = Client(address, timeout=CONNECT)
+        client = Client(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError) as error:
         raise InputError(f"no Dask scheduler at {address!r} ({error})") from None
     with client:
@@ -68,19 +68,19 @@ def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:
 
 
 def own_code() -> str:
-    """What tells all our code, and the libraries that results depend on, from others; here."""
+    """Digest, on this machine, of our code and of the libraries that results depend on."""
     return _code()
 
 
 def _code() -> str:
     homes = [Path(str(package.__file__)).parent for package in (slam, dynslam_env, agents)]
-    return f"{code(*homes, Path(__file__).parents[1])}, scipy {version('scipy')}"
+    return f"{code_digest(*homes, Path(__file__).parents[1])}, scipy {version('scipy')}"
 
 
 def _check_workers(client: Client, address: str) -> None:
-    """There are some, and they run the same code as we do."""
+    """Raise InputError unless the scheduler has workers that run the same code as we do."""
     try:
-        client.wait_for_workers(1, timeout=PATIENCE)
+        client.wait_for_workers(1, timeout=WORKER_TIMEOUT)
     except TimeoutError:
         raise InputError(
             f"the scheduler at {address} has no workers: start some by `dask worker {address}`"
@@ -95,12 +95,12 @@ def _check_workers(client: Client, address: str) -> None:
 
 
 def do(job: Trial) -> Done:
-    """On a worker: by a process of its own."""
-    return _keepers().do(job)
+    """Do a job on a worker, in a process of its own."""
+    return _processes().do(job)
 
 
 @cache
-def _keepers() -> WorkerProcesses:
-    keepers = WorkerProcesses()
-    atexit.register(keepers.__exit__, None, None, None)
-    return keepers
+def _processes() -> WorkerProcesses:
+    processes = WorkerProcesses()
+    atexit.register(processes.__exit__, None, None, None)
+    return processes

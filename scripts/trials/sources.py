@@ -1,4 +1,4 @@
-"""Where episodes come from: a drive in simulation, a log, a file of an episode."""
+"""Sources of episodes: simulated drives and recordings."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ from slam.episode import Episode, Truth
 from slam.io.formats import read_log
 from slam.preprocessing.deskewing import deskewed
 
-SIMULATORS = ("numpy", "pymunk", "numba", "gymnasium")
+SIMULATION_LIBRARIES = ("numpy", "pymunk", "numba", "gymnasium")
 
 
 class Source(ABC):
-    """Gives an episode; the same one every time.
+    """Gives an episode, the same one every time.
 
-    seed  what the variants draw their random numbers from
+    seed  of the variants' random numbers
     """
 
     seed: int
 
     @cached_property
     def key(self) -> str:
-        """A name for its content, 16 hexadecimal digits."""
+        """Name of the content, 16 hexadecimal digits."""
         return digest(self.plain())
 
     @abstractmethod
     def plain(self) -> dict[str, Any]:
-        """What it is, as JSON: two sources of one plain form give the same episode."""
+        """Description in JSON; sources with equal descriptions give the same episode."""
 
     @abstractmethod
     def make(self) -> Episode:
-        """The episode; takes its time."""
+        """Make the episode; slow."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class SimulatedDrive(Source):
     """A drive along the path of a world.
 
     env         id of the environment
-    seed        of the drive, and of the variants that are run on it
+    seed        of the drive and of the variants that run on it
     parameters  the environment's keywords
-    every       only each so many-th scan is recorded: the longer the way between two
+    every       records only each `every`-th scan
     """
 
     env: str
@@ -63,7 +63,7 @@ class SimulatedDrive(Source):
     every: int = 1
 
     def plain(self) -> dict[str, Any]:
-        """With all parameters of the environment, and the code that simulates it."""
+        """Description with all parameters of the environment and a digest of the simulator."""
         steps, keywords = dynslam_env.WORLDS[self.env]
         given = {**keywords, **self.parameters}
         steps = given.pop("max_episode_steps", steps)
@@ -78,13 +78,13 @@ class SimulatedDrive(Source):
 
 @dataclass(frozen=True)
 class LogFile(Source):
-    """A recorded log, of any format that `read_log` knows."""
+    """A recording in any format of `read_log`."""
 
     path: Path
     seed: int = 0
 
     def plain(self) -> dict[str, Any]:
-        """Its name and what is in it."""
+        """Its name and a digest of its content."""
         content = hashlib.sha256(self.path.read_bytes()).hexdigest()
         return {"log": self.path.name, "sha256": content, "seed": self.seed}
 
@@ -94,7 +94,7 @@ class LogFile(Source):
 
 
 def sparser(drive: Episode, every: int) -> Episode:
-    """A simulated drive of which only each `every`-th scan was recorded, the first among them."""
+    """A simulated drive with only each `every`-th scan, from the first on."""
     assert drive.truth is not None
     kept = slice(None, None, every)
     truth = Truth(drive.truth.poses[kept], drive.truth.walls, drive.truth.doors[kept])
@@ -102,29 +102,29 @@ def sparser(drive: Episode, every: int) -> Episode:
 
 
 def digest(plain: Mapping[str, Any]) -> str:
-    """16 hexadecimal digits of some JSON."""
+    """Digest of some JSON, 16 hexadecimal digits."""
     return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()[:16]
 
 
 @cache
 def simulator() -> str:
-    """A digest of all that a drive depends on beside its parameters: our code and its libraries."""
-    return code(*(Path(str(package.__file__)).parent for package in (dynslam_env, agents)))
+    """Digest of what a drive depends on beside its parameters: our code and its libraries."""
+    return code_digest(*(Path(str(package.__file__)).parent for package in (dynslam_env, agents)))
 
 
-def code(*folders: Path) -> str:
-    """A digest of some of our packages, and of the libraries that drives depend on."""
+def code_digest(*folders: Path) -> str:
+    """Digest of some of our packages and of the libraries that drives depend on."""
     found = hashlib.sha256()
     for home in folders:
         for path in sorted(home.rglob("*.py")):
             found.update(path.relative_to(home).as_posix().encode() + path.read_bytes())
-    for name in SIMULATORS:
+    for name in SIMULATION_LIBRARIES:
         found.update(f"{name} {version(name)}".encode())
     return found.hexdigest()[:16]
 
 
-def thinned(values: np.ndarray, most: int) -> np.ndarray:
-    """At most `most` of the values, evenly spread, the last among them."""
-    if len(values) <= most:
+def thinned(values: np.ndarray, max_count: int) -> np.ndarray:
+    """At most `max_count` of the values, evenly spread, with the last one."""
+    if len(values) <= max_count:
         return values
-    return values[np.round(np.linspace(0, len(values) - 1, most)).astype(int)]
+    return values[np.round(np.linspace(0, len(values) - 1, max_count)).astype(int)]

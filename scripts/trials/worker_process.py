@@ -1,4 +1,4 @@
-"""The other side of `child`: processes that are given jobs, and replaced where one kills them."""
+"""The parent's side of `child`: processes that do jobs, and are replaced when a job kills them."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from typing import IO
 from .jobs import Done, Job, failure
 
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA", "NUMEXPR")}
-TOLD = 2000  # characters of a dead process's last words
+MAX_LAST_OUTPUT = 2000  # characters of the standard error of a dead process
 
 
 class WorkerProcess:
-    """One child process, which is there when it is needed."""
+    """A child process, started when it is needed."""
 
     def __init__(self) -> None:
         self._child: subprocess.Popen[bytes] | None = None
-        self._words: IO[bytes] = io.BytesIO()  # what it says on standard error
+        self._stderr: IO[bytes] = io.BytesIO()
 
     def do(self, job: Job) -> Done:
-        """Have it done; a job that ends or outlasts its process is told as failed."""
+        """Do a job; one that kills its process or exceeds its limit counts as failed."""
         child = self._ready()
         assert child.stdin is not None
         assert child.stdout is not None
@@ -38,14 +38,14 @@ class WorkerProcess:
             pickle.dump(job, child.stdin)
             child.stdin.flush()
             return pickle.load(child.stdout)
-        except (EOFError, OSError, pickle.UnpicklingError):  # OSError: a pipe that is broken
+        except (EOFError, OSError, pickle.UnpicklingError):  # OSError: broken pipe
             status, took = child.wait(), time.monotonic() - begun
             self._child = None
-            words = self._last_words()
-        return Done(job.row() | failure(_death(status, took, job.limit, words)))
+            output = self._last_output()
+        return Done(job.row() | failure(_death(status, took, job.limit, output)))
 
     def stop(self) -> None:
-        """End the process, whatever it does."""
+        """Kill the process."""
         child, self._child = self._child, None
         if child is not None:
             child.kill()
@@ -53,43 +53,43 @@ class WorkerProcess:
             for pipe in (child.stdin, child.stdout):
                 with suppress(OSError):
                     pipe.close()  # pyright: ignore[reportOptionalMemberAccess]
-        self._words.close()
+        self._stderr.close()
 
     def _ready(self) -> subprocess.Popen[bytes]:
-        """The process, what it said forgotten; another where it ended with nothing to do."""
+        """The process, its old output dropped; a new one if it ended while idle."""
         if self._child is None or self._child.poll() is not None:
             return self._start()
-        self._words.seek(0)  # its standard error is written from here on, too
-        self._words.truncate()
+        self._stderr.seek(0)  # the child continues to write at this position
+        self._stderr.truncate()
         return self._child
 
     def _start(self) -> subprocess.Popen[bytes]:
-        self._words.close()
-        self._words = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  (closed with the child)
+        self._stderr.close()
+        self._stderr = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  (closed with the child)
         self._child = subprocess.Popen(
             [
                 sys.executable,
                 "-P",
                 "-m",
                 "dynslam_cli.trials.child",
-            ],  # -P: not what lies about here
+            ],  # -P: nothing is imported from this folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=self._words,
+            stderr=self._stderr,
             env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(sys.path)},
             start_new_session=True,
         )
-        threading.Thread(target=_bury, args=(self._child,), daemon=True).start()
+        threading.Thread(target=_kill_group_at_end, args=(self._child,), daemon=True).start()
         return self._child
 
-    def _last_words(self) -> str:
-        end = self._words.seek(0, os.SEEK_END)
-        self._words.seek(max(end - 4 * TOLD, 0))
-        return self._words.read().decode(errors="replace").strip()
+    def _last_output(self) -> str:
+        end = self._stderr.seek(0, os.SEEK_END)
+        self._stderr.seek(max(end - 4 * MAX_LAST_OUTPUT, 0))
+        return self._stderr.read().decode(errors="replace").strip()
 
 
 class WorkerProcesses:
-    """As many as are needed at once, by the threads that share this object; all end with it."""
+    """As many processes as the threads that share this object need; all end with it."""
 
     def __init__(self) -> None:
         self._idle: list[WorkerProcess] = []
@@ -97,16 +97,16 @@ class WorkerProcesses:
         self._lock = threading.Lock()
 
     def do(self, job: Job) -> Done:
-        """Have it done by one that has nothing to do, or by a new one."""
+        """Do a job in an idle process, or in a new one."""
         with self._lock:
             if self._idle:
-                keeper = self._idle.pop()
+                process = self._idle.pop()
             else:
-                keeper = WorkerProcess()
-                self._all.append(keeper)
-        done = keeper.do(job)
+                process = WorkerProcess()
+                self._all.append(process)
+        done = process.do(job)
         with self._lock:
-            self._idle.append(keeper)
+            self._idle.append(process)
         return done
 
     def __enter__(self) -> WorkerProcesses:
@@ -118,24 +118,24 @@ class WorkerProcesses:
         error: BaseException | None,
         at: TracebackType | None,
     ) -> None:
-        for keeper in self._all:
-            keeper.stop()
+        for process in self._all:
+            process.stop()
 
 
-def _bury(child: subprocess.Popen[bytes]) -> None:
-    """When it ends, end what it started: that may hold its pipes, and nobody would learn of it."""
+def _kill_group_at_end(child: subprocess.Popen[bytes]) -> None:
+    """When the child ends, kill the processes it started: they may hold its pipes open."""
     child.wait()
     if sys.platform != "win32":
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(child.pid, signal.SIGKILL)
 
 
-def _death(status: int, took: float, limit: float, words: str) -> str:
-    """What to say of a process that ended over its job."""
+def _death(status: int, took: float, limit: float, output: str) -> str:
+    """Why a process ended during a job."""
     if took >= limit:
         why = f"hung: more than the time limit of {limit:g} s"
     elif status < 0:
         why = f"the process was ended by signal {-status}"
     else:
         why = f"the process ended with status {status}"
-    return f"{why}; {words[-TOLD:]}" if words else why
+    return f"{why}; {output[-MAX_LAST_OUTPUT:]}" if output else why

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynslam_cli import main
 from dynslam_cli.demo import run_demo
-from dynslam_cli.demo.comparison import FEWEST_PAIRS, VariantCase, comparison, findings
+from dynslam_cli.demo.comparison import MIN_PAIRS, VariantCase, comparison, findings
 from dynslam_cli.demo.demo import VARIANTS
 from dynslam_cli.demo.table import markdown, summary, terminal
 from dynslam_cli.figures.known_poses import known, mapped
@@ -144,7 +144,7 @@ def test_the_comparison_pairs_by_seed():
 
 
 def test_too_few_pairs_are_told_as_such():
-    rows = [result(name, seed, 0.1) for name in "ab" for seed in range(FEWEST_PAIRS - 1)]
+    rows = [result(name, seed, 0.1) for name in "ab" for seed in range(MIN_PAIRS - 1)]
     ate, _ = comparison(rows, VariantCase("a", "moving"), VariantCase("b", "moving"))
     assert ate == "ATE +0.0 mm (5 pairs, too few to judge)"
 

@@ -8,7 +8,7 @@ from dynslam_cli import main
 from dynslam_cli.driving import overlay
 from dynslam_cli.driving.cockpit import DT, Cockpit
 from dynslam_cli.driving.game import frames, known_environments, make_environment, window
-from dynslam_cli.driving.keys import COMMANDS, HELP, TURN, DriveCommand, drive
+from dynslam_cli.driving.keys import HELP, KEY_COMMANDS, TURN_RATE, DriveCommand, drive
 from dynslam_cli.driving.lens import Lens
 from dynslam_cli.driving.play import PlayCommand
 
@@ -58,8 +58,8 @@ def test_ahead_is_full_speed_wanted_and_what_was_reached_is_kept(key):
 
 def test_back_left_right_and_stop():
     assert drive({"down"}, DriveCommand(), 0.0, ROBOT).action(ROBOT) == (-1.0, 0.0)
-    assert drive({"left"}, DriveCommand(), 0.0, ROBOT).turn == TURN
-    assert drive({"d"}, DriveCommand(), 0.0, ROBOT).turn == -TURN
+    assert drive({"left"}, DriveCommand(), 0.0, ROBOT).turn == TURN_RATE
+    assert drive({"d"}, DriveCommand(), 0.0, ROBOT).turn == -TURN_RATE
     assert drive({"left", "right", "up", "down"}, DriveCommand(), 0.0, ROBOT) == DriveCommand()
     assert drive({"space", "up"}, DriveCommand(0.5, 0.0, 0.5), 0.5, ROBOT) == DriveCommand()
 
@@ -68,7 +68,7 @@ def test_every_command_has_a_method_and_every_key_a_line_of_help():
     told = " ".join(key for key, _ in HELP).lower()
     assert all(key in told for key in ("f1", "esc", *"wasdfmrphq+-"))
     player = cockpit("none")
-    assert set(COMMANDS.values()) == set(player._commands)
+    assert set(KEY_COMMANDS.values()) == set(player._commands)
 
 
 # -- lens --------------------------------------------------------------------------------------
@@ -206,7 +206,7 @@ def test_the_line_below_stays_readable():
 
     surface = pygame.Surface((1440, 100))
     overlay.bottom_line(surface, "0.45 m/s", False)
-    strip = pixels(surface)[-overlay.STRIP :]
+    strip = pixels(surface)[-overlay.STATUS_HEIGHT :]
     written = np.flatnonzero((strip < 200).any(axis=(0, 2)))
     assert written.max() < 1440 - 5
     assert (np.diff(written) > 200).any()  # keys left, status right
@@ -273,7 +273,7 @@ def test_without_a_display_there_is_one_line(monkeypatch, capsys):
     ("arguments", "known"),
     [
         (["--env", "CartPole-v1"], "DoorCorridor-v0"),
-        (["--slam", "nonsense"], "dynamic-ml"),
+        (["--slam", "dinamic-ml"], "did you mean dynamic-ml"),
         (["--slam", "nonsense"], "none"),
         (["--world", "missing.json"], "missing.json"),
     ],

@@ -6,7 +6,7 @@ import pytest
 from dynslam_cli.figures.door_histogram import door_cell, door_histogram_figure
 from dynslam_cli.figures.known_poses import mapped
 from dynslam_cli.figures.likelihood import (
-    REACH,
+    RANGE,
     LikelihoodSurface,
     likelihood_figure,
     surface,
@@ -181,7 +181,7 @@ class TestLikelihood:
         figure = likelihood_figure(static, moving)
         assert [axes.name for axes in figure.axes] == ["3d", "rectilinear"] * 3
         assert figure.axes[0].get_title() == "Figure 2: static map, static doors"
-        assert figure.axes[1].get_xlim() == pytest.approx((-REACH, REACH), abs=0.02)
+        assert figure.axes[1].get_xlim() == pytest.approx((-RANGE, RANGE), abs=0.02)
 
     def test_surface_is_the_likelihood(self, static):
         slam_, scan, pose = mapped("static-ml/beta1", static, until=50), static.scans[50], (4, 0, 1)
@@ -201,7 +201,7 @@ class TestLikelihood:
         assert at_truth[1] < at_truth[0]
 
     def test_peaks_the_highest_first_and_no_foothills(self):
-        offsets = np.linspace(-REACH, REACH, 81)
+        offsets = np.linspace(-RANGE, RANGE, 81)
         x, y = np.meshgrid(offsets, offsets)
 
         def hill(height, x0, y0):

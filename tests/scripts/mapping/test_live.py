@@ -3,7 +3,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from dynslam_cli.mapping.live import FRAME, MAP, Live, _span
+from dynslam_cli.mapping.live import MIN_FRAME_TIME, MIN_MAP_TIME, Live, _span
 
 import slam
 from dynslam_env.drawing.colours import BLUE, GREEN, VERMILION
@@ -88,8 +88,8 @@ def test_pictures_and_maps_come_no_more_often_than_they_should(
         clock.now += 0.01
         live.show(k, 1000, estimate, short_episode.scans[k - 1], robot)
     gone = 0.01 * len(short_episode.scans)
-    assert len(drawn) == pytest.approx(gone / FRAME, abs=2)
-    assert robot.maps == pytest.approx(gone / MAP, abs=1.1)
+    assert len(drawn) == pytest.approx(gone / MIN_FRAME_TIME, abs=2)
+    assert robot.maps == pytest.approx(gone / MIN_MAP_TIME, abs=1.1)
 
 
 def test_a_map_that_takes_long_is_drawn_rarely(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from dynslam_cli.console.process_memory import forget_peak, peak_mb, resident_mb
 from dynslam_cli.speed.building import (
-    BAND,
+    BAND_WIDTH,
     LASER,
-    MOST_MB,
-    STRIDE,
+    MAX_MAP_MB,
+    SCAN_DISTANCE,
     building,
     building_rows,
     building_table,
@@ -33,7 +33,7 @@ def untracked(items, description):
 
 @pytest.fixture(scope="module")
 def place():
-    return building(2 * BAND)
+    return building(2 * BAND_WIDTH)
 
 
 def test_its_walls_are_rooms_along_corridors(place):
@@ -51,12 +51,12 @@ def test_its_walls_are_rooms_along_corridors(place):
 def test_the_way_leads_into_every_room_and_through_no_wall(place):
     x, y = place.poses[:, :2].T
     for row in range(2):
-        for depth in (BAND * row + 4.25, BAND * row + 10.0, BAND * row + 15.75):
+        for depth in (BAND_WIDTH * row + 4.25, BAND_WIDTH * row + 10.0, BAND_WIDTH * row + 15.75):
             for room in range(4):
-                assert (np.hypot(x - 10 * room - 5, y - depth) < STRIDE).any()
+                assert (np.hypot(x - 10 * room - 5, y - depth) < SCAN_DISTANCE).any()
     moves = np.array([[*a[:2], *b[:2]] for a, b in pairwise(place.poses)])
     along = np.hypot(*(moves[:, 2:] - moves[:, :2]).T)
-    between_bands = along > 1.01 * STRIDE
+    between_bands = along > 1.01 * SCAN_DISTANCE
     assert between_bands.sum() <= 1
     assert not any_crossing(moves[~between_bands], place.walls)
 
@@ -76,8 +76,8 @@ def test_all_of_it_is_seen_and_each_cell_costs_what_it_ever_costs(variant, place
     row = survey(variant, place, untracked)
     assert row["observed"] > 0.98
     assert row["map_mb"] < row["read_mb"]
-    one = survey(variant, building(BAND), untracked)
-    tiles = math.ceil(2 * BAND / 3.2) ** 2, math.ceil(BAND / 3.2) ** 2
+    one = survey(variant, building(BAND_WIDTH), untracked)
+    tiles = math.ceil(2 * BAND_WIDTH / 3.2) ** 2, math.ceil(BAND_WIDTH / 3.2) ** 2
     assert row["map_mb"] / one["map_mb"] == pytest.approx(tiles[0] / tiles[1], rel=0.3)
     if resident_mb():
         assert 0.5 * row["map_mb"] < row["map_peak_mb"] <= row["read_peak_mb"] < 4 * row["read_mb"]
@@ -85,7 +85,7 @@ def test_all_of_it_is_seen_and_each_cell_costs_what_it_ever_costs(variant, place
 
 def test_a_static_map_of_the_whole_building_fits(place):
     row = survey("static-ml", place, untracked)
-    assert row["read_mb"] / row["observed"] * (200 / (2 * BAND)) ** 2 < MOST_MB
+    assert row["read_mb"] / row["observed"] * (200 / (2 * BAND_WIDTH)) ** 2 < MAX_MAP_MB
 
 
 class Fat(Static):
@@ -101,7 +101,7 @@ def test_each_kind_of_map_and_reading_is_surveyed_once(monkeypatch):
     slam.register("fat-ml", maximum_likelihood(Fat))
     names = ["odometry", "static-ml", "clamped-ml", "static-ml/beta1", "fat-ml"]
     assert different(names) == ["static-ml", "clamped-ml", "fat-ml"]
-    static, _, fat = building_rows(names, BAND, untracked)
+    static, _, fat = building_rows(names, BAND_WIDTH, untracked)
     assert fat["map_mb"] == pytest.approx(10 * static["map_mb"])
 
 

@@ -7,7 +7,7 @@ from dynslam_cli.speed.patrol import PARTS, patrol_rows, patrol_table
 
 
 def test_the_parts_are_the_whole(monkeypatch):
-    monkeypatch.setattr(speed_patrol, "STEPS", 2)
+    monkeypatch.setattr(speed_patrol, "STEPS_PER_ROUND", 2)
     monkeypatch.setattr(speed_patrol, "WORLDS", 2)
     monkeypatch.setattr(speed_patrol, "find_spec", lambda name: None)  # what is not installed
     methods = [getattr(owner, method) for _, owner, method in PARTS]

@@ -19,7 +19,7 @@ TINY = {
 
 @pytest.fixture
 def small(monkeypatch):
-    monkeypatch.setattr(speed_env, "STEPS", 20)
+    monkeypatch.setattr(speed_env, "STEPS_PER_ROUND", 20)
     monkeypatch.setattr(speed_env, "BEAMS", (31,))
     monkeypatch.setattr(speed_env, "DOORS", (0, 2))
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
@@ -93,7 +93,7 @@ def test_it_prints_tables(small, short, monkeypatch, capsys):
         "gym.make_vec",
         "CPU ms",
         "4/4 over 1/4",
-        "with reading",
+        "with layers",
         "learning by PPO, 2 processes",
     ):
         assert part in printed

@@ -89,7 +89,7 @@ def test_a_cluster_finds_what_one_machine_finds(bench, scheduler, tmp_path):
 
 
 def test_a_scheduler_without_workers_is_told(bench, scheduler, monkeypatch, capsys):
-    monkeypatch.setattr(pool, "PATIENCE", 1.0)
+    monkeypatch.setattr(pool, "WORKER_TIMEOUT", 1.0)
     assert bench(*SMALL, "--cluster", scheduler[0]) == 2
     assert "has no workers" in capsys.readouterr().err
 
