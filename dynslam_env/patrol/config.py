@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.patrol.rewards import RewardWeights
-from dynslam_env.simulation.config import PlaceKeywords
+from dynslam_env.simulation.config import PlaceKeywords, split_keywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
 from dynslam_env.simulation.world import CONTROL_DT
@@ -65,11 +65,8 @@ class PatrolConfig:
     @staticmethod
     def split(keywords: Mapping[str, Any]) -> tuple[PatrolConfig, dict[str, Any]]:
         """The patrol's share of `PatrolKeywords` as a config, and the rest, the place's."""
-        place = dict(keywords)
-        patrol = {f.name: place.pop(f.name) for f in fields(PatrolConfig) if f.name in place}
-        if patrol.get("pay", 0) is None:
-            del patrol["pay"]
-        return PatrolConfig(**patrol), place
+        pay = keywords.get("pay") or RewardWeights()
+        return split_keywords(PatrolConfig, {**keywords, "pay": pay})
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -6,7 +6,6 @@ from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 import slam as slam_library
@@ -17,12 +16,16 @@ from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.simulation.world_batch import Rows
-from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, masked
+from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, VectorKeywords, masked
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
 from slam.scan import Scan
 
 Observation = dict[str, Any]
+
+
+class PatrolVectorKeywords(PatrolKeywords, VectorKeywords, total=False):
+    """Keywords of `DoorPatrolVectorEnv`."""
 
 
 class DoorPatrolVectorEnv(DoorWorldVectorEnv):
@@ -39,18 +42,12 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int = 1,
         render_mode: None = None,
-        **parts: Unpack[PatrolKeywords],
+        **keywords: Unpack[PatrolVectorKeywords],
     ):
-        check_keywords(DoorPatrolVectorEnv, PatrolKeywords, parts)
-        self.orders, place = PatrolConfig.split(parts)
-        super().__init__(
-            num_envs, max_episode_steps=max_episode_steps, autoreset_mode=autoreset_mode,
-            threads=threads, render_mode=render_mode, task=NO_TASK, **place,
-        )  # fmt: skip
+        check_keywords(DoorPatrolVectorEnv, PatrolVectorKeywords, keywords)
+        self.orders, others = PatrolConfig.split(keywords)
+        super().__init__(num_envs, render_mode=render_mode, task=NO_TASK, **others)
         self.single_action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.single_observation_space = observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -129,7 +126,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             rows[~mask] = 0
         return masked(infos, mask)
 
-    def _judged(self, mask: Bools) -> Infos:
+    def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
             return {}
         names = self.orders.pay.weights
