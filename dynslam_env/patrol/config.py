@@ -1,4 +1,4 @@
-"""Orders: how a patrol is driven and paid, beside the world that it is in."""
+"""PatrolConfig: SLAM, action limits and reward of a patrol."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dynslam_env.simulation.world_batch import actions_of
 from slam.errors import InputError
 from slam.validation import instance, positive, whole_number
 
-NO_TASK = Task(reward={}, ends=())  # the patrol pays, and time alone ends it
+NO_TASK = Task(reward={}, ends=())  # the patrol has a reward of its own and ends by time alone
 
 
 class PatrolKeywords(PlaceKeywords, total=False):
@@ -34,14 +34,14 @@ class PatrolKeywords(PlaceKeywords, total=False):
 
 @dataclass(frozen=True)
 class PatrolConfig:
-    """How a patrol is driven and paid.
+    """SLAM, action limits and reward of a patrol.
 
     slam        name of the SLAM variant
     speed       m/s that an action of 1 stands for
     turn        rad/s that an action of 1 stands for
     hold        control steps of 0.1 s for which an action is held
-    scan_every  control steps between two scans that the SLAM takes in; `hold` is a multiple of it
-    pay         the reward
+    scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it
+    pay         weights of the reward
     """
 
     slam: str = "hmm-ml"
@@ -79,8 +79,8 @@ class PatrolConfig:
         return self.hold * CONTROL_DT
 
     def commands(self, actions: NDArray[Any], robot: Robot) -> NDArray[Any]:
-        """Actions (..., 2) of the patrol as actions of the robot; raises InputError for what is
-        none."""
+        """Actions (..., 2) of the patrol as actions of the robot; raises InputError for values that
+        are not finite."""
         shape = (*np.shape(actions)[:-1], 2)
         given = np.clip(actions_of(actions, shape), -1.0, 1.0)
         return given * (self.speed / robot.max_speed, self.turn / robot.max_turn)

@@ -97,14 +97,14 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         return batch.scanners[i].scan(batch.ranges[i].copy(), batch.worlds[i].time)
 
     def _show(self, i: int) -> None:
-        """What world `i` is observed to be."""
+        """Write the observation of world `i`."""
         patrol = self._patrols[i]
         view = patrol.robot.observation(patrol.scan, self.orders.limits)
         for key, rows in self._views.items():
             rows[i] = view[key]
 
     def _briers(self) -> Array:
-        """(n,) how well the doors are known; zero where a world has not begun yet."""
+        """(n,) Brier score of the doors; zero where a world has not begun yet."""
         begun = [i for i, patrol in enumerate(self._patrols) if patrol is not None]
         near = np.array([self._patrols[i].near() for i in begun])
         briers = np.zeros(self.num_envs)
@@ -135,7 +135,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
 
 class _Patrol:
-    """One robot, its SLAM and the last scan that it took in, and who judges it."""
+    """One robot, its SLAM, the last scan given to it, and the doors' score."""
 
     def __init__(self, system: Slam, scan: Scan, doors: DoorsKnown):
         self._doors, self._slam, self.scan = doors, system, scan
@@ -148,7 +148,7 @@ class _Patrol:
         self.robot.move(displacement, collided)
 
     def locate(self, scan: Scan) -> Estimate:
-        """The SLAM takes in a scan, and all the way since the last one."""
+        """Update the SLAM by a scan and the displacement since the last one."""
         estimate = self._slam.update(self._moved, scan)
         self._moved, self.scan = Pose2(), scan
         return estimate
