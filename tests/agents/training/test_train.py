@@ -319,8 +319,8 @@ def test_recurrent_ppo_goes_on_as_well(tmp_path):
 
 
 TOY = {
-    "n_envs": 16, "policy": "MultiInputPolicy", "n_steps": 60, "batch_size": 160, "n_epochs": 6,
-    "gamma": 0.95, "gae_lambda": 0.9, "learning_rate": 1e-3,
+    "n_envs": 16, "policy": "MultiInputPolicy", "n_steps": 30, "batch_size": 160, "n_epochs": 6,
+    "gamma": 0.95, "gae_lambda": 0.9, "learning_rate": 2e-3,
     "policy_kwargs": "dict(log_std_init=-0.5, net_arch=dict(pi=[32], vf=[32]), "
                      "features_extractor_kwargs=dict(cnn_output_dim=32))",
 }  # fmt: skip
@@ -341,12 +341,12 @@ def rewarded(agent_of, seeds=range(5000, 5006)) -> float:
 
 def test_ppo_finds_the_door(tmp_path):
     """Who looks at the door and stays there knows most; the robot begins looking away."""
-    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=8640, segment=9)
+    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=4800, segment=10)
     train(what, tmp_path)
     trained = rewarded(lambda env, seed: Trained(tmp_path / CHECKPOINT, env))
     at_random = rewarded(lambda env, seed: RandomAgent(env.action_space, seed))
     untrained = progress(tmp_path)[0]["reward"]
-    assert trained > 1.3 * at_random
-    assert trained > untrained + 10.0
-    assert progress(tmp_path)[-1]["reward"] > untrained + 10.0
+    assert trained > 1.6 * at_random
+    assert trained > untrained + 5.0
+    assert progress(tmp_path)[-1]["reward"] > untrained + 5.0
     assert segments.EVALUATION_SEED > 5006

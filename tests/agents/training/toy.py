@@ -9,7 +9,7 @@ from dynslam_env import Door, Laser, Layout, Periodic
 from dynslam_env.patrol.rewards import RewardWeights
 from slam import Pose2
 
-SECONDS = 24.0
+SECONDS = 12.0
 STEPS = round(SECONDS / 0.4)
 
 ROOM = Layout(
