@@ -4,11 +4,114 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple, Union
 
 from .console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE, EXIT_PIPE
+
+
+class Command(NamedTuple):
+    """A subcommand, which is imported only when it is asked for.
+
+    module   below `dynslam_cli`
+    name     of the dataclass in it: its fields are the options, a call runs the command
+    summary  the first sentence of its docstring
+    """
+
+    module: str
+    name: str
+    summary: str
+
+    def load(self) -> type[Any]:
+        """The dataclass."""
+        return getattr(import_module(f"{__package__}.{self.module}"), self.name)
+
+
+GROUPS: dict[str, dict[str, Command]] = {
+    "Map a recording": {
+        "map": Command(
+            "mapping.map", "MapCommand",
+            "Make a map of a recording without traces of moving doors and people.",
+        ),
+        "info": Command(
+            "recordings.info", "InfoCommand",
+            "Tell what is in a recording: topics, laser, odometry, how long and how far, what is "
+            "wrong.",
+        ),
+        "convert": Command(
+            "recordings.convert", "ConvertCommand", "Write a recording in another format."
+        ),
+        "run": Command(
+            "mapping.run", "RunCommand",
+            "Run a SLAM variant on a recording and measure its accuracy, time and memory.",
+        ),
+    },
+    "Compare SLAM variants": {
+        "demo": Command(
+            "demo.demo", "DemoCommand",
+            "Run the paper's experiment: paired drives past static and moving doors.",
+        ),
+        "bench": Command(
+            "bench.bench", "BenchCommand",
+            "Run SLAM variants on the same episodes and write scores, statistics and a report.",
+        ),
+        "compare": Command(
+            "bench.compare", "CompareCommand",
+            "Compare two benches of the same suite, before and after a change of the code.",
+        ),
+        "record": Command(
+            "recordings.record", "RecordCommand",
+            "Record simulated drives as files for any SLAM system.",
+        ),
+        "score": Command(
+            "bench.score", "ScoreCommand",
+            "Score a trajectory, and a map if given, against the truth of a recorded episode.",
+        ),
+    },
+    "Train agents": {
+        "train": Command(
+            "training.train", "TrainCommand",
+            "Train a policy by PPO; the same seed gives the same policy, interrupted or not.",
+        ),
+        "evaluate": Command(
+            "training.evaluate", "EvaluateCommand",
+            "Let agents patrol the same worlds; write results.jsonl, report.html and films.",
+        ),
+        "curves": Command(
+            "training.curves", "CurvesCommand",
+            "Draw what several trainings had learned by when: each as a thin line, their "
+            "interquartile mean with its bootstrap 95 % interval (Agarwal et al. 2021).",
+        ),
+        "play": Command(
+            "driving.play", "PlayCommand",
+            "Drive a simulated robot by keyboard and watch the map grow.",
+        ),
+    },
+    "Studies of the project": {
+        "study": Command(
+            "studies.study", "StudyCommand",
+            "Run a study that varies one part of the SLAM or of the world at a time.",
+        ),
+        "ghosts": Command(
+            "studies.ghosts", "GhostsCommand",
+            "Count ghosts in maps: occupied cells where nothing permanent stands.",
+        ),
+        "endure": Command(
+            "studies.endure", "EndureCommand",
+            "Drive at random through all worlds; report NaNs, escapes, memory growth, slow steps.",
+        ),
+        "speed": Command(
+            "speed.speed", "SpeedCommand",
+            "Measure processor time and memory of the environment and of SLAM variants.",
+        ),
+    },
+}  # fmt: skip
+"""What `dynslam --help` lists, in its order: group -> name -> command."""
+
+COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -25,10 +128,10 @@ def status(arguments: list[str] | None = None) -> int:
     from slam.errors import InputError
 
     try:
-        return _command(arguments)
+        return _run(sys.argv[1:] if arguments is None else arguments)
     except InputError as error:
         print(f"dynslam: {error}", file=sys.stderr)
-    except BrokenPipeError:  # whoever read our output has seen enough
+    except BrokenPipeError:  # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_PIPE
     except OSError as error:
@@ -42,46 +145,53 @@ def status(arguments: list[str] | None = None) -> int:
     return EXIT_MISTAKE
 
 
-def _command(arguments: list[str] | None) -> int:
+def _run(arguments: list[str]) -> int:
+    from slam.errors import InputError
+    from slam.validation import unknown_name
+
+    if not arguments:
+        print(overview(), file=sys.stderr)
+        return EXIT_MISTAKE
+    name, *options = arguments
+    if name in ("-h", "--help"):
+        print(overview())
+        sys.exit(0)
+    if name.startswith("--tyro-"):  # shell completion, of all commands
+        return _parse(_any_command(), "dynslam", arguments)()
+    if name not in COMMANDS:
+        raise InputError(unknown_name("command", name, COMMANDS, "dynslam --help"))
+    return _parse(COMMANDS[name].load(), f"dynslam {name}", options)()
+
+
+def overview() -> str:
+    """What `dynslam --help` prints."""
+    lines = ["usage: dynslam COMMAND [OPTIONS]", "", "2D laser SLAM in places that change."]
+    width = max(map(len, COMMANDS)) + 4
+    for title, commands in GROUPS.items():
+        lines += ["", f"{title}:"]
+        for name, command in commands.items():
+            lines += textwrap.wrap(
+                command.summary, 80, initial_indent=f"  {name}".ljust(width),
+                subsequent_indent=" " * width,
+            )  # fmt: skip
+    return "\n".join([*lines, "", "The options of a command: dynslam COMMAND --help"])
+
+
+def _parse(kind: Any, program: str, arguments: list[str]) -> Any:
+    """The command with its options; leaves with status 0 after --help, 2 after a mistake."""
     import tyro
 
-    from .bench import bench as bench
-    from .bench import compare, score
-    from .demo import demo
-    from .driving import play
-    from .mapping import map as map_recording
-    from .mapping import run
-    from .recordings import convert, info, record
-    from .speed import speed
-    from .studies import endure, ghosts, study
-    from .training import curves, train
-    from .training import evaluate as evaluate
-
-    known = (
-        Annotated[bench.BenchCommand, tyro.conf.subcommand("bench")]
-        | Annotated[compare.CompareCommand, tyro.conf.subcommand("compare")]
-        | Annotated[convert.ConvertCommand, tyro.conf.subcommand("convert")]
-        | Annotated[curves.CurvesCommand, tyro.conf.subcommand("curves")]
-        | Annotated[demo.DemoCommand, tyro.conf.subcommand("demo")]
-        | Annotated[endure.EndureCommand, tyro.conf.subcommand("endure")]
-        | Annotated[evaluate.EvaluateCommand, tyro.conf.subcommand("evaluate")]
-        | Annotated[ghosts.GhostsCommand, tyro.conf.subcommand("ghosts")]
-        | Annotated[info.InfoCommand, tyro.conf.subcommand("info")]
-        | Annotated[map_recording.MapCommand, tyro.conf.subcommand("map")]
-        | Annotated[play.PlayCommand, tyro.conf.subcommand("play")]
-        | Annotated[record.RecordCommand, tyro.conf.subcommand("record")]
-        | Annotated[run.RunCommand, tyro.conf.subcommand("run")]
-        | Annotated[score.ScoreCommand, tyro.conf.subcommand("score")]
-        | Annotated[speed.SpeedCommand, tyro.conf.subcommand("speed")]
-        | Annotated[study.StudyCommand, tyro.conf.subcommand("study")]
-        | Annotated[train.TrainCommand, tyro.conf.subcommand("train")]
-    )
     config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitSubcommandPrefixes)
-    description = "2D laser SLAM in places that change."
-    command = tyro.cli(
-        known, prog="dynslam", description=description, args=arguments, config=config
+    return tyro.cli(kind, prog=program, args=arguments, config=config)
+
+
+def _any_command() -> Any:
+    import tyro
+
+    kinds = (
+        Annotated[command.load(), tyro.conf.subcommand(name)] for name, command in COMMANDS.items()
     )
-    return command()
+    return Union[tuple(kinds)]  # noqa: UP007  (made at run time)
 
 
 def foreign_packages() -> str:

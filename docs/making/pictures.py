@@ -13,9 +13,11 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from dynslam_cli.figures.map_figure import map_figure  # pyright: ignore[reportMissingImports]
+from dynslam_cli.figures.map_figure import (  # pyright: ignore[reportMissingImports]
+    map_figure,
+    overview_figure,
+)
 from dynslam_cli.figures.map_panel import MapPanel  # pyright: ignore[reportMissingImports]
-from dynslam_cli.figures.overview import overview_figure  # pyright: ignore[reportMissingImports]
 from PIL import Image
 
 import agents

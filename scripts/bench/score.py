@@ -1,4 +1,4 @@
-"""`dynslam score EPISODE TRAJECTORY.tum [MAP.yaml]`: what any SLAM system made of an episode."""
+"""`dynslam score EPISODE TRAJECTORY.tum [MAP.yaml]`: scores of any SLAM system's output."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ from typing import Literal
 
 import tyro
 
-from slam.geometry import Pose2
-from slam.io.episode_file import load_episode
-from slam.io.ros_map import read_placed_map
-from slam.io.tum import read_tum
-from slam.metrics.outside import score_outside
-
-from ..report.scores import QUALITY, present
-
 
 @dataclass
 class ScoreCommand:
-    """Score a trajectory, and a map if there is one, against the truth of a recorded episode.
+    """Score a trajectory, and a map if given, against the truth of a recorded episode.
 
-    The scores are those of `dynslam bench`, at the scans that the trajectory reaches.
+    The scores are those of `dynslam bench`, at the scans within the trajectory's time span.
     """
 
     episode: tyro.conf.Positional[Path]
     """Episode with the truth (.npz), as `dynslam record` writes it."""
     trajectory: tyro.conf.Positional[Path]
-    """What the SLAM system believed, in the TUM format, with the stamps of the scans."""
+    """The estimated trajectory in the TUM format, with the stamps of the scans."""
     map: tyro.conf.Positional[Path | None] = None
-    """Its map, as a PGM with a YAML beside it (nav2's convention), in the trajectory's frame."""
+    """The estimated map, in the trajectory's frame: the YAML beside its PGM (nav2's convention)."""
     frame: Literal["anchored", "world", "aligned"] = "anchored"
-    """How the trajectory's frame lies in the world. anchored: its first pose is the true one;
-    world: it is the world's; aligned: as fits best."""
+    """Pose of the trajectory's frame in the world. anchored: from the true first pose; world: the
+    two frames are equal; aligned: least squares fit."""
     json: bool = False
     """Print all scores as one JSON object."""
 
     def __call__(self) -> int:
         """Read, score, print."""
+        from slam.geometry import Pose2
+        from slam.io.episode_file import load_episode
+        from slam.io.ros_map import read_placed_map
+        from slam.io.tum import read_tum
+        from slam.metrics.outside import score_outside
+
+        from ..report.scores import QUALITY, present
+
         episode, trajectory = load_episode(self.episode), read_tum(self.trajectory)
         grid, frame = read_placed_map(self.map) if self.map is not None else (None, Pose2())
         scores = score_outside(episode, trajectory, grid, frame, self.frame)

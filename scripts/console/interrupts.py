@@ -1,4 +1,4 @@
-"""Ctrl-C that waits for the end of a step, so that nothing is left half done."""
+"""Ctrl-C deferred to the end of a step, so that no step is left half done."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from types import FrameType
 
 @contextmanager
 def deferred_interrupt() -> Iterator[Callable[[], None]]:
-    """Gives what is to be called between two steps: it raises the KeyboardInterrupt that came in
-    the meantime. Who presses Ctrl-C twice does not wait.
+    """Defer KeyboardInterrupt until the yielded function is called, between two steps.
 
-    Within a compiled kernel, an interrupt would come out as another error.
+    A second Ctrl-C interrupts at once. Inside a compiled kernel an interrupt would surface as
+    another error.
     """
     asked = False
 

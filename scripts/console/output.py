@@ -1,4 +1,4 @@
-"""Where a command puts its files."""
+"""Folders and files that a command writes."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from slam.errors import InputError
 from slam.io.files import replacing
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 def output_directory(path: Path) -> Path:
-    """`path`, made if need be, and found to be writable before hours of work go by."""
+    """`path` as a writable folder, made if it is missing. Raises InputError.
+
+    Called before any work, so that a long run does not fail at its end.
+    """
     try:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
@@ -29,12 +33,12 @@ def output_directory(path: Path) -> Path:
 
 
 def write_json(values: Mapping[str, Any], path: Path) -> None:
-    """A JSON object as a file that is there whole or not at all."""
+    """Write a JSON object atomically: the file is complete or absent."""
     with replacing(path) as file:
         file.write((json.dumps(dict(values), indent=2, allow_nan=False) + "\n").encode())
 
 
 def write_png(figure: Figure, path: Path) -> None:
-    """A figure as PNG; no date in it, so that the same figure gives the same bytes."""
+    """Write a figure as PNG, without a date: the same figure gives the same bytes."""
     with replacing(path) as file:
         figure.savefig(file, format="png", metadata={"Software": None})

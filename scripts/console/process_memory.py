@@ -1,4 +1,4 @@
-"""Memory of this process as the system sees it, MB; 0 where the system does not tell."""
+"""Memory of this process as reported by the system, MB; 0 where the system does not report it."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ PROCESS = Path("/proc/self")
 
 
 def resident_mb() -> float:
-    """Memory that this process holds now; what it has no use for is given back first."""
+    """Resident memory now, MB, after garbage collection and returning free memory to the system."""
     gc.collect()
-    with suppress(AttributeError, OSError, TypeError):  # glibc's alone
+    with suppress(AttributeError, OSError, TypeError):  # glibc only
         ctypes.CDLL(None).malloc_trim(0)
     pages = PROCESS / "statm"
     if not pages.exists():
@@ -23,7 +23,7 @@ def resident_mb() -> float:
 
 
 def peak_mb() -> float:
-    """The most that it held since `forget_peak`."""
+    """Peak of resident memory since `forget_peak`, MB."""
     status = PROCESS / "status"
     if not status.exists():
         return 0.0
@@ -32,6 +32,6 @@ def peak_mb() -> float:
 
 
 def forget_peak() -> None:
-    """The peak is what is held now; where that is not allowed, it stays that of the whole life."""
+    """Reset the peak to the memory held now; without permission it stays that of the whole run."""
     with suppress(OSError):
         (PROCESS / "clear_refs").write_text("5")

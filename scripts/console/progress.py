@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from typing import Protocol, TypeVar
+
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -12,11 +15,21 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+T = TypeVar("T")
+
+
+class ProgressTracker(Protocol):
+    """Passes items on and shows how many are done."""
+
+    def __call__(self, items: Sequence[T], description: str) -> Iterable[T]:
+        """The same items."""
+        ...
+
 
 def progress_bar() -> Progress:
-    """A bar with the number done, the time gone and the time left; gone itself when finished.
+    """A bar with the count, the elapsed and the remaining time; it disappears when finished.
 
-    Nothing is drawn where standard error is no terminal.
+    Nothing is drawn if standard error is not a terminal.
     """
     console = Console(stderr=True)
     return Progress(

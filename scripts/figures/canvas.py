@@ -15,8 +15,7 @@ from scipy import ndimage
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 
-from .coarser import coarser
-from .map_panel import Box
+from .map_panel import Box, coarser
 from .style import INK, PAPER, UNKNOWN
 
 FINE = 2  # drawn this much larger than shown, and smoothed down

@@ -1,6 +1,8 @@
-"""A map with the truth thin over it, so that an eye sees the error."""
+"""Figures of maps, with the truth as thin lines that show the error."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
@@ -8,12 +10,15 @@ from slam.episode import Truth
 from slam.geometry import Array
 from slam.grid import OccupancyGrid
 
-from .map_panel import MapPanel, draw_panel
-from .style import DPI, SMALL, blank_figure
+from .map_panel import MapPanel, coarser, draw_panel
+from .style import DPI, MEDIUM, SMALL, blank_figure
 
-WIDTH, TALLEST = 8.5, 9.5  # inches
-FURNITURE = 0.6, 1.1  # inches beside and above the map, for labels, title and legend
-SHARPEST = 320.0  # dots per inch, at most
+MAX_WIDTH, MAX_HEIGHT = 8.5, 9.5  # inches
+LABEL_WIDTH, LABEL_HEIGHT = 0.6, 1.1  # inches beside the map, for labels, title and legend
+MAX_DPI = 320.0
+PIXELS_PER_CELL = 1.2  # if the resolution allows: with less, nearest pixels would skip cells
+OVERVIEW_COLUMNS = 2
+OVERVIEW_PANEL_WIDTH = 5.0  # inches
 
 
 def map_figure(
@@ -23,22 +28,37 @@ def map_figure(
     scan: int = -1,
     title: str = "",
 ) -> Figure:
-    """One map.
+    """One map; a cell of it covers a pixel or more, larger maps are drawn in coarser cells.
 
     grid   the map: occupied dark, free white, unknown grey
     poses  (n, 3) the estimated trajectory in the map's frame
-    truth  walls, doors and path that are drawn thin over the map
+    truth  walls, doors and path that are drawn as thin lines over the map
     scan   the scan at which the true doors are shown, negative from the end
     title  a line above
     """
     panel = MapPanel(title, grid, poses, truth, scan)
     box = panel.box
-    scale = min((WIDTH - FURNITURE[0]) / box.width, (TALLEST - FURNITURE[1]) / box.height)
-    width, height = box.width * scale + FURNITURE[0], box.height * scale + FURNITURE[1]
-    cells_per_inch = 1.0 / (scale * grid.spec.resolution)
-    figure = blank_figure(max(width, 4.0), height, min(max(cells_per_inch, DPI), SHARPEST))
-    axes = figure.add_subplot()
-    draw_panel(axes, panel, box)
+    scale = min((MAX_WIDTH - LABEL_WIDTH) / box.width, (MAX_HEIGHT - LABEL_HEIGHT) / box.height)
+    grid = coarser(grid, PIXELS_PER_CELL / (scale * MAX_DPI))
+    dpi = max(PIXELS_PER_CELL / (scale * grid.spec.resolution), DPI)
+    width, height = box.width * scale + LABEL_WIDTH, box.height * scale + LABEL_HEIGHT
+    figure = blank_figure(max(width, 4.0), height, dpi)
+    draw_panel(figure.add_subplot(), panel._replace(grid=grid), box)
+    add_legend(figure)
+    return figure
+
+
+def overview_figure(panels: Sequence[MapPanel]) -> Figure:
+    """Maps side by side in two columns, each cut to a box of the shape of the flattest."""
+    boxes = [panel.box for panel in panels]
+    aspect = min(box.height / box.width for box in boxes)
+    rows, width = -(-len(panels) // OVERVIEW_COLUMNS), OVERVIEW_PANEL_WIDTH
+    figure = blank_figure(width * OVERVIEW_COLUMNS, (width * aspect + 0.3) * rows + 0.3)
+    for number, (panel, box) in enumerate(zip(panels, boxes, strict=True), start=1):
+        axes, shown = figure.add_subplot(rows, OVERVIEW_COLUMNS, number), box.shaped(aspect)
+        grid = coarser(panel.grid, PIXELS_PER_CELL * shown.width / ((width - LABEL_WIDTH) * DPI))
+        draw_panel(axes, panel._replace(grid=grid), shown)
+        axes.title.set_fontsize(MEDIUM)
     add_legend(figure)
     return figure
 

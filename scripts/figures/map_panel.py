@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -11,16 +13,16 @@ from matplotlib.colors import to_rgb
 
 from slam.episode import Truth
 from slam.geometry import Array
-from slam.grid import OccupancyGrid
+from slam.grid import GridSpec, OccupancyGrid
 
 from .style import DOORS, ESTIMATE, LARGE, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
 
 MARGIN = 0.4  # m around what is shown
-STRAY = 2.0  # m observed of a row or column of cells: what has less does not widen the picture
+MIN_OBSERVED = 2.0  # m; rows and columns of cells with less do not widen the picture
 
 
 class Box(NamedTuple):
-    """A part of the world, m."""
+    """A rectangle in the world, m."""
 
     left: float
     right: float
@@ -45,13 +47,13 @@ class Box(NamedTuple):
 
 
 class MapPanel(NamedTuple):
-    """What one map is drawn from.
+    """The data of one map in a figure.
 
     title  a line above
     grid   the map
-    poses  (n, 3) as estimated, or None
-    truth  where known
-    scan   at which scan the true doors are shown, negative from the end
+    poses  (n, 3) estimated trajectory, or None
+    truth  or None
+    scan   the true doors are shown at this scan, negative from the end
     """
 
     title: str
@@ -62,7 +64,7 @@ class MapPanel(NamedTuple):
 
     @property
     def box(self) -> Box:
-        """All that was observed (but for stray beams), walked or is true, and a margin."""
+        """Box with a margin around poses, walls and observed cells, but for stray beams."""
         points = [_observed_corners(self.grid)]
         if self.poses is not None and len(self.poses):
             points.append(self.poses[:, :2])
@@ -76,7 +78,7 @@ class MapPanel(NamedTuple):
 
 
 def draw_panel(axes: Axes, panel: MapPanel, box: Box | None = None) -> None:
-    """Draw `panel` into `axes`, cut to `box` (default: all of it)."""
+    """Draw `panel` into `axes`, cut to `box` (default: the box of the panel)."""
     box = box or panel.box
     draw_map(axes, panel.grid, box)
     thin = min(1.0, 25.0 / max(box.width, box.height))  # a large building needs thinner lines
@@ -90,10 +92,10 @@ def draw_panel(axes: Axes, panel: MapPanel, box: Box | None = None) -> None:
 
 
 def draw_map(axes: Axes, grid: OccupancyGrid, box: Box) -> None:
-    """The cells of `grid` within `box`: occupied dark, free white, unknown grey; axes in m."""
+    """Draw the cells of `grid` within `box`: occupied dark, free white, unknown grey; axes in m."""
     axes.set_facecolor(UNKNOWN)
     if grid.observed.any():
-        axes.imshow(shades(grid), extent=grid.spec.extent, origin="lower", interpolation="auto")
+        axes.imshow(shades(grid), extent=grid.spec.extent, origin="lower", interpolation="nearest")
     axes.set(xlim=box[:2], ylim=box[2:], aspect="equal")
     axes.set_xlabel("x [m]", fontsize=SMALL, labelpad=1)
     axes.set_ylabel("y [m]", fontsize=SMALL, labelpad=1)
@@ -101,7 +103,7 @@ def draw_map(axes: Axes, grid: OccupancyGrid, box: Box) -> None:
 
 
 def draw_truth(axes: Axes, truth: Truth, scan: int) -> None:
-    """The true walls, and the doors as they stand at a scan, thin."""
+    """Draw the true walls, and the true doors at a scan, as thin lines."""
     for segments, colour, label in (
         (truth.walls, WALLS, "true walls"),
         (truth.doors[scan], DOORS, "true doors"),
@@ -119,13 +121,39 @@ def shades(grid: OccupancyGrid) -> np.ndarray:
 
 
 def _observed_corners(grid: OccupancyGrid) -> Array:
-    """(2, 2) of the box around all rows and columns that hold more than a few beams, m; or (0, 2).
+    """(2, 2) corners of the rows and columns with more than MIN_OBSERVED of cells, m; or (0, 2).
 
-    A beam that leaves through a window would otherwise make a building small.
+    A beam that leaves through a window would otherwise make the building small in the picture.
     """
     ends = []
     for axis in (1, 0):
         seen = grid.observed.sum(axis=axis)
-        enough = min(STRAY / grid.spec.resolution, seen.max(initial=0) / 2)
+        enough = min(MIN_OBSERVED / grid.spec.resolution, seen.max(initial=0) / 2)
         ends.append(np.flatnonzero(seen > enough)[[0, -1]] if seen.any() else [])
     return grid.spec.centres(np.column_stack(ends)) if len(ends[0]) else np.zeros((0, 2))
+
+
+def coarser(grid: OccupancyGrid, pixel: float) -> OccupancyGrid:
+    """The map in larger cells, by a power of two, at least the size of a pixel, m.
+
+    Each is as occupied as the most occupied observed cell in it: walls thinner than a pixel stay
+    dark. The map itself if its cells are at least as large as a pixel.
+    """
+    spec, fold = grid.spec, 2 ** max(math.ceil(math.log2(pixel / grid.spec.resolution) - 1e-9), 0)
+    if fold == 1:
+        return grid
+    rows, cols = _blocks(spec.row0, spec.rows, fold), _blocks(spec.col0, spec.cols, fold)
+    occupied = np.empty((len(rows), len(cols)))
+    for k, (first, last) in enumerate(pairwise([*rows, spec.rows])):  # needs little memory
+        part = np.where(grid.observed[first:last], grid.occupied[first:last], -1.0)
+        occupied[k] = np.maximum.reduceat(part.max(axis=0), cols)
+    observed = occupied >= 0.0
+    coarse = GridSpec(
+        spec.resolution * fold, spec.row0 // fold, spec.col0 // fold, len(rows), len(cols)
+    )
+    return OccupancyGrid(coarse, np.where(observed, occupied, 0.5), observed)
+
+
+def _blocks(first: int, count: int, fold: int) -> list[int]:
+    """Offsets at which blocks of `fold` cells begin, in `count` cells from number `first` on."""
+    return [0, *range(fold - first % fold, count, fold)]

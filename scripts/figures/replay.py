@@ -1,33 +1,61 @@
-"""The replay: the truth and several SLAMs on the same episode, side by side, as an animated GIF."""
+"""The replay: the truth and several SLAMs on the same episode as an animated GIF."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image, ImageColor
 
+from slam.benchmark.run import Playback
 from slam.episode import Episode, Truth
 from slam.errors import InputError
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
+from slam.grid import OccupancyGrid
+from slam.interface import Slam
 from slam.metrics.trajectory import ate
 
 from .canvas import GREYS, MapCanvas, fan
 from .film import Colours, write_film
 from .known_poses import known
 from .map_panel import Box
-from .snapshots import Snapshot
 from .style import DOORS, ESTIMATE, FAINT, INK, PAPER, TRUTH, UNKNOWN, WALLS
 
-REACH = 2.3  # m around the true path that is shown
-BORDER = 0.3  # m outside the walls
-FLAT = 0.6  # height / width below which panels are stacked
+SHOWN_RANGE = 2.3  # m around the true path
+WALL_MARGIN = 0.3  # m outside the walls
+MIN_ASPECT = 0.6  # height / width; flatter panels are stacked
 GAP = 4  # pixels between panels
-BLENDS = 48  # colours in the palette beside our own
-HOLD = 2.5  # s that the last frame stays
-BEAMS, SOLID = "#DDEFFA", "#E4E6EA"
-EXACT = (PAPER, INK, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, SOLID)
+MIXED_COLOURS = 48  # in the palette, beside the exact ones
+LAST_FRAME_TIME = 2.5  # s
+BEAMS, OUTSIDE = "#DDEFFA", "#E4E6EA"
+EXACT_COLOURS = (PAPER, INK, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, OUTSIDE)
+
+
+class Snapshot(NamedTuple):
+    """A SLAM after scan number `scan`.
+
+    poses  (scan + 1, 3) as estimated at each scan up to this one
+    grid   the map, a copy of its own
+    """
+
+    scan: int
+    poses: Array
+    grid: OccupancyGrid
+
+
+def take_snapshots(slam: Slam, episode: Episode, every: int = 5) -> list[Snapshot]:
+    """Run `slam` over the episode; its state after every `every`th scan, and after the last."""
+    if every < 1:
+        raise InputError(f"snapshots are taken every 1 scan or more, got every={every}")
+    playback, last = Playback(slam, episode), len(episode.scans) - 1
+    snapshots = []
+    for number, _ in enumerate(playback):
+        if number % every == 0 or number == last:
+            run = playback.result()
+            snapshots.append(Snapshot(number, run.poses, run.grid))
+    return snapshots
 
 
 def write_replay(
@@ -37,17 +65,17 @@ def write_replay(
     fps: float = 10.0,
     width: int = 800,
 ) -> None:
-    """Write the animation as a GIF: a frame a snapshot, the truth first, then a panel a run.
+    """Write the animation as a GIF: one frame per snapshot; the truth, then one panel per run.
 
     episode  with its truth
     runs     title -> snapshots (`take_snapshots`), at the same scans in every run
-    fps      frames a second
+    fps      frames per second
     width    of the picture, pixels
     """
     truth = known(episode)
     scans = _common_scans(runs)
     frames = [_frame(panels, width) for panels in _panels(episode, truth, runs, scans, width)]
-    write_film(frames, path, fps, HOLD, Colours(_exact_colours(), BLENDS))
+    write_film(frames, path, fps, LAST_FRAME_TIME, Colours(_exact_colours(), MIXED_COLOURS))
 
 
 def _common_scans(runs: Mapping[str, Sequence[Snapshot]]) -> list[int]:
@@ -68,20 +96,20 @@ def _panels(
 ) -> Iterator[list[Image.Image]]:
     """The panels of each frame, all of one size."""
     box = _shown(truth)
-    columns = 1 if box.height < FLAT * box.width else len(runs) + 1
+    columns = 1 if box.height < MIN_ASPECT * box.width else len(runs) + 1
     blank = MapCanvas(box, (width - GAP * (columns - 1)) // columns)
     floor = blank.copy()
-    floor.shade_behind(truth.walls, Pose2.of(truth.poses[0]), SOLID)
+    floor.shade_behind(truth.walls, Pose2.of(truth.poses[0]), OUTSIDE)
     for index, scan in enumerate(scans):
         beliefs = [_belief(blank.copy(), truth, title, run[index]) for title, run in runs.items()]
         yield [_true_world(floor.copy(), episode, truth, scan), *beliefs]
 
 
 def _shown(truth: Truth) -> Box:
-    """The surroundings of the true path, as far as there are walls."""
+    """The surroundings of the true path within the walls."""
     ends = truth.walls.reshape(-1, 2)
-    low = np.maximum(truth.poses[:, :2].min(axis=0) - REACH, ends.min(axis=0) - BORDER)
-    high = np.minimum(truth.poses[:, :2].max(axis=0) + REACH, ends.max(axis=0) + BORDER)
+    low = np.maximum(truth.poses[:, :2].min(axis=0) - SHOWN_RANGE, ends.min(axis=0) - WALL_MARGIN)
+    high = np.minimum(truth.poses[:, :2].max(axis=0) + SHOWN_RANGE, ends.max(axis=0) + WALL_MARGIN)
     return Box(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
 
 
@@ -128,8 +156,8 @@ def _frame(panels: Sequence[Image.Image], width: int) -> Image.Image:
 
 
 def _exact_colours() -> np.ndarray:
-    """(n, 3) the greys of maps, our colours, and those of lines half over a map."""
-    own = np.array([ImageColor.getrgb(colour) for colour in EXACT])
+    """(n, 3) the greys of maps, our colours, and mixtures of lines with the map below them."""
+    own = np.array([ImageColor.getrgb(colour) for colour in EXACT_COLOURS])
     lines = np.array([ImageColor.getrgb(colour) for colour in (TRUTH, ESTIMATE, WALLS, DOORS)])
     below = np.array([ImageColor.getrgb(colour) for colour in (PAPER, "#000000", UNKNOWN)])
     greys = np.repeat(GREYS[:, None], 3, axis=1)

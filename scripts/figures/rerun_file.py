@@ -1,4 +1,4 @@
-"""A run as a file for the viewer of rerun.io: map, way, scans, certainty of the pose, over time."""
+"""A run as a file for the Rerun viewer: map, path, scans and pose covariance over time."""
 
 from __future__ import annotations
 
@@ -18,22 +18,21 @@ from slam.snapshot import MapSnapshot
 
 from .canvas import ROBOT_RADIUS
 from .ellipse import ellipses
-from .growth import ECHOES
+from .map_film import ECHOES
 from .map_panel import MapPanel
 from .style import ESTIMATE, TRUTH
 
 if TYPE_CHECKING:
     import rerun
 
-RVIZ = 10  # rerun's name for its colours of an occupancy grid, as of `Viridis`
-VIRIDIS = 6
-FLAT = 0.01  # m: half the height of an ellipse in space
-ABOVE = {"grid": 0.0, "layers": 0.01, "path": 0.02, "scan": 0.03, "covariance": 0.04}  # m
-WAY = 300  # poses of a path on the way: all of them each time would grow as the square of the run
+RVIZ, VIRIDIS = 10, 6  # colour maps of rerun
+ELLIPSOID_HALF_HEIGHT = 0.01  # m
+HEIGHTS = {"grid": 0.0, "layers": 0.01, "path": 0.02, "scan": 0.03, "covariance": 0.04}  # m
+MAX_PATH_POSES = 300  # of a snapshot but the last: with all, the file would grow quadratically
 
 
 class Picture(NamedTuple):
-    """One more layer of the map.
+    """A layer of the map.
 
     spec   its cells
     cells  (rows, cols) numbers, coloured from the least to the largest, or (rows, cols, 3) uint8
@@ -47,20 +46,20 @@ def write_rrd(
     path: AnyPath,
     episode: Episode,
     estimates: Sequence[Estimate],
-    stages: Sequence[MapSnapshot],
+    snapshots: Sequence[MapSnapshot],
     layers: Mapping[str, Picture] | None = None,
 ) -> None:
     """Write .rrd, which `rerun FILE` opens (extra `viz`).
 
-    estimates  one a scan, as believed when it came
-    stages     maps and trajectories as believed on the way
-    layers     name -> what else is known of the cells at the end
+    estimates  one per scan
+    snapshots  maps and trajectories as estimated during the run
+    layers     name -> layer of the final map
 
     Time lines `time` (the scans' stamps) and `scan` (their numbers). Entities, in m:
 
-    map/grid            a stage's map, as rviz colours it
-    map/layers/NAME     at the last stage, hidden at first
-    map/path            a stage's trajectory, thinned to WAY poses but for the last
+    map/grid            a snapshot's map, in the colours of rviz
+    map/layers/NAME     at the last snapshot, hidden at first
+    map/path            a snapshot's trajectory, thinned to MAX_PATH_POSES but for the last
     map/robot           its pose; below it, map/robot/scan: the echoes
     map/covariance      the ellipse that holds the position with 95 %
 
@@ -68,17 +67,17 @@ def write_rrd(
     """
     if not find_spec("rerun"):
         raise InputError(f"{path}: .rrd files need rerun: pip install 'dynslam[viz]'")
-    if not (estimates and stages):
-        raise InputError(f"{path}: nothing to write, no scan was taken in")
+    if not (estimates and snapshots):
+        raise InputError(f"{path}: nothing to write, no scan was processed")
     import rerun as rr
 
     with placing(path) as made, rr.RecordingStream("dynslam") as out:
-        out.set_log_time_enabled(False)  # of now, which nobody asks for
-        out.save(made, default_blueprint=_view(rr, stages[-1]))
+        out.set_log_time_enabled(False)  # the time of writing is of no interest
+        out.save(made, default_blueprint=_view(rr, snapshots[-1]))
         out.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         _put_robot(rr, out, episode, estimates)
-        for stage in stages:
-            _put_stage(rr, out, episode, stage, whole=stage is stages[-1])
+        for snapshot in snapshots:
+            _put_snapshot(rr, out, episode, snapshot, whole=snapshot is snapshots[-1])
         for name, picture in (layers or {}).items():
             out.log(f"map/layers/{name}", _layer(rr, picture))
         out.disconnect()
@@ -87,7 +86,7 @@ def write_rrd(
 def _put_robot(
     rr: Any, out: rerun.RecordingStream, episode: Episode, estimates: Sequence[Estimate]
 ) -> None:
-    """What there is of every scan."""
+    """Pose, echoes and covariance of every scan."""
     scans = episode.scans[: len(estimates)]
     when = _when(rr, episode, range(len(scans)))
     poses = np.array([estimate.pose for estimate in estimates])
@@ -99,29 +98,29 @@ def _put_robot(
     )
     out.log("map/robot", body, static=True)
     points = [scan.points for scan in scans]
-    columns = rr.Points3D.columns(positions=_lifted(np.concatenate(points), ABOVE["scan"]))
+    columns = rr.Points3D.columns(positions=_lifted(np.concatenate(points), HEIGHTS["scan"]))
     look = rr.Points3D.from_fields(colors=_rgb(ECHOES), radii=-2.0)  # below 0: in pixels
     out.log("map/robot/scan", look, static=True)
     out.send_columns("map/robot/scan", when, columns.partition([len(one) for one in points]))
     axes, turn = ellipses(np.array([estimate.covariance for estimate in estimates]))
     out.send_columns("map/covariance", when, rr.Ellipsoids3D.columns(
-        centers=_lifted(poses[:, :2], ABOVE["covariance"]),
-        half_sizes=_lifted(axes, FLAT), quaternions=_turned(turn),
+        centers=_lifted(poses[:, :2], HEIGHTS["covariance"]),
+        half_sizes=_lifted(axes, ELLIPSOID_HALF_HEIGHT), quaternions=_turned(turn),
     ))  # fmt: skip
     out.log("map/covariance", rr.Ellipsoids3D.from_fields(colors=_rgb(TRUTH)), static=True)
 
 
-def _put_stage(
-    rr: Any, out: rerun.RecordingStream, episode: Episode, stage: MapSnapshot, whole: bool
+def _put_snapshot(
+    rr: Any, out: rerun.RecordingStream, episode: Episode, snapshot: MapSnapshot, whole: bool
 ) -> None:
-    out.set_time("time", timestamp=episode.scans[stage.scan].time)
-    out.set_time("scan", sequence=stage.scan)
-    percent = np.where(stage.grid.observed, np.rint(100 * stage.grid.occupied), -1)
+    out.set_time("time", timestamp=episode.scans[snapshot.scan].time)
+    out.set_time("scan", sequence=snapshot.scan)
+    percent = np.where(snapshot.grid.observed, np.rint(100 * snapshot.grid.occupied), -1)
     cells = percent.astype(np.int8).view(np.uint8)
-    out.log("map/grid", _grid_map(rr, stage.spec, cells, RVIZ, ABOVE["grid"]))
-    most = len(stage.poses) if whole else WAY
-    chosen = np.unique(np.linspace(0, stage.scan, most).round().astype(int))
-    way = _lifted(stage.poses[chosen, :2], ABOVE["path"])
+    out.log("map/grid", _grid_map(rr, snapshot.spec, cells, RVIZ, HEIGHTS["grid"]))
+    most = len(snapshot.poses) if whole else MAX_PATH_POSES
+    chosen = np.unique(np.linspace(0, snapshot.scan, most).round().astype(int))
+    way = _lifted(snapshot.poses[chosen, :2], HEIGHTS["path"])
     out.log("map/path", rr.LineStrips3D([way], colors=_rgb(ESTIMATE), radii=-1.0))
 
 
@@ -131,11 +130,11 @@ def _layer(rr: Any, picture: Picture) -> Any:
         low, high = float(np.nanmin(cells)), float(np.nanmax(cells))
         share = (np.nan_to_num(cells, nan=low) - low) / ((high - low) or 1.0)
         cells = np.round(255 * share).astype(np.uint8)
-    return _grid_map(rr, picture.spec, cells, VIRIDIS, ABOVE["layers"])
+    return _grid_map(rr, picture.spec, cells, VIRIDIS, HEIGHTS["layers"])
 
 
-def _grid_map(rr: Any, spec: GridSpec, cells: np.ndarray, colours: int, above: float) -> Any:
-    """Cells (rows, cols) or (rows, cols, 3) uint8 in their place; rerun begins at the top."""
+def _grid_map(rr: Any, spec: GridSpec, cells: np.ndarray, colours: int, height: float) -> Any:
+    """Cells (rows, cols) or (rows, cols, 3) uint8; rerun wants the top row first."""
     plain = cells.ndim == 2
     return rr.GridMap(
         data=np.ascontiguousarray(cells[::-1]).tobytes(),
@@ -143,13 +142,13 @@ def _grid_map(rr: Any, spec: GridSpec, cells: np.ndarray, colours: int, above: f
             width=spec.cols, height=spec.rows, color_model="L" if plain else "RGB",
             channel_datatype="U8",
         ),
-        cell_size=spec.resolution, translation=[*spec.origin, above],
+        cell_size=spec.resolution, translation=[*spec.origin, height],
         colormap=rr.components.Colormap(colours) if plain else None,
     )  # fmt: skip
 
 
 def _view(rr: Any, last: MapSnapshot) -> Any:
-    """The last map, from above; its layers are switched on by who wants them."""
+    """View of the last map from above; its layers are hidden until the user shows them."""
     import rerun.blueprint as rrb
 
     box = MapPanel("", last.grid, last.poses).box

@@ -17,9 +17,8 @@ from slam.scan import Scan
 
 from ..console.window import open_window
 from ..figures.canvas import PALETTE, ROBOT_RADIUS, SMALLEST, few_shades
-from ..figures.coarser import coarser
 from ..figures.ellipse import outline
-from ..figures.map_panel import Box, MapPanel
+from ..figures.map_panel import Box, MapPanel, coarser
 
 if TYPE_CHECKING:
     import pygame

@@ -1,4 +1,4 @@
-"""A SLAM on its way through a recording: with a bar, in a window, with stages to look back at."""
+"""A SLAM run on a recording with a progress bar, an optional window, and snapshots of the map."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from slam.snapshot import MapSnapshot
 from ..console.interrupts import deferred_interrupt
 from ..console.progress import progress_bar
 
-STAGES = 150
+MAX_SNAPSHOTS = 150
 
 
 class Window(Protocol):
-    """What shows a run while it goes on."""
+    """Shows a run in progress."""
 
     def show(self, k: int, n: int, estimate: Estimate, scan: Scan, slam: Slam) -> None:
-        """Scan number `k` of `n`, from 1, was taken in."""
+        """Show the state after scan number `k` of `n`, counted from 1."""
         ...
 
 
 class MappingRun:
-    """One run, kept as far as it went.
+    """One run, which may end early.
 
-    window     shows it, if there is one
-    stages     how many are kept of the way; each takes time to draw
-    estimates  of the scans that were taken in
+    window     shows the run, if given
+    snapshots  largest number of snapshots; each takes time to draw
+    estimates  of the scans processed so far
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class MappingRun:
         episode: Episode,
         name: str,
         window: Window | None = None,
-        stages: int = STAGES,
+        snapshots: int = MAX_SNAPSHOTS,
     ):
         self.slam = slam
         self.episode = episode
@@ -47,28 +47,28 @@ class MappingRun:
         self.estimates: list[Estimate] = []
         self._window = window
         self._playback = Playback(slam, episode)
-        self._growth = SnapshotRecorder(self._playback, stages)
+        self._recorder = SnapshotRecorder(self._playback, snapshots)
         self._result: Run | None = None
 
     def run(self) -> None:
-        """All scans; whatever ends it early leaves what was done."""
+        """Process all scans; an exception keeps the estimates made before it."""
         scans = self.episode.scans
         with progress_bar() as progress, deferred_interrupt() as between_steps:
             steps = progress.track(self._playback, len(scans), description=self.name)
             for k, estimate in enumerate(steps, 1):
                 self.estimates.append(estimate)
-                self._growth.after(k - 1)
+                self._recorder.after(k - 1)
                 if self._window is not None:
                     self._window.show(k, len(scans), estimate, scans[k - 1], self.slam)
                 between_steps()
 
     @property
     def result(self) -> Run:
-        """What came out of it, as far as it went."""
+        """The result of the scans processed so far."""
         if self._result is None:
             self._result = self._playback.result()
         return self._result
 
-    def stages(self) -> list[MapSnapshot]:
-        """The map and the trajectory as believed every so many scans, and at the end."""
-        return self._growth.stages()
+    def snapshots(self) -> list[MapSnapshot]:
+        """Maps and trajectories as estimated at evenly spaced scans, and at the end."""
+        return self._recorder.stages()

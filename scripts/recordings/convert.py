@@ -8,31 +8,32 @@ from pathlib import Path
 import tyro
 
 from slam.errors import InputError
-from slam.io.formats import check_ending, write_log
 
 from .source import RecordingSource
 
 
 @dataclass(kw_only=True)
 class ConvertCommand(RecordingSource):
-    """Write a recording in another format, which the ending of the new name says.
+    """Write a recording in another format.
 
-    .npz keeps all; .bag is ROS 1, .mcap and .db3 are ROS 2, no ending a ROS 2 bag in a folder; .log
-    and .log.gz are CARMEN; .csv is a table, a row a scan. What a format has no word for is left
-    out.
+    The ending of the new name chooses it: .npz keeps everything; .bag is ROS 1, .mcap and .db3 are
+    ROS 2, no ending a ROS 2 bag in a folder; .log and .log.gz are CARMEN; .csv is a table with a
+    row per scan. What a format cannot represent is left out.
     """
 
     to: tyro.conf.Positional[Path]
     """File to write."""
     force: bool = False
-    """Write over a file that is there."""
+    """Overwrite an existing file."""
 
     def __call__(self) -> int:
-        """Read, write, tell."""
+        """Read, write, print."""
+        from slam.io.formats import check_ending, write_log
+
         check_ending(self.to)
         if self.to.exists() and not self.force:
             raise InputError(f"{self.to}: is there already; --force writes over it")
-        log = self.told()
+        log = self.read_and_warn()
         write_log(log.episode, self.to)
         print(f"{self.to}: {len(log.episode.scans)} scans")
         return 0

@@ -6,31 +6,26 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
-from dynslam_env import WORLDS
-from dynslam_env.simulation.registry import NAMED_LAWS
-from slam.episode import Episode
 from slam.errors import InputError
-from slam.io.carmen.writer import write_carmen
-from slam.io.episode_file import save_episode
-from slam.io.tum import write_tum
-from slam.trajectory import Trajectory
-from slam.validation import one_of
+from slam.validation import one_of, unknown_name
 
-from ..console.output import output_directory
-from ..console.progress import progress_bar
-from ..console.selection import parse_selection
-from ..trials.cache import episode_of
-from ..trials.sources import SimulatedDrive
+if TYPE_CHECKING:
+    from slam.episode import Episode
 
 
 def _npz(episode: Episode, path: Path) -> None:
+    from slam.io.episode_file import save_episode
+
     save_episode(episode, path.with_suffix(".npz"))
 
 
 def _carmen(episode: Episode, path: Path) -> None:
+    from slam.io.carmen.writer import write_carmen
+
     write_carmen(episode, path.with_suffix(".log.gz"))
 
 
@@ -41,6 +36,9 @@ def _mcap(episode: Episode, path: Path) -> None:
 
 
 def _tum(episode: Episode, path: Path) -> None:
+    from slam.io.tum import write_tum
+    from slam.trajectory import Trajectory
+
     assert episode.truth is not None
     write_tum(Trajectory(episode.times, episode.truth.poses), path.with_suffix(".tum"))
 
@@ -55,27 +53,38 @@ FORMATS: dict[str, Callable[[Episode, Path], None]] = {
 
 @dataclass
 class RecordCommand:
-    """Record drives along the path of a world, and write them for any SLAM system.
+    """Record simulated drives as files for any SLAM system.
 
-    npz: all, with the truth, for `dynslam score` and `dynslam bench logs`; carmen: a CARMEN log;
-    mcap: a ROS 2 bag with /scan, /odom, /tf, /tf_static, /ground_truth; tum: the true trajectory.
+    The robot follows the path of a world. npz: everything, with the truth, for `dynslam score` and
+    `dynslam bench logs`; carmen: a CARMEN log; mcap: a ROS 2 bag with /scan, /odom, /tf,
+    /tf_static, /ground_truth; tum: the true trajectory.
     """
 
     env: tyro.conf.Positional[str]
     """Id of the environment, such as DoorCorridor-v0."""
     seeds: str = "5000"
-    """Seeds: a number, a range such as 5000-5009, or several of these with commas between."""
+    """Seeds: a number, a range such as 5000-5009, or several of these separated by commas."""
     out: Path = Path("out/episodes")
     """Directory to write to: ENV-SEED.npz, .log.gz, .tum, and the folder ENV-SEED of the bag."""
     formats: str = "all"
-    """npz, carmen, mcap, tum, with commas between; or all."""
+    """npz, carmen, mcap, tum, separated by commas; or all."""
     doors: str | None = None
-    """moving, static, or a registered law; if not given, the world's own."""
+    """moving, static, or a registered law. Default: those of the world."""
 
     def __call__(self) -> int:
         """Record, write."""
-        one_of("env", self.env, tuple(WORLDS))
-        formats = parse_selection("format", self.formats, list(FORMATS))
+        from dynslam_env import WORLDS
+        from dynslam_env.simulation.registry import NAMED_LAWS
+
+        from ..console.output import output_directory
+        from ..console.progress import progress_bar
+        from ..console.selection import parse_selection
+        from ..trials.cache import episode_of
+        from ..trials.sources import SimulatedDrive
+
+        if self.env not in WORLDS:
+            raise InputError(unknown_name("environment", self.env, WORLDS))
+        formats = parse_selection("format", self.formats, list(FORMATS), "dynslam record --help")
         parameters = {}
         if self.doors is not None:
             one_of("doors", self.doors, NAMED_LAWS.names())
@@ -93,7 +102,7 @@ class RecordCommand:
 
 
 def numbers(text: str) -> list[int]:
-    """`5000-5009,6000` as numbers, each once. Raises InputError."""
+    """Seeds such as `5000-5009,6000` as numbers, each once. Raises InputError."""
     found: dict[int, None] = {}
     for part in text.split(","):
         match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)

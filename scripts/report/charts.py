@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from slam.benchmark.statistics import median
 
 from ..figures.style import FAINT, INK, MEDIUM, SMALL, blank_figure, plain_axes
+from ..trials.results import Condition
 from .scores import ATE, MEMORY, TIME, Score, format_p
-from .summary import Condition, Group, Summary
+from .summary import Group, Summary
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F4F24", "#6A3D9A",
            "#555555", "#B2DF8A")  # fmt: skip

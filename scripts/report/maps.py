@@ -9,9 +9,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 
 from ..figures.style import DOORS, ESTIMATE, SMALL, TRUTH, UNKNOWN, WALLS, blank_figure, plain_axes
-from ..trials.example import Example
+from ..trials.recorded_run import RecordedRun
+from ..trials.results import Condition
 from .charts import Chart
-from .summary import Condition
 
 COLUMNS = 2
 PANEL_WIDTH = 5.0  # inches
@@ -21,26 +21,26 @@ PALETTE = np.vstack(
         255 * np.array(to_rgb(UNKNOWN)),
     ]
 ).astype(np.uint8)
-"""(256, 3) colours of an example's shades."""
+"""(256, 3) colours of an recorded run's shades."""
 
 
-def maps(condition: Condition, examples: Mapping[str, Example], number: int) -> Chart:
+def maps(condition: Condition, runs: Mapping[str, RecordedRun], number: int) -> Chart:
     """One panel a variant, at the end of the episode."""
-    box = _box(list(examples.values()))
+    box = _box(list(runs.values()))
     aspect = (box[3] - box[2]) / (box[1] - box[0])
-    rows = -(-len(examples) // COLUMNS)
+    rows = -(-len(runs) // COLUMNS)
     figure = blank_figure(PANEL_WIDTH * COLUMNS, (PANEL_WIDTH * aspect + 0.3) * rows + 0.3)
-    for k, (variant, example) in enumerate(examples.items(), 1):
+    for k, (variant, run) in enumerate(runs.items(), 1):
         axes = figure.add_subplot(rows, COLUMNS, k)
         axes.set_facecolor(UNKNOWN)
-        axes.imshow(PALETTE[example.shades[-1]], extent=example.extent, origin="lower",
+        axes.imshow(PALETTE[run.shades[-1]], extent=run.extent, origin="lower",
                     interpolation="auto")  # fmt: skip
-        for segments, ink, label in ((example.walls, WALLS, "true walls"),
-                                     (example.doors[-1], DOORS, "true doors")):  # fmt: skip
+        for segments, ink, label in ((run.walls, WALLS, "true walls"),
+                                     (run.doors[-1], DOORS, "true doors")):  # fmt: skip
             lines = list(segments.reshape(-1, 2, 2))
             axes.add_collection(LineCollection(lines, colors=ink, linewidths=0.8, label=label))
-        axes.plot(*example.truth[:, :2].T, color=TRUTH, linewidth=2.0, label="true path")
-        axes.plot(*example.poses[:, :2].T, color=ESTIMATE, linewidth=0.8, label="estimated path")
+        axes.plot(*run.truth[:, :2].T, color=TRUTH, linewidth=2.0, label="true path")
+        axes.plot(*run.poses[:, :2].T, color=ESTIMATE, linewidth=0.8, label="estimated path")
         axes.set(xlim=box[:2], ylim=box[2:], aspect="equal")
         axes.set_title(variant, fontsize=SMALL + 1)
         plain_axes(axes)
@@ -54,12 +54,12 @@ def maps(condition: Condition, examples: Mapping[str, Example], number: int) -> 
     return Chart(f"maps-{number}", f"Maps: {condition}", caption, figure)
 
 
-def _box(examples: list[Example]) -> tuple[float, float, float, float]:
+def _box(runs: list[RecordedRun]) -> tuple[float, float, float, float]:
     """What is true, or (without a truth) what most maps hold: left, right, bottom, top, m."""
-    walls = examples[0].walls.reshape(-1, 2)
+    walls = runs[0].walls.reshape(-1, 2)
     if len(walls):
         (left, bottom), (right, top) = walls.min(axis=0).tolist(), walls.max(axis=0).tolist()
         return left - 0.4, right + 0.4, bottom - 0.4, top + 0.4
-    extents = np.array([example.extent for example in examples])
+    extents = np.array([run.extent for run in runs])
     left, right, bottom, top = np.median(extents, axis=0).tolist()
     return left, right, bottom, top

@@ -11,9 +11,10 @@ from matplotlib.colors import ListedColormap, LogNorm
 from slam.geometry import Array
 
 from ..figures.style import INK, MEDIUM, SMALL, blank_figure, plain_axes
+from ..trials.results import Condition
 from .charts import Chart, colour
 from .scores import Score
-from .summary import Comparison, Condition, Summary
+from .summary import Comparison, Summary
 
 PLANE = "plane"
 DARK = 0.6  # of the colours' range, above which text is white

@@ -12,17 +12,17 @@ from PIL import Image
 
 from slam.geometry import Array
 
-from ..trials.example import Example
+from ..trials.recorded_run import RecordedRun
+from ..trials.results import Condition
 from .maps import PALETTE
-from .summary import Condition
 
 
-def replay(condition: Condition, examples: Mapping[str, Example], seed: int) -> dict[str, Any]:
+def replay(condition: Condition, runs: Mapping[str, RecordedRun], seed: int) -> dict[str, Any]:
     """One episode, all variants; JSON.
 
     Numbers are rounded to centimetres. Images are PNG in data URLs, their first row the highest.
     """
-    first = next(iter(examples.values()))
+    first = next(iter(runs.values()))
     moments = first.scans
     return {
         "title": f"{condition}, seed {seed}",
@@ -34,11 +34,11 @@ def replay(condition: Condition, examples: Mapping[str, Example], seed: int) -> 
         "variants": [
             {
                 "name": name,
-                "extent": [round(float(side), 3) for side in example.extent],
-                "poses": _rounded(example.online),
-                "images": [_png(image) for image in example.shades],
+                "extent": [round(float(side), 3) for side in run.extent],
+                "poses": _rounded(run.online),
+                "images": [_png(image) for image in run.shades],
             }
-            for name, example in examples.items()
+            for name, run in runs.items()
         ],
     }
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from slam.benchmark.results import Result, read
+from slam.benchmark.results import Result
 from slam.benchmark.statistics import (
     Interval,
     Paired,
@@ -21,32 +20,11 @@ from slam.benchmark.statistics import (
     ranks,
     share,
 )
-from slam.errors import InputError
 
+from ..trials.results import Condition
 from .scores import ATE, BRIER, F1, F1_OVER_TIME, Score, main_score, present
 
-ALWAYS = ("run", "suite", "condition", "variant", "seed", "episode", "error", "versions", "commit",
-          "host")  # fmt: skip
 FEWEST_PAIRS = 6  # below, no difference can be significant at 5 %
-
-
-class Condition(NamedTuple):
-    """What a group of runs has in common: factors by name."""
-
-    factors: tuple[tuple[str, str | float], ...]
-
-    @staticmethod
-    def of(row: Result) -> Condition:
-        """Of one run."""
-        return Condition.named({name: row[name] for name in row["condition"]})
-
-    @staticmethod
-    def named(factors: Mapping[str, str | float]) -> Condition:
-        """Of factors by name."""
-        return Condition(tuple(factors.items()))
-
-    def __str__(self) -> str:
-        return ", ".join(f"{name} {value}" for name, value in self.factors)
 
 
 class Group(NamedTuple):
@@ -188,18 +166,6 @@ class Summary:
             return None
         table = np.array([[series[name][e] for name in self.variants] for e in shared])
         return ranks(table), len(shared)
-
-
-def read_rows(path: Path) -> list[Result]:
-    """The results of a bench. Raises InputError for a file that cannot be read, or holds others."""
-    rows = read(path)
-    try:
-        for row in rows:
-            for name in (*ALWAYS, *row["condition"]):
-                row[name]
-    except (KeyError, TypeError) as error:
-        raise InputError(f"{path}: not the results of a bench ({error!r})") from None
-    return rows
 
 
 def _ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:

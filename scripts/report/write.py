@@ -18,12 +18,13 @@ from slam.benchmark.results import Result
 from slam.io.files import replacing
 
 from ..console.output import write_png
-from ..trials.example import Example, load
+from ..trials.recorded_run import RecordedRun, load
+from ..trials.results import Condition
 from .charts import Chart, charts, shown
 from .maps import maps
 from .phase import phase_diagrams
 from .replay import replay
-from .summary import OF_A_BENCH, Condition, Summary, Wording
+from .summary import OF_A_BENCH, Summary, Wording
 from .tables import Table, latex, markdown, tables
 
 HERE = Path(__file__).parent
@@ -55,11 +56,11 @@ def _write(summary: Summary, out: Path) -> Iterator[Path]:
         drawn.append((chart, _figure(chart, out / "figures")))
         yield out / "figures" / f"{chart.name}.png"
     for number, condition in enumerate(shown(summary), 1):
-        seed, examples = _examples(summary, condition, out / "examples")
-        if examples:
-            chart = maps(condition, examples, number)
+        seed, runs = _recorded_runs(summary, condition, out / "examples")
+        if runs:
+            chart = maps(condition, runs, number)
             drawn.append((chart, _figure(chart, out / "figures")))
-            replays.append(replay(condition, examples, seed))
+            replays.append(replay(condition, runs, seed))
             yield out / "figures" / f"{chart.name}.png"
     yield _written(out / "report.html", page(summary, made, drawn, replays))
 
@@ -106,11 +107,11 @@ def _origins(rows: Sequence[Result]) -> list[str]:
     return list(dict.fromkeys(told))
 
 
-def _examples(
+def _recorded_runs(
     summary: Summary, condition: Condition, folder: Path
-) -> tuple[int, dict[str, Example]]:
-    """The runs of the first seed that were kept to be looked at, and that seed."""
-    found: dict[str, Example] = {}
+) -> tuple[int, dict[str, RecordedRun]]:
+    """The first seed, and its recorded runs by variant."""
+    found: dict[str, RecordedRun] = {}
     seed = min(row["seed"] for group in summary.of(condition) for row in group.rows)
     for group in summary.of(condition):
         row = next((row for row in group.rows if row["seed"] == seed), None)

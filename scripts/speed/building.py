@@ -17,12 +17,13 @@ from dynslam_env import Laser
 from dynslam_env.sensors.laser import Scanner
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.configuration import configuration
+from slam.benchmark.results import Result
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
 
 from ..console.process_memory import forget_peak, peak_mb, resident_mb
-from ..console.rows import ProgressTracker, Row, T
-from .map_memory import map_memory
+from ..console.progress import ProgressTracker, T
+from .memory import map_memory
 
 ROOM, DEEP, CORRIDOR, DOORWAY = 10.0, 8.5, 3.0, 1.0  # m: width and depth of a room, widths
 BAND = 2 * DEEP + CORRIDOR  # m
@@ -74,7 +75,7 @@ def scans(place: Building, seed: int = 0) -> Iterator[tuple[Pose2, Scan]]:
         yield at, scanner.scan(ranges, number * STRIDE / SPEED)
 
 
-def building_rows(variants: Sequence[str], side: float, track: ProgressTracker) -> list[Row]:
+def building_rows(variants: Sequence[str], side: float, track: ProgressTracker) -> list[Result]:
     """One row a kind of map and reading, by the first of the variants that has it."""
     place = building(side)
     return [survey(variant, place, track) for variant in different(variants)]
@@ -91,7 +92,7 @@ def different(variants: Sequence[str]) -> list[str]:
     return list(kinds.values())
 
 
-def survey(variant: str, place: Building, track: ProgressTracker) -> Row:
+def survey(variant: str, place: Building, track: ProgressTracker) -> Result:
     """Map the building at the true poses; MB of the map alone, and with its reading beside.
 
     The reading is brought up to date once, at the end, when its layers take what they ever take.
@@ -136,7 +137,7 @@ def _unseen(items: Sequence[T], description: str) -> Sequence[T]:
     return items
 
 
-def building_table(rows: list[Row]) -> Table:
+def building_table(rows: list[Result]) -> Table:
     """For a terminal; what takes more than MOST_MB is marked."""
     table = Table(box=HORIZONTALS, title=_title(rows))
     table.caption, table.caption_justify = LEGEND, "left"
@@ -157,7 +158,7 @@ LEGEND = (
 )
 
 
-def _title(rows: list[Row]) -> str:
+def _title(rows: list[Result]) -> str:
     if not rows:
         return "no variant with a map to show"
     side, resolution = rows[0]["side"], rows[0]["resolution"]

@@ -16,8 +16,9 @@ from rich.table import Table
 from dynslam_env import Corridor, DoorWorldEnv, DoorWorldVectorEnv, Laser, Layout
 from dynslam_env.simulation.chipmunk import States
 from dynslam_env.simulation.world import World
+from slam.benchmark.results import Result
 
-from ..console.rows import ProgressTracker, Row
+from ..console.progress import ProgressTracker
 
 BEAMS = (91, 181, 361, 1081)
 DOORS = (0, 8, 20, 50, 200)
@@ -26,7 +27,7 @@ THREADS = (1, 2)
 STEPS = 640  # of an environment, a round
 
 
-def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Row]:
+def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Result]:
     """A floor (ten physics steps) and a step for each case, and a reset.
 
     The floor is measured on a twin, in the same worlds and on the same drive, round by round in
@@ -36,7 +37,7 @@ def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Row]:
     return [case(rounds) for case in track(list(_cases(num_envs)), "environment")]
 
 
-def env_table(rows: list[Row]) -> Table:
+def env_table(rows: list[Result]) -> Table:
     """For a terminal."""
     table = Table(box=HORIZONTALS, title="DoorCorridor-v0, random actions")
     table.add_column("what")
@@ -54,7 +55,7 @@ def env_table(rows: list[Row]) -> Table:
     return table
 
 
-Case = Callable[[int], Row]
+Case = Callable[[int], Result]
 Made = tuple[Any, list[World]]
 
 
@@ -71,7 +72,7 @@ def _cases(num_envs: int) -> Iterator[Case]:
     yield _reset
 
 
-def _single(name: str, rounds: int, **parameters: Any) -> Row:
+def _single(name: str, rounds: int, **parameters: Any) -> Result:
     def make() -> Made:
         env = gym.make("DoorCorridor-v0", max_episode_steps=10**9, **parameters)
         env.reset(seed=0)
@@ -81,7 +82,7 @@ def _single(name: str, rounds: int, **parameters: Any) -> Row:
     return {"what": name} | _against_floor((make(), make()), (), STEPS, rounds)
 
 
-def _vector(num_envs: int, threads: int, rounds: int) -> Row:
+def _vector(num_envs: int, threads: int, rounds: int) -> Result:
     def make(threads: int) -> Made:
         env = gym.make_vec("DoorCorridor-v0", num_envs, max_episode_steps=10**9, threads=threads)
         env.reset(seed=0)
@@ -94,7 +95,9 @@ def _vector(num_envs: int, threads: int, rounds: int) -> Row:
     return {"what": name} | _against_floor(pair, (num_envs,), steps, rounds)
 
 
-def _against_floor(pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, rounds: int) -> Row:
+def _against_floor(
+    pair: tuple[Made, Made], shape: tuple[int, ...], steps: int, rounds: int
+) -> Result:
     """Time drives of `steps` steps, in turn with a twin of which the physics alone counts."""
     (env, worlds), (twin, twin_worlds) = pair
     floors = [PhysicsTimer(world.states) for world in twin_worlds]
@@ -139,7 +142,7 @@ def _drive(env: Any, actions: np.ndarray) -> None:
         env.step(action)
 
 
-def _reset(rounds: int) -> Row:
+def _reset(rounds: int) -> Result:
     env = gym.make("DoorCorridor-v0")
     env.reset(seed=0)
 

@@ -1,36 +1,67 @@
-"""What the map of each SLAM holds as time goes by in one place: constant, or growing."""
+"""Memory of the map of each SLAM over time in one place: constant or growing."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from rich.box import HORIZONTALS
 from rich.table import Table
 
 import slam
+from slam.benchmark.results import Result
 from slam.benchmark.run import Playback, true_start
 from slam.episode import Episode, Truth
+from slam.interface import MapModel, Slam
+from slam.maps.tiles import AREA
 from slam.trajectory import Trajectory
 
-from ..console.rows import ProgressTracker, Row
-from .map_memory import map_memory, map_of
+from ..console.progress import ProgressTracker
 
 LAPS = 4
 
 
-def memory_rows(variants: Sequence[str], episode: Episode, track: ProgressTracker) -> list[Row]:
-    """One row a variant with a map to show: its bytes after each of LAPS drives, to and fro."""
+class MapMemory(NamedTuple):
+    """Memory of a map, with the layers of its sensor model.
+
+    nbytes    bytes of the tiles in use and of other data of the map model
+    observed  number of observed cells
+    cells     number of cells of the tiles in use
+    """
+
+    nbytes: int
+    observed: int
+    cells: int
+
+
+def map_of(robot: Slam) -> MapModel | None:
+    """The map model of a SLAM; None if it has none with cells."""
+    map_model = getattr(robot, "map_model", None)
+    return map_model if hasattr(map_model, "cells") else None
+
+
+def map_memory(map_model: MapModel) -> MapMemory:
+    """Memory of `map_model` now."""
+    tiles = map_model.cells.tiles
+    in_use = tiles.references > 0
+    observed = int(map_model.cells.observed.values[in_use].sum())
+    cells = (int(in_use.sum()) - 1) * AREA
+    return MapMemory(getattr(map_model, "nbytes", tiles.nbytes), observed, cells)
+
+
+def memory_rows(variants: Sequence[str], episode: Episode, track: ProgressTracker) -> list[Result]:
+    """One row per variant that has a map: its bytes after each of LAPS drives, to and fro."""
     long, ends = to_and_fro(episode, LAPS), len(episode.scans) - 1
     rows = []
     for variant in track(variants, "memory"):
         robot = slam.make(variant, true_start(episode))
-        grid = map_of(robot)
-        if grid is None:
+        map_model = map_of(robot)
+        if map_model is None:
             continue
         series = [
-            map_memory(grid).nbytes
+            map_memory(map_model).nbytes
             for number, _ in enumerate(Playback(robot, long))
             if number and number % ends == 0
         ]
@@ -38,7 +69,7 @@ def memory_rows(variants: Sequence[str], episode: Episode, track: ProgressTracke
     return rows
 
 
-def memory_table(rows: list[Row]) -> Table:
+def memory_table(rows: list[Result]) -> Table:
     """For a terminal."""
     minutes = rows[0]["seconds"] / 60 if rows else 0.0
     title = f"kB of the map after each quarter of {minutes:.0f} minutes in one corridor"
@@ -54,8 +85,9 @@ def memory_table(rows: list[Row]) -> Table:
 
 
 def to_and_fro(episode: Episode, laps: int) -> Episode:
-    """The episode forwards, backwards, forwards, ... : one drive without a leap, `laps` times as
-    long, in a world whose doors go the same way. What backs up sees what it saw.
+    """The episode forwards, backwards, forwards, ...: one continuous drive, `laps` times as long.
+
+    The doors move accordingly; driving backwards, the robot sees the same scans.
     """
     n = len(episode.scans)
     forth, back = np.arange(n), np.arange(n)[::-1]

@@ -17,8 +17,9 @@ from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.simulation.world_batch import WorldBatch
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.benchmark.results import Result
 
-from ..console.rows import ProgressTracker, Row
+from ..console.progress import ProgressTracker
 
 WORLDS = 32
 STEPS = 50  # of all worlds at once, a round
@@ -31,14 +32,14 @@ PARTS = (
 )
 
 
-def patrol_rows(rounds: int, track: ProgressTracker) -> list[Row]:
+def patrol_rows(rounds: int, track: ProgressTracker) -> list[Result]:
     """The parts of a step of `DoorPatrol-v0` with WORLDS worlds in one process and random actions,
     of the fastest round; and, with dynslam[train], of learning."""
     env = gym.make_vec("DoorPatrol-v0", WORLDS, autoreset_mode="SameStep")
     env.reset(seed=0)
     rng = np.random.default_rng(0)
     env.step(_actions(rng))  # everything is compiled
-    best: list[Row] = []
+    best: list[Result] = []
     for _ in track(range(rounds), "patrol"):
         rows = _step_rows(env, rng)
         if not best or rows[-1]["step_us"] < best[-1]["step_us"]:
@@ -47,7 +48,7 @@ def patrol_rows(rounds: int, track: ProgressTracker) -> list[Row]:
     return best + (_learning_rows() if find_spec("stable_baselines3") else [])
 
 
-def patrol_table(rows: list[Row]) -> Table:
+def patrol_table(rows: list[Result]) -> Table:
     """For a terminal."""
     table = Table(box=HORIZONTALS, title=f"DoorPatrol-v0, {WORLDS} worlds")
     table.add_column("what")
@@ -60,7 +61,7 @@ def patrol_table(rows: list[Row]) -> Table:
     return table
 
 
-def _step_rows(env: Any, rng: np.random.Generator) -> list[Row]:
+def _step_rows(env: Any, rng: np.random.Generator) -> list[Result]:
     spent: dict[str, float] = {}
     with ExitStack() as stack:
         for name, owner, method in PARTS:
@@ -76,7 +77,7 @@ def _step_rows(env: Any, rng: np.random.Generator) -> list[Row]:
     return [*rows, {"what": "a step of the environment", "step_us": whole * each}]
 
 
-def _learning_rows() -> list[Row]:
+def _learning_rows() -> list[Result]:
     """Two rollouts of PPO as `dynslam train` makes them, with one process and with two."""
     from stable_baselines3 import PPO
 
@@ -101,7 +102,7 @@ def _learning_rows() -> list[Row]:
     return rows
 
 
-def _row(what: str, us: float, share: float) -> Row:
+def _row(what: str, us: float, share: float) -> Result:
     return {"what": what, "step_us": us, "share": share}
 
 

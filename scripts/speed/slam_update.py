@@ -13,13 +13,14 @@ from rich.box import HORIZONTALS
 from rich.table import Table
 
 import slam
+from slam.benchmark.results import Result
 from slam.benchmark.run import true_start, warm_up
 from slam.episode import Episode, Truth
 from slam.geometry import Array
 from slam.interface import Slam
 
-from ..console.rows import ProgressTracker, Row
-from .map_memory import map_memory, map_of
+from ..console.progress import ProgressTracker
+from .memory import map_memory, map_of
 
 YARDSTICK = "static-ml"
 """The variant that the others' costs are compared with."""
@@ -61,7 +62,7 @@ class Costs(NamedTuple):
 
 def slam_rows(
     variants: Sequence[str], episode: Episode, name: str, rounds: int, track: ProgressTracker
-) -> list[Row]:
+) -> list[Result]:
     """One row a variant; the variants take turns, round by round, so that what else the machine
     does hurts all alike.
 
@@ -87,7 +88,7 @@ def slam_rows(
     ]
 
 
-def slam_table(rows: list[Row]) -> Table:
+def slam_table(rows: list[Result]) -> Table:
     """For a terminal of 80 columns."""
     table = Table(box=HORIZONTALS, title=f"a SLAM's scan, {rows[0]['on']}, one core", padding=0)
     table.caption, table.caption_justify = LEGEND, "left"
@@ -169,7 +170,7 @@ class Stopwatch:
         return timed
 
 
-def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) -> Row:
+def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) -> Result:
     fastest = min((one.whole for one in costs), key=lambda whole: whole.ms)
     return {
         "what": variant,
@@ -186,7 +187,7 @@ def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) ->
     }
 
 
-def _memory(robot: Slam) -> Row:
+def _memory(robot: Slam) -> Result:
     grid = map_of(robot)
     if grid is None:
         total = getattr(robot, "nbytes", None)

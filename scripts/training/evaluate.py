@@ -12,19 +12,19 @@ import agents
 import slam
 from dynslam_env.simulation.registry import NAMED_WORLDS
 from slam.benchmark.results import Result
-from slam.errors import InputError
 from slam.validation import number, whole_number
 
-from ..bench.bench import check_episodes, keep
-from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
+from ..console.exits import EXIT_MISTAKE
 from ..console.output import output_directory
 from ..console.progress import progress_bar
 from ..console.selection import parse_selection
 from ..figures.film import suffix
-from ..report.summary import Condition, Wording, read_rows
+from ..report.summary import Wording
 from ..report.write import write_report
+from ..trials.batch import missing, run_batch
 from ..trials.jobs import file_name
 from ..trials.pool import check_workers, here
+from ..trials.results import read_rows
 from .patrol_jobs import BUDGETS, STEPS, SUITE, Patrol
 from .summary import told
 
@@ -66,8 +66,8 @@ class EvaluateCommand:
         names = self._names()
         patrols = self._patrols(names)
         out = output_directory(self.out)
-        todo = self._missing(patrols, out / "results.jsonl")
-        status = self._run(todo, out)
+        todo = missing(patrols, out / "results.jsonl", self.resume)
+        status = run_batch(lambda _: here(todo, self.jobs), len(todo), out, "evaluate", "patrols")
         rows = read_rows(out / "results.jsonl") if (out / "results.jsonl").exists() else []
         if not rows:
             return status
@@ -112,38 +112,6 @@ class EvaluateCommand:
         if not self.films or seed != self.first or system != systems[0]:
             return None
         return self.out / "films" / f"{file_name(name)}-{world}{suffix()}"
-
-    def _missing(self, patrols: list[Patrol], path: Path) -> list[Patrol]:
-        if not path.exists():
-            return patrols
-        if not self.resume:
-            raise InputError(
-                f"{path} holds the results of an earlier evaluation: go on with it by --resume, or "
-                f"choose another directory by --out"
-            )
-        rows = read_rows(path)
-        wanted = {(Condition.named(p.condition), p.seed): p.episode for p in patrols}
-        check_episodes(rows, {SUITE}, wanted, path)
-        there = {row["run"] for row in rows}
-        return [patrol for patrol in patrols if patrol.name not in there]
-
-    def _run(self, todo: list[Patrol], out: Path) -> int:
-        done = 0
-        try:
-            with progress_bar() as bar:
-                for result in bar.track(
-                    here(todo, self.jobs), total=len(todo), description=f"{len(todo)} patrols"
-                ):
-                    keep(result, out)
-                    done += 1
-        except KeyboardInterrupt:
-            print(
-                f"evaluate: interrupted, {done} of {len(todo)} patrols are kept; the same command "
-                f"with --resume goes on",
-                file=sys.stderr,
-            )
-            return EXIT_INTERRUPTED
-        return 0
 
     def _tell(self, rows: list[Result], names: list[str], out: Path) -> None:
         for row in [row for row in rows if row["error"] is not None][:5]:

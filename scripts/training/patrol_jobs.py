@@ -18,8 +18,8 @@ from dynslam_env.record import RecordingWrapper
 from slam.benchmark.results import Result, origin
 
 from ..figures.film import write_film
-from ..trials.example import Example, example
 from ..trials.jobs import Done, failure, file_name
+from ..trials.recorded_run import RecordedRun, record_run
 from ..trials.sources import digest, sparser
 from .patrol_scorer import MAP_EVERY, PatrolJudge
 
@@ -61,7 +61,7 @@ class Patrol:
             return Done(self.row() | failure(error))
         return Done(row, seen)
 
-    def _run(self) -> tuple[Result, Example | None]:
+    def _run(self) -> tuple[Result, RecordedRun | None]:
         env = DoorPatrolEnv(
             world=self.world, slam=self.slam, score_every=MAP_EVERY,
             render_mode="rgb_array" if self.film else None,
@@ -90,7 +90,7 @@ class Patrol:
         seen = None
         if recorded is not None:
             drive = sparser(recorded.recorder.episode({}), env.orders.scan_every)
-            seen = example(self.slam, drive, 0)
+            seen = record_run(self.slam, drive, 0)
         env.close()
         return row, seen
 

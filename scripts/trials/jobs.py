@@ -1,4 +1,4 @@
-"""What a child process is given to do: record a drive, or run a variant on an episode."""
+"""Jobs of a child process: record a drive, or run a variant on an episode."""
 
 from __future__ import annotations
 
@@ -22,51 +22,51 @@ from slam.errors import InputError
 
 from ..console.process_memory import forget_peak, peak_mb, resident_mb
 from .cache import episode_of
-from .example import Example, example
+from .recorded_run import RecordedRun, record_run
 from .scoring import Scorer, scorer
 from .sources import Source, digest
 
-EPISODES_AT_HAND = 2
+MAX_EPISODES_IN_MEMORY = 2
 
 
 class Job(Protocol):
-    """Something that a child process can do."""
+    """Work for a child process."""
 
     @property
     def limit(self) -> float:
-        """s, after which it counts as hanging."""
+        """Time limit, s; a longer job counts as hanging."""
         ...
 
     def __call__(self) -> Done:
-        """Do it; an exception of what is being tried is a result."""
+        """Do the job; an exception of the tested code is a result."""
         ...
 
     def row(self) -> Result:
-        """What is known without doing it."""
+        """The part of the row that is known before the job is done."""
         ...
 
 
 class Done(NamedTuple):
-    """What came of a job: a row of the results, and a run to be looked at."""
+    """The outcome of a job: a row of the results, and a recorded run."""
 
     row: Result
-    example: Example | None = None
+    recorded: RecordedRun | None = None
 
 
 @dataclass(frozen=True)
 class RecordEpisode:
-    """Have the episode in the cache."""
+    """Record an episode into the cache."""
 
     source: Source
     limit: float
 
     def __call__(self) -> Done:
-        """Record it, if it is not there."""
+        """Record it, unless it is in the cache."""
         episode_of(self.source)
         return Done({})
 
     def row(self) -> Result:
-        """Nothing."""
+        """Empty: a recording is no result."""
         return {}
 
 
@@ -74,13 +74,13 @@ class RecordEpisode:
 class Trial:
     """One variant on one episode.
 
-    suite      that it is of
-    condition  the factors that are compared, by name
-    source     of the episode
-    variant    its name
-    builder    what makes it, cloudpickled, where it was registered by the user; else None
-    limit      s, after which it counts as hanging
-    pictured   whether to keep the run to be looked at
+    suite      name of the suite
+    condition  the factors of the comparison, by name
+    source     gives the episode
+    variant    name of the SLAM variant
+    builder    cloudpickled builder of a variant registered by the user; None for ours
+    limit      time limit, s
+    pictured   whether to record the run for pictures
     """
 
     suite: str
@@ -92,10 +92,10 @@ class Trial:
     pictured: bool = False
 
     def __call__(self) -> Done:
-        """Run and score it; an exception, and figures that are not finite, are a result."""
+        """Run and score; an exception and non-finite numbers are results, too."""
         episode = None
         try:
-            episode, scores_of = _at_hand(self.source)
+            episode, scores_of = _load(self.source)
             if self.builder is not None and self.variant not in slam.variants():
                 slam.register(self.variant, cloudpickle.loads(self.builder))
             _warm(self.variant, episode)
@@ -114,20 +114,20 @@ class Trial:
             }
             _check_finite(done)
             row = self.row(episode) | scores_of(done) | measured
-            json.dumps(row, allow_nan=False)  # what cannot be written is no result
+            json.dumps(row, allow_nan=False)  # raises for numbers that JSON cannot hold
         except Exception as error:  # whatever a variant raises is its result
             return Done(self.row(episode) | failure(error))
-        return Done(row, self._seen(episode) if self.pictured else None)
+        return Done(row, self._recorded(episode) if self.pictured else None)
 
-    def _seen(self, episode: Episode) -> Example | None:
-        """The run to be looked at; its scores are there without it."""
+    def _recorded(self, episode: Episode) -> RecordedRun | None:
+        """The recorded run; None if it fails: the scores do not need it."""
         try:
-            return example(self.variant, episode, self.source.seed)
+            return record_run(self.variant, episode, self.source.seed)
         except Exception:
             return None
 
     def row(self, episode: Episode | None = None) -> Result:
-        """What is known without running it."""
+        """The part of the row that is known without running it."""
         row: Result = {
             "run": self.name,
             "suite": self.suite,
@@ -146,25 +146,26 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """Of this variant on this episode under this condition, in every bench."""
+        """Unique name of the variant, episode and condition, the same in every bench."""
         factors = digest(dict(self.condition))[:6]
         return f"{self.source.key}-{factors}-{file_name(self.variant)}"
 
 
 def file_name(variant: str) -> str:
-    """The name of a variant as part of a file's, on any system; two variants have two names."""
+    """A variant's name for use in file names on any system; unique per variant."""
     plain = re.fullmatch(r"[\w.-]{1,60}", variant, re.ASCII)
     safe = re.sub(r"[^\w.-]", "-", variant, flags=re.ASCII)[:60]
     return variant if plain else f"{safe}-{digest({'variant': variant})[:6]}"
 
 
 def failure(error: Exception | str) -> Result:
-    """What a run that came to nothing has instead of scores."""
+    """The scores of a failed run."""
     if isinstance(error, str):
         return {"failed": True, "error": error}
-    where = traceback.extract_tb(error.__traceback__)[-1]
-    told = f"{type(error).__name__}: {error} ({where.filename.rsplit('/', 1)[-1]}:{where.lineno})"
-    return {"failed": True, "error": told}
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{frame.filename.rsplit('/', 1)[-1]}:{frame.lineno}"
+    message = f"{type(error).__name__}: {error} ({where})"
+    return {"failed": True, "error": message}
 
 
 def _check_finite(done: Run) -> None:
@@ -175,25 +176,26 @@ def _check_finite(done: Run) -> None:
         raise InputError("the map is not finite")
 
 
-_hand: OrderedDict[str, tuple[Episode, Scorer]] = OrderedDict()
+_loaded: OrderedDict[str, tuple[Episode, Scorer]] = OrderedDict()
 
 
-def _at_hand(source: Source) -> tuple[Episode, Scorer]:
-    """An episode and its scorer; the last few are kept, as all variants follow one another."""
+def _load(source: Source) -> tuple[Episode, Scorer]:
+    """An episode and its scorer; the last few stay in memory, as trials on one episode follow one
+    another."""
     name = source.key
-    if name not in _hand:
+    if name not in _loaded:
         episode = episode_of(source)
-        _hand[name] = episode, scorer(source, episode)
-        while len(_hand) > EPISODES_AT_HAND:
-            _hand.popitem(last=False)
-    return _hand[name]
+        _loaded[name] = episode, scorer(source, episode)
+        while len(_loaded) > MAX_EPISODES_IN_MEMORY:
+            _loaded.popitem(last=False)
+    return _loaded[name]
 
 
 _warmed: set[str] = set()
 
 
 def _warm(variant: str, episode: Episode) -> None:
-    """Compile what the variant needs, once a process."""
+    """Compile the kernels of the variant, once per process."""
     if variant not in _warmed:
         warm_up(variant, episode)
         _warmed.add(variant)

@@ -1,9 +1,13 @@
 # pyright: reportMissingImports=false
+import json
+import re
 import subprocess
 import sys
 
 import pytest
 from dynslam_cli import main
+
+import slam
 
 
 def test_a_mistake_is_one_line_and_status_2(capsys, tmp_path):
@@ -14,11 +18,27 @@ def test_a_mistake_is_one_line_and_status_2(capsys, tmp_path):
     assert "none.log" in lines[0]
 
 
-def test_an_unknown_variant_lists_the_known_ones(capsys, log, tmp_path):
-    assert main.status(["run", str(log), "--slam", "nonsense", "--out", str(tmp_path)]) == 2
+def test_an_unknown_variant_is_answered_with_the_nearest_and_where_all_are(capsys, log, tmp_path):
+    assert main.status(["run", str(log), "--slam", "dinamic-ml", "--out", str(tmp_path)]) == 2
     error = capsys.readouterr().err
-    assert "nonsense" in error
-    assert "dynamic-ml" in error
+    assert "unknown SLAM variant 'dinamic-ml'; did you mean dynamic-ml" in error
+    assert len(error) < 300
+    told = re.search(r'python -c "(.*)"', error)
+    assert told
+    exec(told[1])
+    assert capsys.readouterr().out.split() == slam.variants()
+
+
+def test_an_unknown_command_is_answered_with_the_nearest(capsys):
+    assert main.status(["cmopare", "a", "b"]) == 2
+    assert capsys.readouterr().err.startswith(
+        "dynslam: unknown command 'cmopare'; did you mean compare"
+    )
+
+
+def test_without_a_command_the_help_is_shown_as_a_mistake(capsys):
+    assert main.status([]) == 2
+    assert capsys.readouterr() == ("", main.overview() + "\n")
 
 
 def test_a_place_that_cannot_be_written_is_told_at_once(capsys, log, tmp_path):
@@ -27,17 +47,17 @@ def test_a_place_that_cannot_be_written_is_told_at_once(capsys, log, tmp_path):
     assert "can be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("arguments", [["--seeds", "0"], ["--jobs", "0"]])
-def test_demo_refuses_senseless_numbers(capsys, tmp_path, arguments):
-    assert main.status(["demo", "--out", str(tmp_path), *arguments]) == 2
-    assert "seeds >= 1 and jobs >= 1" in capsys.readouterr().err
+@pytest.mark.parametrize("option", ["seeds", "jobs"])
+def test_demo_refuses_senseless_numbers(capsys, tmp_path, option):
+    assert main.status(["demo", "--out", str(tmp_path), f"--{option}", "0"]) == 2
+    assert re.search(f"{option} must be .*at least 1.*, got 0", capsys.readouterr().err)
 
 
 def test_interrupt_is_no_traceback(capsys, monkeypatch):
     def interrupted(arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(main, "_command", interrupted)
+    monkeypatch.setattr(main, "_run", interrupted)
     assert main.status([]) == 130
     assert capsys.readouterr().err == "dynslam: interrupted\n"
 
@@ -63,5 +83,32 @@ def test_help_names_the_commands(capsys):
         main.status(["--help"])
     assert left.value.code == 0
     out = capsys.readouterr().out
-    assert "demo" in out
-    assert "run" in out
+    for name in main.COMMANDS:
+        assert re.search(f"^  {name} +[A-Z]", out, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", main.COMMANDS)
+def test_the_help_tells_the_first_sentence_of_each_command(name):
+    command = main.COMMANDS[name]
+    words = " ".join((command.load().__doc__ or "").split())
+    assert re.split(r"(?<=\.) (?=[A-Z])", words)[0] == command.summary
+
+
+HEAVY = {"numba", "matplotlib", "gymnasium", "pymunk", "pygame", "scipy", "torch", "joblib"}
+SHOW_MODULES = """
+import json, sys
+from dynslam_cli import main
+try:
+    main.status(sys.argv[1:])
+except SystemExit as left:
+    assert left.code == 0
+print(json.dumps(sorted({name.split(".")[0] for name in sys.modules})))
+"""
+
+
+@pytest.mark.parametrize("arguments", [["--help"], *([name, "--help"] for name in main.COMMANDS)])
+def test_help_imports_no_heavy_library(arguments):
+    run = subprocess.run(
+        [sys.executable, "-c", SHOW_MODULES, *arguments], capture_output=True, text=True, check=True
+    )
+    assert set(json.loads(run.stdout.splitlines()[-1])) & HEAVY == set()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from dynslam_cli import main
-from dynslam_cli.bench import bench as command
+from dynslam_cli.bench import run_bench
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -22,7 +22,7 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
     def run(*arguments: str, out: Path = tmp_path / "out", report: bool = False) -> int:
         if not report:
-            monkeypatch.setattr(command, "write_report", lambda rows, out, order: iter(()))
+            monkeypatch.setattr(run_bench, "write_report", lambda rows, out, order: iter(()))
         return main.status(["bench", *arguments, "--out", str(out)])
 
     return run

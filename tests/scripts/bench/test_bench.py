@@ -217,7 +217,7 @@ def test_one_that_cannot_be_sent_is_refused_before_anything_runs(bench, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("papers",), "suite must be one of 'paper', 'change', 'worlds', 'logs'"),
+        (("papers",), "unknown suite 'papers'; did you mean paper?"),
         (("paper", "--variants", "best-ml"), "unknown variant 'best-ml'"),
         (("paper", "--seeds", "0"), "seeds must be a whole number of at least 1"),
         (("paper", "--first", "-1"), "first must be a whole number"),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from dynslam_cli import main
-from dynslam_cli.bench.compare import changes
+from dynslam_cli.bench.changes import changes
 from dynslam_cli.report.scores import ATE
 
 from ..results import Row, row, rows
@@ -79,7 +79,7 @@ def test_a_run_that_came_to_nothing_is_always_one(compared):
 
 def test_more_lost_runs_are_one():
     pairs = [(row("a", s, 0.1), {**row("a", s, 0.1), "failed": s < 9}) for s in range(12)]
-    from dynslam_cli.bench.compare import LOST
+    from dynslam_cli.bench.changes import LOST
     from scipy import stats
 
     (change,) = changes(pairs, [LOST])

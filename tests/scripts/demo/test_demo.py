@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 from dynslam_cli import main
-from dynslam_cli.demo import demo
+from dynslam_cli.demo import run_demo
 from dynslam_cli.demo.comparison import FEWEST_PAIRS, VariantCase, comparison, findings
+from dynslam_cli.demo.demo import VARIANTS
 from dynslam_cli.demo.table import markdown, summary, terminal
 from dynslam_cli.figures.known_poses import known, mapped
 from dynslam_cli.figures.likelihood import surface, surprise
@@ -32,7 +33,7 @@ PICTURES = (
 def test_one_pair_end_to_end(tmp_path, capsys):
     assert main.status(["demo", "--out", str(tmp_path), "--seeds", "1", "--jobs", "1"]) == 0
     rows = read(tmp_path / "results.jsonl")
-    assert len(rows) == 2 * len(demo.PAPERS.split(","))
+    assert len(rows) == 2 * len(VARIANTS.split(","))
     for row in rows:
         assert 0 < row["ate_bound"] < min(0.01, row["ate"])
         assert row["versions"]["numpy"] == np.__version__
@@ -46,7 +47,7 @@ def test_one_pair_end_to_end(tmp_path, capsys):
 
 
 def test_in_the_pictured_drive_a_door_misleads_the_static_map_alone():
-    episode = record_corridor(demo.PICTURED, "moving")
+    episode = record_corridor(run_demo.PICTURED_SEED, "moving")
     moment = surprise(episode)
     pose = Pose2.of(known(episode).poses[moment])
     off = []
@@ -68,7 +69,7 @@ def test_ctrl_c_keeps_the_episodes_that_are_done(tmp_path, monkeypatch, capsys):
         yield from here(todo[:3], 1)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(demo, "here", impatient)
+    monkeypatch.setattr(run_demo, "here", impatient)
     assert main.status(["demo", "--out", str(tmp_path), "--seeds", "2"]) == 130
     assert len(read(tmp_path / "results.jsonl")) == 3
     assert "interrupted" in capsys.readouterr().err
@@ -88,7 +89,7 @@ def test_the_variants_can_be_chosen(tmp_path, monkeypatch):
         raise KeyboardInterrupt
         yield
 
-    monkeypatch.setattr(demo, "here", noted)
+    monkeypatch.setattr(run_demo, "here", noted)
     for names in ("dynamic-ml, odometry", "plain"):
         main.status(["demo", "--out", str(tmp_path), "--variants", names])
     assert told[0] == ["dynamic-ml", "odometry"]
@@ -98,7 +99,7 @@ def test_the_variants_can_be_chosen(tmp_path, monkeypatch):
 
 def test_an_unknown_variant_is_refused(tmp_path, capsys):
     assert main.status(["demo", "--out", str(tmp_path / "out"), "--variants", "magic"]) == 2
-    assert "unknown variant 'magic'; known: all, plain, odometry, s" in capsys.readouterr().err
+    assert "unknown SLAM variant 'magic'; known: all, plain, odometry, s" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

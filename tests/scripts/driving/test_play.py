@@ -7,9 +7,10 @@ import pytest
 from dynslam_cli import main
 from dynslam_cli.driving import overlay
 from dynslam_cli.driving.cockpit import DT, Cockpit
+from dynslam_cli.driving.game import frames, known_environments, make_environment, window
 from dynslam_cli.driving.keys import COMMANDS, HELP, TURN, DriveCommand, drive
 from dynslam_cli.driving.lens import Lens
-from dynslam_cli.driving.play import PlayCommand, frames, known_environments, window
+from dynslam_cli.driving.play import PlayCommand
 
 from dynslam_env import Corridor, Robot
 from dynslam_env.drawing.colours import BLUE, UNKNOWN, VERMILION
@@ -29,7 +30,7 @@ def headless(monkeypatch):
 
 
 def cockpit(slam="dynamic-ml", seed=0) -> Cockpit:
-    return Cockpit(PlayCommand(slam=slam).make(), seed)
+    return Cockpit(make_environment(PlayCommand(slam=slam)), seed)
 
 
 def driven(cockpit: Cockpit, seconds: float) -> np.ndarray:
@@ -220,7 +221,7 @@ def test_in_a_window_keys_drive_it_and_q_ends_it(headless):
     def post(kind, key):
         pygame.event.post(pygame.event.Event(kind, key=key))
 
-    env = PlayCommand(slam="none").make()
+    env = make_environment(PlayCommand(slam="none"))
     screen = window("test")
     played = frames(env, 0, screen, fps=60)
     player = next(played)
@@ -287,7 +288,7 @@ def test_all_environments_of_dynslam_can_be_driven():
     assert "DoorCorridor-v0" in known_environments()
     assert not any("CartPole" in name for name in known_environments())
     for name in known_environments():
-        player = Cockpit(PlayCommand(env=name, slam="none").make(), 0)
+        player = Cockpit(make_environment(PlayCommand(env=name, slam="none")), 0)
         assert driven(player, 0.2).std() > 10
 
 
@@ -295,11 +296,11 @@ def test_a_world_file_can_be_driven_in(tmp_path):
     layout = Corridor(length=5.0, doors_per_side=1).layout(np.random.default_rng(0))
     layout.save(tmp_path / "world.json")
     assert json.loads((tmp_path / "world.json").read_text())["doors"]
-    env = PlayCommand(world=tmp_path / "world.json", slam="none").make()
+    env = make_environment(PlayCommand(world=tmp_path / "world.json", slam="none"))
     assert isinstance(env, gym.Env)
     player = Cockpit(env)
     np.testing.assert_allclose(player._world.layout.walls, layout.walls)
 
 
 def test_it_never_ends_by_itself():
-    assert PlayCommand(slam="none").make().spec.max_episode_steps in (None, -1)
+    assert make_environment(PlayCommand(slam="none")).spec.max_episode_steps in (None, -1)

@@ -12,11 +12,9 @@ from dynslam_cli.figures.likelihood import (
     surface,
     surprise,
 )
-from dynslam_cli.figures.map_figure import map_figure
+from dynslam_cli.figures.map_figure import map_figure, overview_figure
 from dynslam_cli.figures.map_panel import MARGIN, Box, MapPanel, shades
-from dynslam_cli.figures.overview import overview_figure
-from dynslam_cli.figures.replay import write_replay
-from dynslam_cli.figures.snapshots import Snapshot, take_snapshots
+from dynslam_cli.figures.replay import Snapshot, take_snapshots, write_replay
 from PIL import Image, ImageSequence
 
 import slam

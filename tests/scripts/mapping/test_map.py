@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynslam_cli import main
-from dynslam_cli.mapping import map as map_recording
-from dynslam_cli.recordings import source as recording
+from dynslam_cli.mapping import map_recording
+from dynslam_cli.recordings import preparation
 from PIL import Image
 
 from slam.benchmark.run import Playback
@@ -157,7 +157,7 @@ def test_a_map_is_not_written_over_by_what_goes_on_with_it(log: Path, made: Path
 def test_a_folder_or_variant_that_cannot_be_is_told_before_the_work(
     log: Path, made: Path, tmp_path: Path, monkeypatch, capsys
 ):
-    monkeypatch.setattr(recording, "poses_by_laser", lambda _: pytest.fail("worked first"))
+    monkeypatch.setattr(preparation, "poses_by_laser", lambda _: pytest.fail("worked first"))
     monkeypatch.setattr(map_recording, "relocated", lambda *_: pytest.fail("worked first"))
     (tmp_path / "file").write_text("")
     assert mapped(log, tmp_path / "file", "--odometry", "none") == 2

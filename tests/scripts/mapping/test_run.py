@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynslam_cli import main
-from dynslam_cli.mapping import run as run_command
+from dynslam_cli.mapping import run_recording
 from PIL import Image
 
 from slam.benchmark.run import Playback
@@ -63,7 +63,7 @@ def test_ctrl_c_keeps_what_is_done(log: Path, tmp_path: Path, monkeypatch, capsy
                     raise KeyboardInterrupt
                 yield estimate
 
-    monkeypatch.setattr(run_command, "Playback", Impatient)
+    monkeypatch.setattr(run_recording, "Playback", Impatient)
     assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 130
     assert "interrupted" in capsys.readouterr().err
     assert len(read_tum(tmp_path / "out" / "trajectory.tum")) == 31
@@ -78,7 +78,7 @@ def test_ctrl_c_before_the_first_scan_leaves_an_earlier_result_alone(
 
     assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 0
     before = (tmp_path / "out" / "metrics.json").read_bytes()
-    monkeypatch.setattr(run_command, "compile_first", interrupted)
+    monkeypatch.setattr(run_recording, "compile_first", interrupted)
     assert main.status(["run", str(log), "--out", str(tmp_path / "out")]) == 130
     assert (tmp_path / "out" / "metrics.json").read_bytes() == before
 

@@ -121,7 +121,7 @@ def test_other_seeds_are_refused(text):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["Door-v0"], "env must be one of 'DoorCorridor-v0'"),
+        (["Door-v0"], "unknown environment 'Door-v0'; did you mean Door"),
         (["DoorCorridor-v0", "--formats", "bag"], "unknown format 'bag'; known: all, npz"),
         (["DoorCorridor-v0", "--doors", "ajar"], "doors must be one of 'moving', 'static'"),
     ],

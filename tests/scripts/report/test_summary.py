@@ -8,9 +8,10 @@ import pytest
 from dynslam_cli.report.charts import charts, shown
 from dynslam_cli.report.phase import phase_diagrams
 from dynslam_cli.report.scores import ATE, F1, RELATIONS, main_score, present
-from dynslam_cli.report.summary import Condition, Summary
+from dynslam_cli.report.summary import Summary
 from dynslam_cli.report.tables import Cell, Table, latex, markdown, tables
 from dynslam_cli.report.write import write_report
+from dynslam_cli.trials.results import Condition
 from scipy import stats
 
 from ..results import row, rows

@@ -2,8 +2,7 @@
 import numpy as np
 import pytest
 from dynslam_cli.speed import slam_update as speed_slam
-from dynslam_cli.speed.map_memory import MapMemory, map_memory, map_of
-from dynslam_cli.speed.memory import memory_rows, to_and_fro
+from dynslam_cli.speed.memory import MapMemory, map_memory, map_of, memory_rows, to_and_fro
 from dynslam_cli.speed.slam_update import Cost, Stopwatch, cost, second_half, slam_rows
 
 import slam

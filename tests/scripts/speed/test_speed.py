@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.speed import environment as speed_env
+from dynslam_cli.speed import measurements, speed
 from dynslam_cli.speed import patrol as speed_patrol
-from dynslam_cli.speed import speed
 
 import slam
 
@@ -29,7 +29,7 @@ def small(monkeypatch):
 
 @pytest.fixture
 def short(monkeypatch, short_episode):
-    monkeypatch.setattr(speed, "record_corridor", lambda seed, doors: short_episode)
+    monkeypatch.setattr(measurements, "record_corridor", lambda seed, doors: short_episode)
 
 
 def printed_rows(capsys, *arguments: str) -> list[dict]:
@@ -84,6 +84,7 @@ def test_it_prints_tables(small, short, monkeypatch, capsys):
     pytest.importorskip("stable_baselines3")
     settings = "agents.training.settings.read_settings"
     monkeypatch.setattr(settings, lambda algorithm, env: TINY)
+    monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
     assert status(["speed", "--what", "all", "--variants", "static-ml", "--rounds", "1"]) == 0
     printed = capsys.readouterr().out
     for part in (
@@ -109,10 +110,10 @@ def test_wrong_numbers_are_refused(wrong, capsys):
     [
         (
             ["--what", "env,nothing"],
-            "unknown what 'nothing'; known: all, env, slam, memory, patrol",
+            "unknown measurement 'nothing'; known: all, env, slam, memory, patrol",
         ),
-        (["--what", " , "], "no what named; known: all, env"),
-        (["--variants", "static-ml,x,y"], "unknown variant 'x', 'y'; known: all, plain, odometry"),
+        (["--what", " , "], "no measurement named; known: all, env"),
+        (["--variants", "static-ml,x,y"], "unknown SLAM variant 'x'; known: all, plain, odometry"),
         (["--what", "env", "--log", "some.log"], "a log is for --what slam, got --what env"),
         (["--what", "slam", "--log", "none.log"], "none.log: no such file"),
     ],

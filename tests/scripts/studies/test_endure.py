@@ -4,7 +4,7 @@ import json
 import numpy as np
 import pytest
 from dynslam_cli.main import status
-from dynslam_cli.studies import endure
+from dynslam_cli.studies import random_drives
 
 import dynslam_env
 
@@ -23,25 +23,25 @@ def test_random_drives_through_every_world_find_nothing(capsys):
 def test_what_is_wrong_is_found():
     env = dynslam_env.DoorWorldEnv()
     observation, _ = env.reset(seed=0)
-    assert endure._wrong(observation, 0.0, env) == set()
-    assert endure._wrong(observation, np.nan, env)
-    assert endure._wrong(observation | {"scan": observation["scan"] - 9}, 0.0, env)
-    before = endure._places(env)
+    assert random_drives._wrong(observation, 0.0, env) == set()
+    assert random_drives._wrong(observation, np.nan, env)
+    assert random_drives._wrong(observation | {"scan": observation["scan"] - 9}, 0.0, env)
+    before = random_drives._places(env)
     env.physics.robot[:2] = 0.8, 5.0  # in a wall's place, beyond another
-    assert endure._crossed(before, env)
-    assert not endure._crossed(endure._places(env), env)
-    assert endure._wrong(observation, 0.0, env)
+    assert random_drives._crossed(before, env)
+    assert not random_drives._crossed(random_drives._places(env), env)
+    assert random_drives._wrong(observation, 0.0, env)
 
 
 def test_growing_memory_is_found_and_told_by_the_exit_status(monkeypatch, capsys):
     sizes = iter(range(0, 10_000, 100))
-    monkeypatch.setattr(endure, "resident_mb", lambda: float(next(sizes)))
+    monkeypatch.setattr(random_drives, "resident_mb", lambda: float(next(sizes)))
     assert status(["endure", "--steps", "200"]) == 1
     assert "memory grew" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_slow_step_is_found(monkeypatch, capsys):
-    monkeypatch.setattr(endure, "SLOWEST", 1e-9)
+    monkeypatch.setattr(random_drives, "MAX_STEP_TIME", 1e-9)
     assert status(["endure", "--steps", "200"]) == 1
     assert "a step took" in " ".join(capsys.readouterr().out.split())
 

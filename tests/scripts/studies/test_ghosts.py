@@ -1,5 +1,5 @@
 # pyright: reportMissingImports=false
-from dynslam_cli.studies.ghosts import drive, table
+from dynslam_cli.studies.ghost_counts import drive, table
 
 
 def test_the_static_layer_has_far_fewer_ghosts_than_static_ml() -> None:

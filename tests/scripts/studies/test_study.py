@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.studies.cases import STUDIES
-from dynslam_cli.studies.study import nees, table
+from dynslam_cli.studies.study_runs import nees, table
 
 ROW = {
     "f1_5cm": 0.9, "brier_share_door": None, "nees": 3.0, "failed": False, "ms": 0.5,

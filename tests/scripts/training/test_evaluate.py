@@ -106,8 +106,8 @@ def test_a_row_is_what_the_job_gives_in_this_process(done):
 
 def test_the_run_that_is_pictured_is_the_one_that_was_judged():
     done = Patrol("corridor", "hmm-ml", "lookout", 7000, 20, pictured=True)()
-    assert done.example is not None
-    away = np.hypot(*(done.example.online - done.example.truth)[:, :2].T)
+    assert done.recorded is not None
+    away = np.hypot(*(done.recorded.online - done.recorded.truth)[:, :2].T)
     assert len(away) == 1 + 2 * 20  # a scan each 0.2 s, of which every other ends a step
     assert np.sqrt(np.mean(away[2::2] ** 2)) == pytest.approx(done.row["ate"], abs=1e-9)
 

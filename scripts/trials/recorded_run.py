@@ -1,4 +1,4 @@
-"""A run to be looked at: the map in a few moments, small enough to be kept."""
+"""A run recorded for pictures and the replay: maps at some moments, in a small file."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from slam.scan import Scan
 
 from .sources import thinned
 
-MOMENTS = 40
-LARGEST = 480  # cells a side of what is kept: a larger map is kept in coarser cells
-BEAMS = 90  # that are shown of a scan
-NOTHING = np.zeros((0, 4))
+MAX_MOMENTS = 40
+MAX_SIDE = 480  # cells of a recorded map along a side; a larger map is recorded in coarser cells
+MAX_ECHOES = 90  # of a scan
+NO_SEGMENTS = np.zeros((0, 4))
 
 
-class Example(NamedTuple):
-    """What a SLAM believed at some moments of an episode.
+class RecordedRun(NamedTuple):
+    """The estimates of a SLAM at some moments of an episode.
 
-    scans   (k,) numbers of the scans of the moments
-    online  (n, 3) the pose at every scan, as believed when it came
-    poses   (n, 3) as believed at the end
+    scans   (k,) numbers of the scans at the moments
+    online  (n, 3) the pose at every scan, estimated at that scan
+    poses   (n, 3) the poses as estimated at the end
     shades  (k, rows, cols) uint8: 0 free to 254 occupied, 255 unknown; row 0 is the lowest
     extent  left, right, bottom, top of the shades, m
-    truth   (n, 3) true poses; none of a log without the truth, as walls and doors
+    truth   (n, 3) true poses; (0, 3) without the truth, and then no walls and doors
     walls   (w, 4) segments, m
-    doors   (k, e, 4) segments of what moves, at the moments
-    echoes  (k, m, 2) float32 ends of some beams, m, robot frame; NaN where there was no echo
+    doors   (k, e, 4) segments of the doors at the moments
+    echoes  (k, m, 2) float32 echoes, thinned, m, robot frame; NaN beyond their number
     """
 
     scans: np.ndarray
@@ -47,10 +47,10 @@ class Example(NamedTuple):
     echoes: np.ndarray
 
 
-def example(variant: str, episode: Episode, seed: int) -> Example:
-    """Run `variant` again, and look at it now and then."""
+def record_run(variant: str, episode: Episode, seed: int) -> RecordedRun:
+    """Run `variant` on the episode and record it."""
     playback = Playback(build(variant, episode, seed), episode)
-    moments = thinned(np.arange(len(episode.scans)), MOMENTS)
+    moments = thinned(np.arange(len(episode.scans)), MAX_MOMENTS)
     wanted, seen = set(moments.tolist()), []
     for number, _ in enumerate(playback):
         if number in wanted:
@@ -58,39 +58,39 @@ def example(variant: str, episode: Episode, seed: int) -> Example:
     spec, run = seen[-1][0], playback.result()
     for other, _ in seen[:-1]:
         spec = _joined(spec, other)
-    step = -(-max(spec.shape) // LARGEST)
+    step = -(-max(spec.shape) // MAX_SIDE)
     shades = np.stack([_coarser(grown(image, of, spec, 255), step) for of, image in seen])
     left, _, bottom, _ = spec.extent
     height, width = (side * step * spec.resolution for side in shades.shape[1:])
     extent = left, left + width, bottom, bottom + height
-    truth = episode.truth or Truth(np.zeros((0, 3)), NOTHING, np.zeros((len(moments), 0, 4)))
+    truth = episode.truth or Truth(np.zeros((0, 3)), NO_SEGMENTS, np.zeros((len(moments), 0, 4)))
     doors = truth.doors if episode.truth is None else truth.doors[moments]
     echoes = np.stack([_echoes(episode.scans[k]) for k in moments])
-    return Example(
+    return RecordedRun(
         moments, run.online, run.poses, shades, extent, truth.poses, truth.walls, doors, echoes
     )
 
 
 def _echoes(scan: Scan) -> np.ndarray:
-    """(BEAMS, 2)."""
-    found = np.full((BEAMS, 2), np.nan, np.float32)
-    shown = thinned(scan.points, BEAMS)
+    """(MAX_ECHOES, 2)."""
+    found = np.full((MAX_ECHOES, 2), np.nan, np.float32)
+    shown = thinned(scan.points, MAX_ECHOES)
     found[: len(shown)] = shown
     return found
 
 
-def save(example: Example, path: Path) -> None:
-    """Write it to `path` (.npz)."""
+def save(run: RecordedRun, path: Path) -> None:
+    """Write the run to `path` (.npz)."""
     path.parent.mkdir(exist_ok=True)
     with replacing(path) as file:
-        np.savez_compressed(file, **example._asdict())  # pyright: ignore[reportArgumentType]
+        np.savez_compressed(file, **run._asdict())  # pyright: ignore[reportArgumentType]
 
 
-def load(path: Path) -> Example:
-    """What `save` wrote."""
+def load(path: Path) -> RecordedRun:
+    """Read what `save` wrote."""
     with np.load(path, allow_pickle=False) as stored:
-        kept: dict[str, Any] = {name: stored[name] for name in Example._fields}
-    return Example(**kept)._replace(extent=tuple(kept["extent"].tolist()))
+        kept: dict[str, Any] = {name: stored[name] for name in RecordedRun._fields}
+    return RecordedRun(**kept)._replace(extent=tuple(kept["extent"].tolist()))
 
 
 def _shades(grid: OccupancyGrid) -> tuple[GridSpec, np.ndarray]:
@@ -106,7 +106,7 @@ def _joined(a: GridSpec, b: GridSpec) -> GridSpec:
 
 
 def _coarser(image: np.ndarray, step: int) -> np.ndarray:
-    """Squares of `step` cells as one: the most occupied of them that is known."""
+    """Blocks of `step` x `step` cells as one cell: the most occupied observed one."""
     if step == 1:
         return image
     rows, cols = (-(-side // step) * step for side in image.shape)

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dynslam_cli.figures.growth import ECHOES, write_growth
+from dynslam_cli.figures.map_film import ECHOES, write_map_film
 from dynslam_cli.figures.style import ESTIMATE, UNKNOWN
 from PIL import Image, ImageColor, ImageSequence
 
@@ -31,7 +31,7 @@ def pixels(frame: np.ndarray, colour: str) -> int:
 def test_the_map_grows_around_a_robot_and_its_echoes(
     tmp_path: Path, short_episode: Episode, stages: list[MapSnapshot]
 ) -> None:
-    write_growth(tmp_path / "a.gif", short_episode, stages, "a drive", width=400)
+    write_map_film(tmp_path / "a.gif", short_episode, stages, "a drive", width=400)
     with Image.open(tmp_path / "a.gif") as image:
         frames = [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(image)]
     assert len(frames) == len(stages)
@@ -47,10 +47,10 @@ def test_the_same_run_is_the_same_film(
     tmp_path: Path, short_episode: Episode, stages: list[MapSnapshot]
 ) -> None:
     for name in ("a.gif", "b.gif"):
-        write_growth(tmp_path / name, short_episode, stages, "a drive", width=300)
+        write_map_film(tmp_path / name, short_episode, stages, "a drive", width=300)
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
 
 
 def test_a_run_without_a_scan_is_no_film(tmp_path: Path, short_episode: Episode) -> None:
     with pytest.raises(InputError, match="without a scan"):
-        write_growth(tmp_path / "a.gif", short_episode, [], "nothing")
+        write_map_film(tmp_path / "a.gif", short_episode, [], "nothing")

@@ -1,4 +1,4 @@
-"""What one takes away from a run: every file of it, the most precious first."""
+"""The files of a mapping run, most important first."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
 
 from ..console.output import write_json, write_png
+from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
 from ..figures.film import suffix
-from ..figures.growth import write_growth
 from ..figures.map_figure import map_figure
+from ..figures.map_film import write_map_film
 from .mapping_run import MappingRun
 
-LEFT_OUT = ("mcap", "rrd", "film")  # by choice
+OPTIONAL_PARTS = ("mcap", "rrd", "film")
 
 
 class MapExport:
     """Writes a run into a folder.
 
     mapping   the run
-    out       the folder, which is there
-    before    the session that it went on with, if any
-    mapped    whether the map is its own work: not where it was only localised in
-    skip      some of `LEFT_OUT`, that are not wanted
+    out       an existing folder
+    before    the session that the run continued, if any
+    mapped    False if the run only localised in an existing map
+    skip      some of `OPTIONAL_PARTS`, to be left out
     """
 
     def __init__(
@@ -52,7 +53,7 @@ class MapExport:
         self.mapped = mapped
         self.title = f"{self.episode.meta.get('source', 'recording')}, {mapping.name}"
         self.trajectory = Trajectory(self.episode.times[: len(self.run.poses)], self.run.poses)
-        self.stages = mapping.stages()
+        self.snapshots = mapping.snapshots()
         self.estimates = mapping.estimates
         new = session_of(self.episode, self.run.poses)
         self.session = new if before is None else before.followed_by(new.scans, new.poses)
@@ -72,10 +73,10 @@ class MapExport:
             self._parts = [part for part in self._parts if part not in ("session", "layers")]
 
     def write(self, summary: dict[str, Any]) -> dict[str, Any]:
-        """Write all of it, and the summary, to which the names of the files are added.
+        """Write all parts, then the summary with the names of the files and the peak of memory.
 
-        What cannot be written is told on standard error and in the summary's `not_written`, and
-        does not keep the rest from being written.
+        A part that cannot be written is reported on standard error and in the summary's
+        `not_written`; the others are written all the same.
         """
         files: list[str] = []
         failed: list[str] = []
@@ -87,8 +88,12 @@ class MapExport:
                     print(f"{part} not written: {error}", file=sys.stderr)
                     failed.append(part)
         if self.layers is not None:
-            summary = {**summary, **_told(self.layers)}
-        summary = {**summary, "files": [*files, "summary.json"]}
+            summary = {**summary, **_layer_summary(self.layers)}
+        summary = {
+            **summary,
+            "peak_memory_mb": peak_mb(),
+            "files": [*files, "summary.json"],
+        }
         if failed:
             summary["not_written"] = failed
         write_json(summary, self.out / "summary.json")
@@ -124,7 +129,7 @@ class MapExport:
     def _mcap(self) -> list[str]:
         from slam.io.bags.result import write_result
 
-        write_result(self.out / "map.mcap", self.episode, self.run.online, self.stages)
+        write_result(self.out / "map.mcap", self.episode, self.run.online, self.snapshots)
         return ["map.mcap"]
 
     def _rrd(self) -> list[str]:
@@ -135,18 +140,18 @@ class MapExport:
         pictures = {}
         if self.layers is not None:
             pictures["layers"] = Picture(self.layers.spec, picture(self.layers))
-        write_rrd(self.out / "map.rrd", self.episode, self.estimates, self.stages, pictures)
+        write_rrd(self.out / "map.rrd", self.episode, self.estimates, self.snapshots, pictures)
         return ["map.rrd"]
 
     def _film(self) -> list[str]:
         names = ["film.gif"] if suffix() == ".gif" else ["film.gif", "film.mp4"]
         for name in names:
-            write_growth(self.out / name, self.episode, self.stages, self.title)
+            write_map_film(self.out / name, self.episode, self.snapshots, self.title)
         return names
 
 
-def _told(made: Layers) -> dict[str, Any]:
-    """The layers in figures: square metres and doors."""
+def _layer_summary(made: Layers) -> dict[str, Any]:
+    """Areas (m2) and doors of the layers."""
     cell = made.spec.resolution**2
     return {
         "seen_m2": float((~made.unknown).sum() * cell),

@@ -17,14 +17,12 @@ from ..console.output import write_png
 from ..figures.door_histogram import door_histogram_figure
 from ..figures.known_poses import known
 from ..figures.likelihood import likelihood_figure
-from ..figures.map_figure import map_figure
+from ..figures.map_figure import map_figure, overview_figure
 from ..figures.map_panel import MapPanel
-from ..figures.overview import overview_figure
-from ..figures.replay import write_replay
-from ..figures.snapshots import Snapshot, take_snapshots
+from ..figures.replay import Snapshot, take_snapshots, write_replay
 
-EVERY = 5  # scans between two frames of the film
-FIGURES = {  # the paper's: number -> variant and doors
+SCANS_PER_FRAME = 5  # of the film
+MAP_FIGURES = {  # number in the paper -> variant and doors
     4: ("odometry", "static"),
     5: ("static-ml", "static"),
     6: ("static-ml", "moving"),
@@ -32,13 +30,15 @@ FIGURES = {  # the paper's: number -> variant and doors
 }
 
 
-def write_album(static: Episode, moving: Episode, out: Path) -> Iterator[Path]:
-    """Write all pictures of a pair of episodes into `out`; gives each path when it is written."""
+def write_pictures(static: Episode, moving: Episode, out: Path) -> Iterator[Path]:
+    """Write all pictures of a pair of episodes into `out`; yields each path when it is written."""
     episodes = {"static": static, "moving": moving}
-    runs = {number: _run(variant, episodes[doors]) for number, (variant, doors) in FIGURES.items()}
+    runs = {
+        number: _run(variant, episodes[doors]) for number, (variant, doors) in MAP_FIGURES.items()
+    }
     panels = {
         number: _panel(f"Figure {number}: {variant}, {doors} doors", runs[number], episodes[doors])
-        for number, (variant, doors) in FIGURES.items()
+        for number, (variant, doors) in MAP_FIGURES.items()
     }
     yield _png(door_histogram_figure(moving), out / "figure1-histogram.png")
     yield _png(likelihood_figure(static, moving), out / "figure2-3-likelihood.png")
@@ -52,7 +52,7 @@ def write_album(static: Episode, moving: Episode, out: Path) -> Iterator[Path]:
 
 def _run(variant: str, episode: Episode) -> list[Snapshot]:
     robot = slam.make(variant, true_start(episode), seed=0)
-    return take_snapshots(robot, episode, EVERY)
+    return take_snapshots(robot, episode, SCANS_PER_FRAME)
 
 
 def _panel(title: str, run: list[Snapshot], episode: Episode) -> MapPanel:

@@ -1,0 +1,108 @@
+"""The work of `dynslam bench`: trials of a suite, their results and the report."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.progress import Progress
+
+from slam.benchmark.results import Result
+from slam.errors import InputError
+from slam.validation import number, unknown_name, whole_number
+
+from ..console.output import output_directory
+from ..console.progress import progress_bar
+from ..console.selection import LIST_VARIANTS, parse_selection
+from ..report.write import write_report
+from ..trials import cache
+from ..trials.batch import missing, run_batch
+from ..trials.jobs import Done, RecordEpisode, Trial
+from ..trials.pool import check_workers, here, on_cluster
+from ..trials.results import Condition, read_rows
+from ..trials.sources import SimulatedDrive
+from .suites import SUITES, Suite, known_variants, logs
+from .user_suite import read_suite
+
+if TYPE_CHECKING:
+    from .bench import BenchCommand
+
+MAX_ERRORS_PRINTED = 5
+
+
+def run_bench(options: BenchCommand) -> int:
+    """Run, write, print; the exit status."""
+    suite = _suite(options)
+    variants = parse_selection(
+        "variant", options.variants or ",".join(suite.variants), known_variants(), LIST_VARIANTS
+    )
+    seeds = suite.seeds if options.seeds is None else options.seeds
+    whole_number("seeds", seeds, 1)
+    whole_number("first", options.first, 0)
+    number("limit", options.limit, 1e-3)
+    check_workers(options.jobs)
+    trials = suite.trials(variants, range(options.first, options.first + seeds), options.limit)
+    out = output_directory(options.out or Path("out") / f"bench-{suite.name}")
+    path = out / "results.jsonl"
+    todo = missing(trials, path, options.resume)
+    status = run_batch(lambda bar: _results(options, todo, bar), len(todo), out, "bench", "runs")
+    rows = read_rows(path) if path.exists() else []
+    if not rows:
+        return status
+    with progress_bar() as bar:
+        for _ in bar.track(write_report(rows, out, variants), total=None, description="report"):
+            pass
+    _print_outcome(rows, out)
+    return status
+
+
+def _suite(options: BenchCommand) -> Suite:
+    if options.suite.endswith(".toml"):
+        return read_suite(Path(options.suite))
+    if options.suite not in (*SUITES, "logs"):
+        known = (*SUITES, "logs", "or a file that ends with .toml")
+        raise InputError(unknown_name("suite", options.suite, known))
+    if options.suite == "logs":
+        if options.logs is None:
+            raise InputError("the suite `logs` needs a folder: --logs FOLDER")
+        return logs(options.logs)
+    return SUITES[options.suite]()
+
+
+def _results(options: BenchCommand, todo: Sequence[Trial], bar: Progress) -> Iterator[Done]:
+    """Results of the trials; here, their episodes are recorded first."""
+    if options.cluster is not None:
+        yield from on_cluster(todo, options.cluster)
+        return
+    recording = _recordings(todo)
+    if recording:
+        output_directory(cache.folder())
+    drives = here(recording, options.jobs)
+    for _ in bar.track(drives, len(recording), description="recording"):
+        pass
+    yield from here(todo, options.jobs)
+    cache.prune()
+
+
+def _recordings(todo: Sequence[Trial]) -> list[RecordEpisode]:
+    """One job per episode that is not in the cache."""
+    drives = {t.source.key: t.source for t in todo if isinstance(t.source, SimulatedDrive)}
+    limit = max((t.limit for t in todo), default=0.0)
+    return [
+        RecordEpisode(drive, limit)
+        for drive in drives.values()
+        if not cache.path_of(drive).exists()
+    ]
+
+
+def _print_outcome(rows: Sequence[Result], out: Path) -> None:
+    errors = [row for row in rows if row["error"] is not None]
+    for row in errors[:MAX_ERRORS_PRINTED]:
+        where = f"{Condition.of(row)}, seed {row['seed']}"
+        print(f"failed: {row['variant']}, {where}: {row['error']}", file=sys.stderr)
+    if len(errors) > MAX_ERRORS_PRINTED:
+        more = len(errors) - MAX_ERRORS_PRINTED
+        print(f"and {more} more failed, see results.jsonl", file=sys.stderr)
+    print(f"{len(rows)} runs, {len(errors)} without a result; look at {out / 'report.html'}")

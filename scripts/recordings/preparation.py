@@ -1,0 +1,36 @@
+"""Prepare a recording for SLAM: deskewed scans, odometry, compiled kernels."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from slam.benchmark.run import warm_up
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.preprocessing.deskewing import standing
+from slam.preprocessing.laser_odometry import poses_by_laser, with_odometry
+
+from ..console.progress import progress_bar
+
+
+def prepared(episode: Episode) -> Episode:
+    """The recording with deskewed scans, and with laser odometry (slow) where it has none."""
+    return standing(episode if episode.has_odometry else _by_laser(episode))
+
+
+def _by_laser(episode: Episode) -> Episode:
+    with progress_bar() as progress:
+        poses = list(
+            progress.track(
+                poses_by_laser(episode), len(episode.scans), description="odometry by laser"
+            )
+        )
+    return with_odometry(episode, poses)
+
+
+def compile_first(variant: str, episode: Episode) -> None:
+    """Compile the kernels of a variant; the first time this takes half a minute."""
+    with progress_bar() as progress:
+        progress.add_task("compiling, the first time only", total=None)
+        with suppress(InputError):  # the run itself meets the same error, and keeps its results
+            warm_up(variant, episode)
