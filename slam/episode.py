@@ -51,6 +51,13 @@ class Episode:
                 f"for {len(self.scans)} scans"
             )
 
+    def known_truth(self, need: str) -> Truth:
+        """The truth. Raises InputError where the episode holds none: `need`, such as "a score",
+        needs it."""
+        if self.truth is None:
+            raise InputError(f"{need} needs an episode that holds the truth, and this one does not")
+        return self.truth
+
     @property
     def times(self) -> Array:
         """(n,) s, the scans' stamps."""

@@ -17,7 +17,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Builder, MapModel, Slam
 from slam.plugins import load_entry_points
-from slam.validation import unknown_name
+from slam.validation import function, unknown_name
 
 _BUILDERS: dict[str, Builder] = dict(BUILDERS)
 
@@ -31,8 +31,7 @@ def register(name: str, builder: Builder) -> None:
         raise InputError(f"a variant's name has no spaces or commas, got {name!r}")
     if name in BUILDERS or name in CEILINGS:
         raise InputError(f"{name!r} is one of dynslam's own variants; choose another name")
-    if not callable(builder):
-        raise InputError(f"the builder of {name!r} must be callable, got {builder!r}")
+    function(f"the builder of {name!r}", builder)
     _BUILDERS[name] = builder
 
 
@@ -48,8 +47,7 @@ def register_map(
 
     Raises InputError as `register`.
     """
-    if not callable(map_model):
-        raise InputError(f"the map model {name!r} must be a class or function, got {map_model!r}")
+    function(f"the map model {name!r}", map_model)
     particle_map = map_model if particle_filter else None
     for variant, builder in map_variants(name, map_model, particle_map).items():
         register(variant, builder)

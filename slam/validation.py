@@ -59,6 +59,12 @@ def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
         raise InputError(f"{name} must be one of {known}, got {value!r}")
 
 
+def function(name: str, value: object) -> None:
+    """`value` is a function, or a class, which makes objects as a function does."""
+    if not callable(value):
+        raise InputError(f"{name} must be a function or a class, got {value!r}")
+
+
 def instance(name: str, value: object, kind: type, allowed: str | None = None) -> None:
     """`value` is a `kind`; a class is no instance of a protocol, though its methods fit.
 

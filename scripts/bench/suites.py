@@ -15,6 +15,7 @@ from dynslam_env import WORLDS, Corridor, Doors, Laser, Odometry, Uniform
 from slam.algorithms.ceilings import CEILINGS
 from slam.algorithms.variants import BUILDERS
 from slam.errors import InputError
+from slam.io.formats import has_registered_reader
 from slam.registry import builder_of
 
 from ..trials.jobs import Trial
@@ -146,16 +147,17 @@ def worse(times: float) -> Odometry:
 
 
 def logs(folder: Path) -> Suite:
-    """All logs of a folder: CARMEN (.log, .clf, also .gz) and saved episodes (.npz), scored with
-    what lies beside them: NAME.relations, NAME.tum, or the truth in the episode. Of one NAME, the
-    .npz is taken."""
+    """All logs of a folder: CARMEN (.log, .clf, also .gz), saved episodes (.npz) and files of
+    registered formats, scored with what lies beside them: NAME.relations, NAME.tum, or the truth in
+    the episode. Of one NAME, the .npz is taken."""
     if not folder.is_dir():
         raise InputError(f"{folder}: a folder of logs was expected")
     files: dict[str, Path] = {}
     for path in sorted(folder.iterdir()):
         if not path.is_file():
             continue
-        if path.name.endswith(ENDINGS) and (path.suffix == ".npz" or stem(path.name) not in files):
+        known = path.name.endswith(ENDINGS) or has_registered_reader(path)
+        if known and (path.suffix == ".npz" or stem(path.name) not in files):
             files[stem(path.name)] = path.resolve()
     if not files:
         raise InputError(f"{folder}: no log in it; its name ends with {', '.join(ENDINGS)}")

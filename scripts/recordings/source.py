@@ -31,8 +31,9 @@ class RecordingSource:
     """Pose of the laser on the robot: m forward, m to the left, degrees. Default: as in the file.
     """
 
-    def read(self) -> LoadedRecording:
-        """The recording as it is in the file. Raises InputError."""
+    def read(self, laser: str | None = None) -> LoadedRecording:
+        """The recording as it is in the file, with the chosen laser or else `laser`. Raises
+        InputError."""
         from slam.geometry import Pose2
         from slam.io.formats import read_log
         from slam.io.loaded_recording import SourceSelection
@@ -43,7 +44,7 @@ class RecordingSource:
             if not all(map(math.isfinite, self.mount)):
                 raise InputError(f"--mount is three finite numbers, got {x} {y} {degrees}")
             mount = Pose2(x, y, math.radians(degrees))
-        return read_log(self.file, SourceSelection(self.laser, self.odometry, mount))
+        return read_log(self.file, SourceSelection(self.laser or laser, self.odometry, mount))
 
     def read_and_warn(self) -> LoadedRecording:
         """The same; prints its warnings on standard error."""

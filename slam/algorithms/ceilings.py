@@ -6,7 +6,6 @@ benchmark to tell where an error comes from. `slam.benchmark.run.build` makes th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -21,7 +20,7 @@ from slam.maps.clamped import Clamped
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.true_map import TrueMap, known_moments
-from slam.motion.threshold import KEYFRAMES, MotionThreshold
+from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.scan import Scan
 
 ShownTruth = Callable[[Truth, np.random.Generator], Slam]
@@ -42,16 +41,17 @@ class MappingOnly:
     ):
         self.map_model = Histogram() if map_model is None else map_model
         self.keyframes = keyframes
-        self.pose = self._keyframe = Pose2.of(truth.poses[0])
-        self._keyframe_at = -math.inf
+        self.pose = Pose2.of(truth.poses[0])
+        self._since_keyframe = MotionTrigger(keyframes)
         self._moments = known_moments(truth.poses)
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Whatever the odometry says, the pose is the true one; nothing is ever matched."""
         self.pose = Pose2.of(next(self._moments))
-        if self.keyframes.due(self._keyframe.between(self.pose), scan.time - self._keyframe_at):
+        self._since_keyframe.move_to(self.pose)
+        if self._since_keyframe.due(scan.time):
             self.map_model.integrate(scan, self.pose)
-            self._keyframe, self._keyframe_at = self.pose, scan.time
+            self._since_keyframe.restart(scan.time, self.pose)
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
 
     def map(self) -> OccupancyGrid:

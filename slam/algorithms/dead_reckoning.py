@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate
 from slam.maps.static import Static
-from slam.motion.threshold import KEYFRAMES, MotionThreshold
+from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.scan import Scan
 
 
@@ -20,17 +18,16 @@ class DeadReckoning:
     def __init__(self, start: Pose2 = Pose2(), keyframes: MotionThreshold = KEYFRAMES):
         self.pose = start
         self.keyframes = keyframes
-        self._since_keyframe = Pose2()
-        self._keyframe_at = -math.inf
+        self._since_keyframe = MotionTrigger(keyframes)
         self._map_model = Static()
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by `displacement`; map the scan if it is a keyframe. Nothing is ever matched."""
         self.pose = self.pose @ displacement
-        self._since_keyframe = self._since_keyframe @ displacement
-        if self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
+        self._since_keyframe.move(displacement)
+        if self._since_keyframe.due(scan.time):
             self._map_model.integrate(scan, self.pose)
-            self._since_keyframe, self._keyframe_at = Pose2(), scan.time
+            self._since_keyframe.restart(scan.time)
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
 
     def map(self) -> OccupancyGrid:

@@ -14,7 +14,7 @@ from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, S
 from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
-from slam.motion.threshold import KEYFRAMES, MotionThreshold
+from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
@@ -58,19 +58,19 @@ class MaximumLikelihood:
         self.pose = start
         self._ground = MapUncertainty(self.map_model.cells.tiles)
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
-        self._keyframe_at = self._matched_at = -math.inf
-        self._since_keyframe = self._since_match = Pose2()
+        self._since_keyframe = MotionTrigger(keyframes)
+        self._since_match = MotionTrigger(matches)
         self._frozen = False
         self._last_match: tuple[Prediction, Array] | None = None  # what went into the last match
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match and map the scan where that has led far enough."""
-        self._since_keyframe = self._since_keyframe @ displacement
-        self._since_match = self._since_match @ displacement
-        if self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
+        self._since_keyframe.move(displacement)
+        self._since_match.move(displacement)
+        if self._since_keyframe.due(scan.time):
             estimate = self._match(scan)
             self._map(scan, estimate)
-        elif self.matches.due(self._since_match, scan.time - self._matched_at):
+        elif self._since_match.due(scan.time):
             estimate = self._match(scan)
         else:
             estimate = self._dead_reckoned()
@@ -83,7 +83,8 @@ class MaximumLikelihood:
         for scan, pose in keyframes:
             estimate = Estimate(pose, EXACT, score, True)
             changed.append(self._draw(scan, estimate))
-            self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
+            self._matched = estimate
+            self._since_match.restart(scan.time)
         if changed:
             self.sensor_model.refresh(self.map_model, np.concatenate(changed))
             self.pose = self.keyframe.pose
@@ -92,8 +93,9 @@ class MaximumLikelihood:
         """The robot stands at `pose` now, wherever it was: the next scan is matched from there."""
         estimate = Estimate(pose, EXACT, self.keyframe.score, False)
         self.keyframe = self._matched = estimate
-        self._since_keyframe = self._since_match = Pose2()
-        self._keyframe_at = self._matched_at = min(self._keyframe_at, LONG_AGO)
+        time = min(self._since_keyframe.time, LONG_AGO)
+        self._since_keyframe.restart(time)
+        self._since_match.restart(time)
         self.pose = pose
 
     def freeze(self) -> None:
@@ -102,8 +104,8 @@ class MaximumLikelihood:
 
     def _match(self, scan: Scan) -> Estimate:
         """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
-        prediction = self._prediction(self.keyframe, self._since_keyframe)
-        if self._keyframe_at == -math.inf:
+        prediction = self._prediction(self.keyframe, self._since_keyframe.displacement)
+        if self._since_keyframe.time == -math.inf:
             estimate = Estimate(prediction.pose, self.keyframe.covariance, 0.0, True)
         else:
             pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
@@ -113,7 +115,8 @@ class MaximumLikelihood:
             covariance = fused(before, ground, information)
             self._last_match = prediction, information
             estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
-        self._matched, self._matched_at, self._since_match = estimate, scan.time, Pose2()
+        self._matched = estimate
+        self._since_match.restart(scan.time)
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
@@ -122,7 +125,7 @@ class MaximumLikelihood:
             prediction, information = self._last_match
             found = self.keyframe.pose.between(estimate.pose)
             within = fused(prediction.covariance(), EXACT, information)
-            self.motion_model.learn(self._since_keyframe, found, within)
+            self.motion_model.learn(self._since_keyframe.displacement, found, within)
         self._keep(scan, estimate)
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
@@ -133,12 +136,13 @@ class MaximumLikelihood:
         """Put the keyframe into the map; the ids of the cells that may have changed."""
         changed = NOTHING if self._frozen else self.map_model.integrate(scan, estimate.pose)
         self._ground.settle(estimate.pose, estimate.covariance)
-        self.keyframe, self._keyframe_at, self._since_keyframe = estimate, scan.time, Pose2()
+        self.keyframe = estimate
+        self._since_keyframe.restart(scan.time)
         return changed
 
     def _dead_reckoned(self) -> Estimate:
         """Where the odometry leads from the last match, and as much less sure."""
-        prediction = self._prediction(self._matched, self._since_match)
+        prediction = self._prediction(self._matched, self._since_match.displacement)
         covariance = self._carried(self._matched, prediction)
         return self._matched._replace(pose=prediction.pose, covariance=covariance, matched=False)
 

@@ -5,7 +5,6 @@ Grisetti, Stachniss and Burgard (2007), with any map model: the paper's own plan
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +20,7 @@ from slam.maps.static import Static
 from slam.maps.tiles import TileIndex
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
-from slam.motion.threshold import KEYFRAMES, MotionThreshold
+from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
@@ -88,20 +87,20 @@ class ParticleFilter:
         self._parents: list[np.ndarray] = []  # (particles,) which particle of the one before
         self._numbers: list[int] = []  # of the keyframe before, and the way from it, per update
         self._ways: list[Pose2] = []
-        self._keyframe_at = self._matched_at = -math.inf
-        self._since_keyframe = self._since_match = Pose2()
+        self._since_keyframe = MotionTrigger(keyframes)
+        self._since_match = MotionTrigger(matches)
         self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match where that has led far enough, and map at keyframes."""
         scan = replace(scan)  # what is worked out of it is forgotten with it
-        self._since_keyframe = self._since_keyframe @ displacement
-        self._since_match = self._since_match @ displacement
+        self._since_keyframe.move(displacement)
+        self._since_match.move(displacement)
         if not self._maps:
             estimate = self._begin(scan)
-        elif self.keyframes.due(self._since_keyframe, scan.time - self._keyframe_at):
+        elif self._since_keyframe.due(scan.time):
             estimate = self._keyframe(scan)
-        elif self.matches.due(self._since_match, scan.time - self._matched_at):
+        elif self._since_match.due(scan.time):
             estimate = self._match(scan)
         else:
             estimate = self._dead_reckoned()
@@ -135,7 +134,7 @@ class ParticleFilter:
     def _begin(self, scan: Scan) -> Estimate:
         """The first scan: one map for all."""
         tiles = self.map_model.cells.tiles
-        pose = self.pose @ self._since_keyframe
+        pose = self.pose @ self._since_keyframe.displacement
         self._poses = np.tile(np.array(pose), (self.particles, 1))
         self.sensor_model.refresh(self.map_model, self.map_model.integrate(scan, pose))
         self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
@@ -146,18 +145,19 @@ class ParticleFilter:
     def _match(self, scan: Scan) -> Estimate:
         """The best particle's pose between keyframes."""
         self.map_model.cells.tiles.switch(self._maps[self._best])
-        prediction = self._prediction(Pose2.of(self._poses[self._best]), self._since_keyframe)
+        displacement = self._since_keyframe.displacement
+        prediction = self._prediction(Pose2.of(self._poses[self._best]), displacement)
         posterior = Posterior(self.sensor_model, scan, prediction)
         pose, peak = self.search.refine.top(posterior, self.search.exhaustive(posterior))
         covariance = self._covariance(_inverse(-peak.curvature))
-        self._since_match, self._matched_at = Pose2(), scan.time
+        self._since_match.restart(scan.time)
         self._last = Estimate(pose, covariance, _score(peak, prediction, pose, scan), True)
         return self._last
 
     def _dead_reckoned(self) -> Estimate:
         """Where the odometry leads from the last match, and as much less sure."""
         last = self._last
-        prediction = self._prediction(last.pose, self._since_match)
+        prediction = self._prediction(last.pose, self._since_match.displacement)
         x, y = prediction.pose.x - last.pose.x, prediction.pose.y - last.pose.y
         covariance = moved(last.covariance, x, y, prediction.covariance())
         return last._replace(pose=prediction.pose, covariance=covariance, matched=False)
@@ -191,9 +191,10 @@ class ParticleFilter:
         noise = self.rng.standard_normal((self.particles, 3))
         covariances, best = np.empty((self.particles, 3, 3)), self._best
         error, score = np.zeros((1, 3)), 0.0
+        displacement = self._since_keyframe.displacement
         for k in (best, *(k for k in range(self.particles) if k != best)):
             self.map_model.cells.tiles.switch(self._maps[k])
-            prediction = self._prediction(Pose2.of(self._poses[k]), self._since_keyframe)
+            prediction = self._prediction(Pose2.of(self._poses[k]), displacement)
             posterior = Posterior(self.sensor_model, scan, prediction)
             if k == best:
                 start = self.search.exhaustive(posterior)
@@ -206,7 +207,7 @@ class ParticleFilter:
                 error[0] = prediction.error(pose)
                 score = _score(peak, prediction, pose, scan)
                 found = Pose2.of(self._poses[k]).between(pose)
-                self.motion_model.learn(self._since_keyframe, found, covariances[k])
+                self.motion_model.learn(displacement, found, covariances[k])
             self._log_weights[k] += peak.value + float(np.log(np.diag(root)).sum())
             self._poses[k] = np.array(pose) + self.spread * (root @ noise[k])
         self._poses[:, 2] = wrap_angle(self._poses[:, 2])
@@ -229,8 +230,8 @@ class ParticleFilter:
     def _note(self, scan: Scan, parents: np.ndarray) -> None:
         self._history.append(self._poses.copy())
         self._parents.append(parents)
-        self._keyframe_at = self._matched_at = scan.time
-        self._since_keyframe = self._since_match = Pose2()
+        self._since_keyframe.restart(scan.time)
+        self._since_match.restart(scan.time)
 
     def _prediction(self, origin: Pose2, displacement: Pose2) -> Prediction:
         """Where `displacement` leads from `origin`."""

@@ -10,7 +10,6 @@ import numpy as np
 
 from slam.algorithms.ceilings import CEILINGS
 from slam.episode import Episode
-from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, Revising, Slam
@@ -97,11 +96,8 @@ def build(variant: str, episode: Episode, seed: int = 0) -> Slam:
     """
     if variant not in CEILINGS:
         return make(variant, true_start(episode), seed)
-    if episode.truth is None:
-        raise InputError(
-            f"{variant!r} needs an episode that holds the truth, and this one does not"
-        )
-    return CEILINGS[variant](episode.truth, np.random.default_rng(seed))
+    truth = episode.known_truth(repr(variant))
+    return CEILINGS[variant](truth, np.random.default_rng(seed))
 
 
 def warm_up(variant: str, episode: Episode) -> None:

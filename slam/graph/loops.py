@@ -80,7 +80,7 @@ class Ready:
     """
 
     def __init__(self, settled: FrozenEndpoint):
-        self.reading = settled.reading()
+        self.reading = settled.unpacked()
         self.reading.field(level=1)
         self.search = GlobalSearch(self.reading)
         self.nbytes = self.reading.tiles.nbytes + self.search.nbytes

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import zipfile
 import zlib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from slam.io.one_line import one_line
 LARGEST = 1 << 33  # bytes of all arrays
 FLOOR = 1 << 28  # bytes that any file may unpack to: arrays of zeros pack well
 TIMES = 100  # times as large as packed beyond that: readings pack to a half or a quarter
+Parsed = TypeVar("Parsed")
 UNREADABLE = (
     OSError, EOFError, ValueError, KeyError, TypeError, RuntimeError, MemoryError, OverflowError,
     SyntaxError, NotImplementedError, zlib.error, zipfile.BadZipFile,
@@ -37,6 +39,20 @@ def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
             return {name: stored[name] for name in stored.files}
     except InputError:
         raise
+    except UNREADABLE as error:
+        raise InputError(f"{path}: not {what} ({one_line(error)})") from error
+
+
+def parsed(
+    path: AnyPath, what: str, file_format: str, parse: Callable[[dict[str, Any]], Parsed]
+) -> Parsed:
+    """`parse` of the arrays of an .npz file whose array `format` is `file_format`. Raises
+    InputError where it is no `what`."""
+    data = read_arrays(path, what)
+    try:
+        if str(data["format"]) != file_format:
+            raise InputError(f"format {one_line(data['format'], 60)}, expected {file_format}")
+        return parse(data)
     except UNREADABLE as error:
         raise InputError(f"{path}: not {what} ({one_line(error)})") from error
 

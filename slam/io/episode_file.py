@@ -10,9 +10,8 @@ import numpy as np
 
 from slam.episode import Episode, Truth
 from slam.errors import InputError
-from slam.io.arrays import UNREADABLE, floats, read_arrays
+from slam.io.arrays import floats, parsed
 from slam.io.files import replacing
-from slam.io.one_line import one_line
 from slam.io.scan_arrays import packed_scans, unpacked_scans
 from slam.trajectory import Trajectory
 
@@ -44,13 +43,7 @@ def save_episode(episode: Episode, path: str | os.PathLike[str]) -> None:
 
 def load_episode(path: str | os.PathLike[str]) -> Episode:
     """Read a file of `save_episode`. Raises InputError for any other; never runs a pickle."""
-    data = read_arrays(path, WHAT)
-    try:
-        if str(data["format"]) != FORMAT:
-            raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
-        return _episode(data)
-    except UNREADABLE as error:
-        raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
+    return parsed(path, WHAT, FORMAT, _episode)
 
 
 def _episode(data: dict[str, Any]) -> Episode:

@@ -36,7 +36,7 @@ from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.plain_npz import read_plain_npz
 from slam.plugins import load_entry_points
 from slam.trajectory import Trajectory
-from slam.validation import instance
+from slam.validation import function, instance
 
 HEAD_BYTES = 64  # of a file, which a reader is shown to recognise it
 MAX_HEAD_LINES = 1000  # comments before a table's line of names
@@ -64,24 +64,35 @@ def register_reader(
     """
     if kind in OWN_READERS:
         raise InputError(f"{kind!r} is one of dynslam's own formats; choose another name")
-    if not (kind and callable(recognises) and callable(read)):
-        raise InputError(
-            f"a reader has a name and two functions, recognises(path, head) and read(path), "
-            f"got {kind!r}, {recognises!r} and {read!r}"
-        )
+    function(f"recognises of {kind!r}", recognises)
+    function(f"read of {kind!r}", read)
     _READERS[kind] = Reader(recognises, read)
 
 
 def kind_of(path: AnyPath) -> str:
     """The format of a file: bag, episode, npz, csv, carmen, or a registered one's name. Raises
     InputError if it cannot be read."""
+    registered = _registered_kind(Path(path))
+    return registered or _kind_among(OWN_READERS, Path(path))
+
+
+def has_registered_reader(path: AnyPath) -> bool:
+    """Whether a file is of a format that was registered, none of dynslam's own."""
+    return bool(_registered_kind(Path(path)))
+
+
+def _registered_kind(path: Path) -> str:
     _discover()
-    path, head = Path(path), b""
+    return _kind_among(_READERS, path) if _READERS else ""
+
+
+def _kind_among(readers: dict[str, Reader], path: Path) -> str:
+    """The first of the formats that recognises the file; empty where none does."""
+    head = b""
     if not path.is_dir():
         with reading(path) as file:
             head = file.read(HEAD_BYTES)
-    readers = {**_READERS, **OWN_READERS}
-    return next(kind for kind, reader in readers.items() if reader.recognises(path, head))
+    return next((kind for kind, reader in readers.items() if reader.recognises(path, head)), "")
 
 
 def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:

@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from slam.errors import InputError
 from slam.grid import MOST_CELLS, GridSpec
-from slam.io.arrays import UNREADABLE, read_arrays
+from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
-from slam.io.one_line import one_line
 from slam.layers import Layers
 from slam.layers.doors import MappedDoor
 from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN
@@ -97,13 +95,7 @@ def write_layers(layers: Layers, path: AnyPath) -> None:
 
 def read_layers(path: AnyPath) -> Layers:
     """Read what `write_layers` wrote. Raises InputError for anything else; never runs a pickle."""
-    data = read_arrays(path, WHAT)
-    try:
-        if str(data["format"]) != FORMAT:
-            raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
-        return _layers(data)
-    except UNREADABLE as error:
-        raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
+    return parsed(path, WHAT, FORMAT, _layers)
 
 
 def _layers(data: dict[str, np.ndarray]) -> Layers:

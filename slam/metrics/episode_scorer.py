@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from slam.episode import Episode
-from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid, moved
 from slam.metrics.change import Calibration, TrueOccupancy
@@ -17,11 +16,10 @@ class EpisodeScorer:
     """Scores any number of runs on one episode."""
 
     def __init__(self, episode: Episode, resolution: float = 0.05) -> None:
-        if episode.truth is None:
-            raise InputError("scores against the truth need an episode that holds it")
-        self._truth = episode.truth.poses
-        self._surface = visible_truth(episode.truth, episode.scans, resolution)
-        self._occupancy = TrueOccupancy(episode.truth, resolution)
+        truth = episode.known_truth("a score")
+        self._truth = truth.poses
+        self._surface = visible_truth(truth, episode.scans, resolution)
+        self._occupancy = TrueOccupancy(truth, resolution)
 
     def scores(self, poses: Array, grid: OccupancyGrid) -> dict[str, Number | None]:
         """Flat scores of the estimated poses (n, 3), one a scan, and the map after the last scan.

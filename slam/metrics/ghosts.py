@@ -15,7 +15,6 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from slam.episode import Episode
-from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.metrics.flat import Number, flat
@@ -52,11 +51,10 @@ class Ghosts:
     """
 
     def __init__(self, episode: Episode, resolution: float = 0.05) -> None:
-        if episode.truth is None:
-            raise InputError("ghosts are told by the truth, and this episode does not hold it")
-        self._walls = episode.truth.walls
+        truth = episode.known_truth("a count of ghosts")
+        self._walls = truth.walls
         seen = SeenSurface(self._walls, resolution)
-        for scan, pose in zip(episode.scans, episode.truth.poses.tolist(), strict=True):
+        for scan, pose in zip(episode.scans, truth.poses.tolist(), strict=True):
             seen.see(scan, Pose2(*pose))
         self.points: Array = seen.now(np.empty((0, 4))).points
         spacing = resolution / 2  # of the points, at most
@@ -86,10 +84,9 @@ def _occupied(grid: OccupancyGrid, world_from_map: Pose2) -> Array:
 def seen_through(episode: Episode, points: Array) -> np.ndarray:
     """(n,) int: how many scans have a beam that went through points (n, 2), m, world, at the true
     poses, and on for 10 cm. What no beam went through, no evidence of a cell alone can clear."""
-    if episode.truth is None:
-        raise InputError("what was seen through needs the true poses, and they are not known")
+    truth = episode.known_truth("a count of beams")
     counts = np.zeros(len(points), np.int64)
-    for scan, pose in zip(episode.scans, episode.truth.poses.tolist(), strict=True):
+    for scan, pose in zip(episode.scans, truth.poses.tolist(), strict=True):
         x, y, theta = Pose2(*pose) @ scan.mount
         away = np.hypot(points[:, 0] - x, points[:, 1] - y)
         bearing = wrap_angle(np.arctan2(points[:, 1] - y, points[:, 0] - x) - theta)

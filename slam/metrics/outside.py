@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from slam.episode import Episode
-from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose
 from slam.grid import OccupancyGrid
 from slam.metrics.episode_scorer import EpisodeScorer
@@ -13,6 +12,7 @@ from slam.metrics.flat import Number
 from slam.metrics.reference import associated
 from slam.metrics.trajectory import alignment, score_trajectory
 from slam.trajectory import Trajectory
+from slam.validation import one_of
 
 APART = 0.01  # s: the stamps are those of the scans; evo's `t_max_diff`
 FRAMES = ("anchored", "world", "aligned")
@@ -35,11 +35,9 @@ def score_outside(
 
     Raises InputError for an episode without the truth, and where the stamps do not meet.
     """
-    if episode.truth is None:
-        raise InputError("scores against the truth need an episode that holds it")
-    if frame not in FRAMES:
-        raise InputError(f"frame must be one of {', '.join(FRAMES)}, got {frame!r}")
-    truth, found = associated(Trajectory(episode.times, episode.truth.poses), trajectory, APART)
+    one_of("frame", frame, FRAMES)
+    true_poses = episode.known_truth("a score").poses
+    truth, found = associated(Trajectory(episode.times, true_poses), trajectory, APART)
     world = _frame(frame, found, truth)
     poses = compose(np.array(world), found)
     scores: dict[str, Number | None] = {"scans": len(poses)}

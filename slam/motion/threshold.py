@@ -1,4 +1,4 @@
-"""Spacing: how far apart along the way a SLAM does things."""
+"""When a SLAM matches or maps the next scan: after so much distance, turn or time."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from slam.geometry import Pose2
 
 @dataclass(frozen=True)
 class MotionThreshold:
-    """How far apart two events are: after so much way, turn or time, whichever comes first.
+    """How far apart two events are: after so much distance, turn or time, whichever comes first.
 
-    distance m; turn rad; time s; infinity: it never asks
+    distance m; turn rad; time s; infinity: never for that reason
     """
 
     distance: float
@@ -22,15 +22,44 @@ class MotionThreshold:
 
     def __post_init__(self) -> None:
         if not min(self.distance, self.turn, self.time) >= 0:
-            raise InputError(f"a spacing has no part below 0 (infinity is never), got {self}")
+            raise InputError(f"a threshold has no part below 0 (infinity is never), got {self}")
 
-    def due(self, moved: Pose2, waited: float) -> bool:
-        """Whether having `moved` or `waited` (s) since the last one asks for the next."""
+    def due(self, displacement: Pose2, waited: float) -> bool:
+        """Whether the next event is due, `displacement` and `waited` s after the last one."""
         return (
-            math.hypot(moved.x, moved.y) >= self.distance
-            or abs(moved.theta) >= self.turn
+            math.hypot(displacement.x, displacement.y) >= self.distance
+            or abs(displacement.theta) >= self.turn
             or waited >= self.time
         )
+
+
+class MotionTrigger:
+    """The motion since the last event, such as a keyframe, and whether the next one is due.
+
+    displacement  since the last event, in the robot's frame of then
+    time          s, of the last event; -inf before the first, which is always due
+    """
+
+    def __init__(self, threshold: MotionThreshold):
+        self.threshold = threshold
+        self.displacement = self._origin = Pose2()
+        self.time = -math.inf
+
+    def move(self, displacement: Pose2) -> None:
+        """Add a displacement in the robot's frame."""
+        self.displacement = self.displacement @ displacement
+
+    def move_to(self, pose: Pose2) -> None:
+        """The robot is at `pose` now, in the frame of the pose given to `restart`."""
+        self.displacement = self._origin.between(pose)
+
+    def due(self, time: float) -> bool:
+        """Whether the next event is due at `time`, s."""
+        return self.threshold.due(self.displacement, time - self.time)
+
+    def restart(self, time: float, pose: Pose2 = Pose2()) -> None:
+        """The event takes place, at `time`, s; `pose` is where `move_to` counts from."""
+        self.displacement, self._origin, self.time = Pose2(), pose, time
 
 
 KEYFRAMES = MotionThreshold(distance=0.1, turn=math.radians(10.0), time=2.0)

@@ -14,7 +14,7 @@ from slam.geometry import Array, Pose2
 from slam.interface import Posterior
 from slam.maps.recency import Recency
 from slam.motion.gaussian import Prediction
-from slam.motion.threshold import KEYFRAMES
+from slam.motion.threshold import KEYFRAMES, MotionTrigger
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
@@ -59,7 +59,7 @@ class LaserOdometry:
         self._map, self._sensor_model, self._search = Recency(), Endpoint(), Correlative()
         self._rng = np.random.default_rng(0)  # the search draws none
         self._past: deque[tuple[float, Pose2]] = deque()
-        self._keyframe, self._keyframe_time = Pose2(), -math.inf
+        self._since_keyframe = MotionTrigger(KEYFRAMES)
 
     def update(self, scan: Scan) -> Pose2:
         """Where the robot is, in the frame of its first pose."""
@@ -71,10 +71,10 @@ class LaserOdometry:
             prediction = Prediction(self.pose, step, deviations)
             self.pose = self._search(Posterior(self._sensor_model, scan, prediction), self._rng)
         self._past.append((scan.time, self.pose))
-        since = self._keyframe.between(self.pose)
-        if KEYFRAMES.due(since, scan.time - self._keyframe_time):
+        self._since_keyframe.move_to(self.pose)
+        if self._since_keyframe.due(scan.time):
             self._sensor_model.refresh(self._map, self._map.integrate(scan, self.pose))
-            self._keyframe, self._keyframe_time = self.pose, scan.time
+            self._since_keyframe.restart(scan.time, self.pose)
         return self.pose
 
     def _speed(self) -> Pose2:

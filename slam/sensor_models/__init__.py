@@ -1,1 +1,1 @@
-"""Readings of a scan: log p(scan | pose, h)."""
+"""Sensor models: the log-likelihood log p(scan | pose, h) of a scan."""

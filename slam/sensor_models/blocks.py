@@ -1,4 +1,4 @@
-"""Blocks: the squares of a tile in which what is read off a map is brought up to date."""
+"""Blocks: the squares of a tile in which layers computed from a map are updated."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ import numpy as np
 from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Tiles
 
-BLOCK = 8  # cells; a block's side
-BLOCKS = TILE // BLOCK
+BLOCK = 8  # cells, side of a block
+BLOCKS = TILE // BLOCK  # blocks along the side of a tile
 
 
 class DirtyBlocks:
-    """The blocks in which something is out of date, until someone asks for it.
+    """The set of blocks that have changed since the last `pop`.
 
-    It is for tiles of one map alone: a block is told by its slot, which with several maps
-    (`Tiles.fork`) another may have by the time that someone asks.
+    For the tiles of a single map: blocks are identified by slot, which may belong to another map
+    (`Tiles.fork`) by the time of `pop`.
     """
 
     def __init__(self, tiles: Tiles):
         self._tiles = tiles
-        self._noted = tiles.layer(np.bool_, shape=(BLOCKS**2,))
+        self._marked = tiles.layer(np.bool_, shape=(BLOCKS**2,))
         self._ids: list[np.ndarray] = []
 
     def add(self, blocks: np.ndarray) -> None:
-        """Blocks (n, 2), each given by its row and column in `Tiles.index`, have changed."""
-        self._ids.append(_new(blocks, self._tiles.index, self._noted.flat))
+        """Add blocks (n, 2), each given by its row and column in `Tiles.index`, in blocks."""
+        self._ids.append(_new(blocks, self._tiles.index, self._marked.flat))
 
-    def take(self) -> np.ndarray:
-        """(n, 2) all of them, each once; then there are none."""
+    def pop(self) -> np.ndarray:
+        """(n, 2) all of them, each once, as given to `add`; the set is empty afterwards."""
         ids = np.concatenate(self._ids)
         self._ids = []
-        self._noted.flat[ids] = False
+        self._marked.flat[ids] = False
         return _places(ids, self._tiles.places, self._tiles.corner)
 
     def __bool__(self) -> bool:
@@ -39,7 +39,7 @@ class DirtyBlocks:
 
 
 def all_blocks(tiles: Tiles) -> np.ndarray:
-    """(n, 2) the blocks of all tiles in use, each by its row and column in `Tiles.index`."""
+    """(n, 2) the blocks of all allocated tiles, by row and column in `Tiles.index`, in blocks."""
     return np.argwhere(np.kron(tiles.index > 0, np.ones((BLOCKS, BLOCKS), np.bool_)))
 
 
@@ -55,15 +55,15 @@ def _places(ids, places, corner):
 
 
 @kernel
-def _new(blocks, index, noted):
-    """The ids, slot * BLOCKS^2 + place in the tile, of the blocks that are not noted yet."""
+def _new(blocks, index, marked):
+    """The ids, slot * BLOCKS^2 + number in the tile, of the blocks that are not marked yet."""
     ids, n = np.empty(len(blocks), np.int64), 0
     for row, col in blocks:
         slot = index[row // BLOCKS, col // BLOCKS]
-        one = slot * BLOCKS**2 + (row % BLOCKS) * BLOCKS + col % BLOCKS
-        ids[n] = one
-        n += not noted[one]
-        noted[one] = True
+        block = slot * BLOCKS**2 + (row % BLOCKS) * BLOCKS + col % BLOCKS
+        ids[n] = block
+        n += not marked[block]
+        marked[block] = True
     return ids[:n].copy()
 
 

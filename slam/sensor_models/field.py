@@ -1,7 +1,7 @@
-"""The likelihood field of `Endpoint`: kernels that bring it up to date and read it.
+"""The likelihood field of `Endpoint`: kernels that update it and evaluate it.
 
-It lies in tiles. A field is read with a quadratic B-spline: a weighted mean of the nine
-samples around, smooth once over, so that it has a slope and a curvature everywhere.
+The field is stored in tiles, and interpolated by a quadratic B-spline: a weighted mean of the nine
+samples around a point, continuously differentiable, with a gradient and a curvature everywhere.
 """
 
 from __future__ import annotations
@@ -12,55 +12,58 @@ from slam.kernel import kernel
 from slam.maps.tiles import MASK, SHIFT, TILE
 from slam.sensor_models.blocks import BLOCK, BLOCKS, cell_at
 
-NO_ECHO = -128
-H_LOW, H_HIGH = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
-MOVED = 12  # 1/256 of a cell; a centroid that moved less is where it was
-TURNED = 6  # of 255; an h that changed less is what it was, but at the limits
-U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: no index is checked
+NO_CENTROID = -128  # of a cell without an echo
+H_MIN, H_MAX = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
+MIN_CENTROID_CHANGE = 12  # 1/256 of a cell; smaller changes of a centroid are ignored
+MIN_H_CHANGE = 6  # of 255; smaller changes of h are ignored, except at the limits
+U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numba checks no index
 U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # for its sign
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
 
 @kernel
-def take_notice(
-    changed, occupied, offset, count, level, moved, stale, places, corner, index, reach
+def mark_stale(
+    changed, occupied, offset, count, h_level, centroid, stale, places, corner, index, radius
 ):
-    """Note h and centroids of the changed cells; the blocks that they reach into, each once.
+    """Copy h and centroids of the changed cells; returns the blocks that they affect, each once.
 
-    A cell without an echo is free as soon as its h is below the prior, which level[0] holds.
+    A cell without an echo counts as free if its h is below the prior, which h_level[0] holds.
 
-    level   (cells,) uint8, h in 1/255, as noted last; written
-    moved   (cells, 2) int8, the centroid in 1/256 of a cell, as noted last; written
-    stale   (slots, BLOCKS^2) bool, the blocks that are in the result; written
-    places  (slots, 2) of the tiles in the lattice; `corner` that of the first in `index`
-    reach   cells, how far the field looks around
+    h_level   (cells,) uint8, h in 1/255, quantised; written
+    centroid  (cells, 2) int8, the centroid in 1/256 of a cell; written
+    stale     (slots, BLOCKS^2) bool, whether a block is in the result; written
+    places    (slots, 2) rows and columns of the tiles in the lattice; `corner` of `index`'s first
+    radius    cells, up to which an echo affects the field
     """
-    unknown = np.float32(level[0] - 0.5) / np.float32(255.0)
+    unknown = np.float32(h_level[0] - 0.5) / np.float32(255.0)
     blocks = np.empty((max(len(changed), 64), 2), np.int32)
     n = 0
     for cell in changed:
-        around = 0
+        margin = 0
         if count[cell]:
-            h = min(max(np.int64(occupied[cell] * np.float32(255.0) + HALF), H_LOW), H_HIGH)
+            h = min(max(np.int64(occupied[cell] * np.float32(255.0) + HALF), H_MIN), H_MAX)
             dx, dy = max(offset[cell, 0] >> 8, -127), max(offset[cell, 1] >> 8, -127)
             if (
-                (abs(h - level[cell]) < TURNED and (H_LOW < h < H_HIGH or h == level[cell]))
-                and abs(dx - moved[cell, 0]) < MOVED
-                and abs(dy - moved[cell, 1]) < MOVED
+                (
+                    abs(h - h_level[cell]) < MIN_H_CHANGE
+                    and (H_MIN < h < H_MAX or h == h_level[cell])
+                )
+                and abs(dx - centroid[cell, 0]) < MIN_CENTROID_CHANGE
+                and abs(dy - centroid[cell, 1]) < MIN_CENTROID_CHANGE
             ):
                 continue
-            level[cell], moved[cell, 0], moved[cell, 1] = h, dx, dy
-            around = reach
+            h_level[cell], centroid[cell, 0], centroid[cell, 1] = h, dx, dy
+            margin = radius
         else:
-            h = H_LOW if occupied[cell] < unknown else np.int64(level[0])
-            if h == level[cell]:
+            h = H_MIN if occupied[cell] < unknown else np.int64(h_level[0])
+            if h == h_level[cell]:
                 continue
-            level[cell] = h
+            h_level[cell] = h
         slot = cell >> (2 * SHIFT)
         row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cell >> SHIFT) & MASK)
         col = ((places[slot, 1] - corner[1]) << SHIFT) + (cell & MASK)
-        for r in range((row - around) // BLOCK, (row + around) // BLOCK + 1):
-            for c in range((col - around) // BLOCK, (col + around) // BLOCK + 1):
+        for r in range((row - margin) // BLOCK, (row + margin) // BLOCK + 1):
+            for c in range((col - margin) // BLOCK, (col + margin) // BLOCK + 1):
                 tile = index[r // BLOCKS, c // BLOCKS]
                 block = (r % BLOCKS) * BLOCKS + c % BLOCKS
                 if tile and not stale[tile, block]:
@@ -75,39 +78,39 @@ def take_notice(
 
 
 @kernel
-def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, table):
-    """log(z_hit F + z_rand) at the centres of the cells of all blocks.
+def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log_h, table):
+    """Compute log(z_hit F + z_rand) at the centres of the cells of the blocks.
 
-    An echo in the cell says where in it something stands: the cell as such is free then.
+    A cell with an echo is occupied at the centroid of its echoes only, and free elsewhere.
 
     falloff  1 / (2 sigma^2) per cell^2
-    log_h    (256,) log of a noted h
-    table    (n,) log(z_hit F + z_rand), evenly spaced from the largest log F to the least
+    log_h    (256,) log h by its quantised level
+    table    (n,) log(z_hit F + z_rand), evenly spaced in log F from its maximum to its minimum
     """
-    sources = np.empty(((BLOCK + 2 * reach) ** 2, 3), np.float32)
+    sources = np.empty(((BLOCK + 2 * radius) ** 2, 3), np.float32)
     best, apart = np.empty((BLOCK, BLOCK), np.float32), np.empty(BLOCK, np.float32)
     top, steps = log_h[255], np.float32((len(table) - 1) / (log_h[255] - log_h[0]))
     for k in range(len(blocks)):
         row, col = blocks[k, 0] * BLOCK, blocks[k, 1] * BLOCK
         stale[index[row >> SHIFT, col >> SHIFT],
               ((row & MASK) // BLOCK) * BLOCKS + (col & MASK) // BLOCK] = False  # fmt: skip
-        n, border = 0, (((col - reach) >> SHIFT) + 1) << SHIFT
-        for r in range(row - reach, row + BLOCK + reach):
-            left = cell_at(index, r, col - reach) - (col - reach)
-            right = cell_at(index, r, col + BLOCK - 1 + reach) - (col + BLOCK - 1 + reach)
-            for c in range(col - reach, col + BLOCK + reach):
+        n, border = 0, (((col - radius) >> SHIFT) + 1) << SHIFT
+        for r in range(row - radius, row + BLOCK + radius):
+            left = cell_at(index, r, col - radius) - (col - radius)
+            right = cell_at(index, r, col + BLOCK - 1 + radius) - (col + BLOCK - 1 + radius)
+            for c in range(col - radius, col + BLOCK + radius):
                 cell = np.uint64((left if c < border else right) + c)
-                if moved[cell, U_0] != NO_ECHO:
-                    sources[n, 0] = log_h[level[cell]]
-                    sources[n, 1] = c - col + moved[cell, U_0] / np.float32(256.0)
-                    sources[n, 2] = r - row + moved[cell, U_1] / np.float32(256.0)
+                if centroid[cell, U_0] != NO_CENTROID:
+                    sources[n, 0] = log_h[h_level[cell]]
+                    sources[n, 1] = c - col + centroid[cell, U_0] / np.float32(256.0)
+                    sources[n, 2] = r - row + centroid[cell, U_1] / np.float32(256.0)
                     n += 1
         first = cell_at(index, row, col)
         for r in range(BLOCK):
             for c in range(BLOCK):
                 cell = first + r * TILE + c
-                free = moved[cell, 0] == NO_ECHO
-                best[r, c] = log_h[level[cell] if free else np.uint8(0)]
+                free = centroid[cell, 0] == NO_CENTROID
+                best[r, c] = log_h[h_level[cell] if free else np.uint8(0)]
         for m in range(n):
             for c in range(BLOCK):
                 apart[c] = sources[m, 0] - falloff * (sources[m, 1] - np.float32(c)) ** 2
@@ -122,10 +125,11 @@ def refresh(blocks, stale, index, level, moved, field, reach, falloff, log_h, ta
 
 
 @kernel
-def values(poses, points, index, field, origin, resolution, unknown, floor, top):
-    """(n,) sum of the field at the points as seen from each pose; `unknown` outside of it.
+def sums(poses, points, index, field, origin, resolution, unknown, floor, top):
+    """(n,) sum over the points, given in the robot's frame, of the field, for each pose (n, 3).
 
-    Minus infinity as soon as it is sure to be less than `floor`: no sample is above `top`.
+    `unknown` counts for points outside of the field. -inf if the sum is below `floor`, as soon as
+    that is certain; `top` is the maximum of the field.
     """
     scale = 1.0 / resolution
     rows, cols = (index.shape[0] << SHIFT) - 1.0, (index.shape[1] << SHIFT) - 1.0
@@ -177,8 +181,8 @@ def _row(index, field, i, j, u0, u1, u2):
 
 
 @kernel
-def each(pose, points, index, field, origin, resolution, unknown):
-    """(points,) the field in the cell that each point lies in, as seen from one pose."""
+def at_points(pose, points, index, field, origin, resolution, unknown):
+    """(points,) the field in the cell of each point, given in the robot's frame, for one pose."""
     scale = 1.0 / resolution
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
     c, s = np.cos(pose[2]) * scale, np.sin(pose[2]) * scale
@@ -195,11 +199,12 @@ def each(pose, points, index, field, origin, resolution, unknown):
 
 @kernel
 def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, level, beta):
-    """Value, gradient (3,) and curvature (3, 3) of the sum of the field of `level` at a pose, times
-    `beta`.
+    """Value, gradient (3,) and curvature (3, 3) by the pose of the sum of a field, times `beta`.
 
-    The curvature counts only where the field bends down, so that it is never positive: a Newton
-    step with it leads up, from however far (Gauss-Newton's property).
+    Each point adds the negative semi-definite part of its Hessian, so that a Newton step is an
+    ascent direction everywhere, as in the Gauss-Newton method.
+
+    field  (slots, cells) of `level`: cells 1 << level times as wide as the map's
     """
     scale = 1.0 / (resolution * (1 << level))
     shift = SHIFT - level
@@ -249,7 +254,7 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
         ) * (scale * scale)
         yy = (m0 - TWO * m1 + m2) * (scale * scale)
         xy = (q0 * d0 + q1 * d1 + q2 * d2) * (scale * scale)
-        xx, xy, yy = _bent_down(xx, xy, yy)
+        xx, xy, yy = _negative_part(xx, xy, yy)
         g[0] += gx
         g[1] += gy
         g[2] += wx * gy - wy * gx
@@ -264,8 +269,8 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
 
 
 @kernel
-def _bent_down(xx, xy, yy):
-    """A symmetric matrix of two rows without its positive eigenvalues."""
+def _negative_part(xx, xy, yy):
+    """A symmetric (2, 2) matrix, its positive eigenvalues set to zero."""
     mean, apart = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
     high, low = mean + apart, mean - apart
     if high <= 0.0:

@@ -1,4 +1,4 @@
-"""Literal reading: the map that the scan implies, judged by the history (eq. 7)."""
+"""Literal sensor model: the probability of the map that the scan implies (eq. 7)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.interface import MapModel, Slope
 from slam.kernel import kernel
+from slam.maps.rays import WINDOW_MARGIN
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 from slam.sensor_models import differences
@@ -16,18 +17,17 @@ from slam.validation import positive
 
 H_LOW, H_HIGH = 0.02, 0.98  # h is clipped to these
 ROUNDING = 1e-6
-SPARE = 2  # cells around the window of a scan, for rounding errors
 
 
 class Literal:
     """log p(z | s, h) = beta (sum_{hit cells} log h + sum_{crossed cells} log(1 - h)).
 
-    Seen from a pose, a scan is a map m_t of its own: the cells that its beams end in are occupied,
-    those that they cross are free. To the letter, equation 7 asks how probable that map is after
-    all that the cells have been (equation 9), each cell once, a hit outweighing the beams that
-    pass. There are ten times as many free cells as hit ones, and they change with the pose by the
-    cell: a rough function, with its peaks where few cells are crossed. Shipped because it is what
-    is written, not because it is good.
+    At a given pose, a scan defines a map m_t of its own: the cells that its beams end in are
+    occupied, those that they cross are free, each cell once, hits first. Equation 7, taken
+    literally, is the probability of m_t given the cells' history (equation 9). There are ten times
+    as many free cells as hit ones, and the set changes with the pose cell by cell: the function is
+    rough, with its maxima where few cells are crossed. It is here to follow the paper, not because
+    it works well.
 
     beta  weight of the cells; 1 is the paper's
     """
@@ -40,17 +40,17 @@ class Literal:
         self._map_model: MapModel | None = None
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
-        """Remember which map is read; all that is looked at, its h, lies there."""
+        """Keep a reference to the map; h is read from it directly."""
         self._map_model = map_model
 
     def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
-        """(n,) log p(scan | pose, h) of the poses (n, 3); maybe -inf where it is below `floor`."""
+        """(n,) log p(scan | pose, h) of the poses (n, 3); may be -inf where below `floor`."""
         assert self._map_model is not None
         cells = self._map_model.cells
         tiles, unit = cells.tiles, 1 / cells.tiles.resolution
         sensor, ends, hit = cells.rays.ends(scan, Pose2())
         farthest = np.hypot(*(ends - sensor).T).max(initial=0.0)
-        side = 2 * (math.ceil(farthest * unit) + SPARE) + 1
+        side = 2 * (math.ceil(farthest * unit) + WINDOW_MARGIN) + 1
         h = min(max(cells.prior, H_LOW), H_HIGH)
         return self.beta * _sums(
             poses, sensor * unit, ends * unit, hit, np.zeros((side, side), np.int32),
@@ -59,21 +59,21 @@ class Literal:
         )  # fmt: skip
 
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
-        """(n,) zero: no probability is above 1."""
+        """(n,) zero: the log of a probability is at most 0."""
         return np.zeros(len(poses))
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
-        """Value, gradient and curvature of the log-likelihood, by differences."""
+        """Value, gradient and curvature of the log-likelihood, by central differences."""
         return differences.slope(lambda poses: self.log_likelihood(scan, poses), pose)
 
 
 @kernel
 def _sums(poses, sensor, ends, hit, marks, index, occupied, origin, unit, prior, floor):
-    """(n,) sum of log h and log(1 - h) over the cells that the scan sees from each pose;
-    maybe -inf where it is below `floor`.
+    """(n,) sum of log h and log(1 - h) over the cells that the scan observes from each pose; may be
+    -inf where below `floor`.
 
-    marks  (side, side) zero at first: what was seen of which cell around the sensor, and by which
-           pose
+    marks  (side, side) zero at first: number of the last pose that observed a cell around the
+           sensor
     """
     result = np.empty(len(poses))
     middle = len(marks) // 2
@@ -107,9 +107,10 @@ def _sums(poses, sensor, ends, hit, marks, index, occupied, origin, unit, prior,
 
 @kernel
 def _follow(x0, y0, x1, y1, marks, mark, row0, col0, index, occupied, prior, product):
-    """Cells that a beam crosses and that were not seen yet (Amanatides and Woo 1987).
+    """Multiply 1 - h of the cells that a beam crosses, those marked already aside, to `product`.
 
-    Gives the product of their 1 - h with `product`, and the logarithm of what got too small for it.
+    Traverses the cells as Amanatides and Woo (1987). Returns the product, and the logarithm of the
+    factors taken out of it before it underflows.
     """
     col, row = np.int64(x0), np.int64(y0)
     end_col, end_row = np.int64(x1), np.int64(y1)

@@ -5,17 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.arrays import UNREADABLE, read_arrays
+from slam.io.arrays import parsed
 from slam.io.files import replacing
-from slam.io.one_line import one_line
 from slam.io.scan_arrays import packed_scans, unpacked_scans
-from slam.motion.threshold import KEYFRAMES
+from slam.motion.threshold import KEYFRAMES, MotionTrigger
 from slam.scan import Scan
 
 FORMAT = "dynslam-session-1"
@@ -43,13 +43,14 @@ class Session:
             raise InputError("a session has finite poses, got NaN or infinity")
 
     def keyframes(self) -> Iterator[tuple[Scan, Pose2]]:
-        """The scans that a map is made of: as far apart as a SLAM's keyframes."""
-        last, when = Pose2(), -np.inf
+        """The scans that a map is made of: as far apart as a SLAM's keyframes; the first of each
+        recording, whose clock may be behind, among them."""
+        since_keyframe = MotionTrigger(KEYFRAMES)
         for scan, row in zip(self.scans, self.poses.tolist(), strict=True):
             pose = Pose2(*row)
-            waited = scan.time - when
-            if waited < 0 or KEYFRAMES.due(last.between(pose), waited):
-                last, when = pose, scan.time
+            since_keyframe.move_to(pose)
+            if scan.time < since_keyframe.time or since_keyframe.due(scan.time):
+                since_keyframe.restart(scan.time, pose)
                 yield scan, pose
 
     def followed_by(self, scans: Sequence[Scan], poses: Array) -> Session:
@@ -67,13 +68,11 @@ class Session:
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Session:
         """Read what `save` wrote. Raises InputError for anything else; never runs a pickle."""
-        data = read_arrays(path, WHAT)
-        try:
-            if str(data["format"]) != FORMAT:
-                raise InputError(f"format {one_line(data['format'], 60)}, expected {FORMAT}")
-            return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
-        except UNREADABLE as error:
-            raise InputError(f"{path}: not {WHAT} ({one_line(error)})") from error
+        return parsed(path, WHAT, FORMAT, _session)
+
+
+def _session(data: dict[str, Any]) -> Session:
+    return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
 
 
 def session_of(episode: Episode, poses: Array) -> Session:

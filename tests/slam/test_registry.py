@@ -103,10 +103,12 @@ def test_a_map_that_particles_cannot_share_has_no_particle_filter(own_names) -> 
 def test_a_map_model_is_refused_with_what_is_wrong(own_names) -> None:
     with pytest.raises(InputError, match="'static-ml' is one of dynslam's own"):
         slam.register_map("static", Static)
-    with pytest.raises(InputError, match="'mine' must be a class or function"):
+    with pytest.raises(InputError, match="map model 'mine' must be a function or a class"):
         slam.register_map("mine", Static())  # pyright: ignore
     with pytest.raises(InputError, match="no spaces or commas"):
         slam.register_map("my map", Static)
-    with pytest.raises(InputError, match="the builder of 'mine' must be callable, got 3"):
+    with pytest.raises(
+        InputError, match="the builder of 'mine' must be a function or a class, got 3"
+    ):
         slam.register("mine", 3)  # pyright: ignore
     assert not any("mine" in name for name in slam.variants())

@@ -29,7 +29,7 @@ from slam.validation import unknown_name
         (lambda: Static(resolution=math.nan), "resolution"),
         (lambda: Clamped(limit=-1.0), "limit"),
         (lambda: Rays(reach=-1.0), "Rays.reach"),
-        (lambda: MotionThreshold(math.nan, 1.0, 1.0), "spacing"),
+        (lambda: MotionThreshold(math.nan, 1.0, 1.0), "threshold"),
         (lambda: GaussianMotion(rotation_floor=0.0), "GaussianMotion.rotation_floor"),
         (lambda: GaussianMotion(rotation_per_m=-1.0), "GaussianMotion.rotation_per_m"),
         (lambda: slam.make("static-ml", seed=-1), "seed"),

@@ -1,19 +1,18 @@
-"""What a ROS recording holds, without reading its messages."""
+"""The topics of a ROS recording, without reading its messages."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from slam.io.bags.file import opened
+from slam.io.bags.laser_scan import LASER
 from slam.io.files import AnyPath
 from slam.io.warnings import WarningCounter
 
 
 def contents_of(path: AnyPath) -> dict[str, Any]:
-    """ros ("ROS 1" or "ROS 2"), recorded_s, and topics, each with topic, type and messages.
-
-    Raises InputError.
-    """
+    """By name: ros ("ROS 1" or "ROS 2"), recorded_s (s from the first message to the last), and
+    topics, each with topic, type and messages (how many). Raises InputError."""
     with opened(path, WarningCounter("message")) as bag:
         return {
             "ros": f"ROS {bag.ros}",
@@ -23,3 +22,12 @@ def contents_of(path: AnyPath) -> dict[str, Any]:
                 for topic in bag.topics.values()
             ],
         }
+
+
+def laser_topics(contents: dict[str, Any]) -> list[str]:
+    """The topics of `contents_of` that hold LaserScans."""
+    return [
+        topic["topic"]
+        for topic in contents["topics"]
+        if topic["type"] == LASER and topic["messages"]
+    ]

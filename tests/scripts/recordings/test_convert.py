@@ -7,8 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dynslam_cli import main
+from dynslam_cli.bench.suites import logs
 
+import slam
 from slam.episode import Episode
+from slam.errors import InputError
+from slam.io import formats
 from slam.io.formats import read_log
 
 
@@ -76,3 +80,63 @@ def test_no_odometry_is_found_from_the_scans(log: Path, tmp_path: Path, capsys):
     assert main.status([*arguments, "--out", str(tmp_path / "out")]) == 0
     assert main.status(["info", str(log), "--laser", "/scan"]) == 2
     assert "only a ROS bag has several lasers" in capsys.readouterr().err
+
+
+LASERS = "/driver_laser_navigation/laser_scan", "/driver_laser_security/laser_scan"
+
+
+def test_each_of_several_lasers_is_described(shared_data: Path, capsys):
+    bag = shared_data / "jarvis_circular.bag"
+    assert main.status(["info", str(bag)]) == 0
+    out = capsys.readouterr().out
+    assert "204 in 25.4 s, 8.0 a second" in out
+    assert f"{LASERS[0]}, 1440 beams over 360 degrees, 0.5 to 250 m" in out
+    assert "0.194 m ahead" in out
+    assert "213 in 25.4 s, 8.3 a second" in out
+    assert f"{LASERS[1]}, 761 beams over 190 degrees, 0.1 to 50 m" in out
+    assert "0.895 m ahead" in out
+    assert out.count("base_footprint in odom: 11.1 m, 1.0 turns") == 1
+    found = told([str(bag)], capsys)
+    assert [laser["laser"] for laser in found["lasers"]] == list(LASERS)
+    assert [laser["scans"] for laser in found["lasers"]] == [204, 213]
+    assert found["laser"] == LASERS[0]
+    (one,) = told([str(bag), "--laser", LASERS[1]], capsys)["lasers"]
+    assert one == found["lasers"][1]
+
+
+def test_a_laser_that_cannot_be_read_is_warned_of(shared_data: Path, monkeypatch, capsys):
+    """The others are described; where there are none, the command says why."""
+    bag = shared_data / "jarvis_circular.bag"
+    unreadable = set(LASERS[:1])
+
+    def read(path, choice):
+        if choice.laser in unreadable:
+            raise InputError(f"no usable scan on {choice.laser}")
+        return read_log(path, choice)
+
+    monkeypatch.setattr("dynslam_cli.recordings.source.read_log", read)
+    assert main.status(["info", str(bag)]) == 0
+    out, err = capsys.readouterr()
+    assert "1440 beams" not in out
+    assert "761 beams" in out
+    assert err == f"warning: no usable scan on {LASERS[0]}\n"
+    unreadable.add(LASERS[1])
+    assert main.status(["info", str(bag)]) == 2
+    assert f"no usable scan on {LASERS[0]}" in capsys.readouterr().err
+
+
+def test_a_format_of_ones_own_is_known_to_the_commands(
+    short_episode: Episode, tmp_path: Path, monkeypatch, capsys
+):
+    monkeypatch.setattr(formats, "_READERS", {})
+    path = tmp_path / "a.own"
+    path.write_bytes(b"OWN")
+    slam.register_reader("own", lambda path, head: head == b"OWN", lambda path: short_episode)
+    assert main.status(["info", str(path)]) == 0
+    assert capsys.readouterr().out.startswith(
+        f"{path}: own\n    scans  {len(short_episode.scans)} "
+    )
+    assert main.status(["convert", str(path), str(tmp_path / "a.npz")]) == 0
+    assert len(read_log(tmp_path / "a.npz").episode.scans) == len(short_episode.scans)
+    assert main.status(["run", str(path), "--slam", "odometry", "--out", str(tmp_path / "o")]) == 0
+    assert [case.condition for case in logs(tmp_path).cases] == [{"log": "a"}, {"log": "a.own"}]

@@ -244,7 +244,7 @@ def asked(program, **parts) -> GraphSlam:
 @pytest.mark.parametrize("program", [(1000, 1000), (97, 3), (41, 1)])
 @pytest.mark.parametrize("grid", [Static, Histogram])
 def test_what_is_asked_on_the_way_changes_nothing(program, grid) -> None:
-    assert state(asked(program, grid=grid)) == state(asked((999, 999), grid=grid))
+    assert state(asked(program, map_model=grid)) == state(asked((999, 999), map_model=grid))
 
 
 def test_the_map_of_stretches_that_hardly_moved_is_drawn_anew_at_the_end() -> None:

@@ -90,7 +90,7 @@ class Noting:
 @pytest.mark.parametrize("case", ["often resampled", "never"])
 def test_every_particles_map_is_that_of_its_path(case: str, model: str) -> None:
     grid = Noting(MAPS[model]())
-    robot, _ = filtered(case, room_drive(40), grid=grid)
+    robot, _ = filtered(case, room_drive(40), map_model=grid)
     assert len(grid.scans) == len(robot._history) > 20
     for particle, branch in enumerate(robot._maps):
         own = MAPS[model]()

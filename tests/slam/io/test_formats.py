@@ -73,7 +73,7 @@ def test_a_folder_can_be_recognised_too(own: Path) -> None:
 def test_a_wrong_reader_is_refused_with_what_is_wrong(own: Path) -> None:
     with pytest.raises(InputError, match="'csv' is one of dynslam's own formats"):
         slam.register_reader("csv", recognises, lambda path: drive(3))
-    with pytest.raises(InputError, match="two functions, recognises"):
+    with pytest.raises(InputError, match="read of 'own' must be a function or a class, got None"):
         slam.register_reader("own", recognises, None)  # pyright: ignore
     slam.register_reader("own", recognises, lambda path: 3)  # pyright: ignore
     with pytest.raises(InputError, match=r"the reader 'own' returns must be an Episode .* got 3"):

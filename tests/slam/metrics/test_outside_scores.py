@@ -148,7 +148,7 @@ def test_stamps_that_never_meet_are_refused(episode, done):
         score_outside(episode, other)
     with pytest.raises(InputError, match="frame must be one of anchored, world, aligned"):
         score_outside(episode, Trajectory(episode.times, done.poses), frame="map")
-    with pytest.raises(InputError, match="an episode that holds it"):
+    with pytest.raises(InputError, match="a score needs an episode that holds the truth"):
         score_outside(Episode(episode.scans, episode.odometry), other)
 
 

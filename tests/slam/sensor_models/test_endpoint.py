@@ -9,7 +9,7 @@ from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
-from slam.sensor_models.field import H_LOW
+from slam.sensor_models.field import H_MIN
 from tests.slam import naive
 from tests.slam.sensor_models.rooms import around, mapped
 from tests.slam.worlds import FAN, beam, loop, scan_at
@@ -43,7 +43,7 @@ def test_one_echo_on_one_known_wall_by_hand() -> None:
     found = endpoint.log_likelihood(beam(1.0), np.array([on_it, free, unseen]))
     # the smoothed peak lies a little below log(0.9 x 0.98 + 0.1); the free lane is a cell wide
     assert math.log(0.5) < found[0] < math.log(0.9 * 0.98 + 0.1)
-    lane = 0.75 * math.log(0.9 * H_LOW / 255 + 0.1) + 0.25 * math.log(0.9 * 0.2 + 0.1)
+    lane = 0.75 * math.log(0.9 * H_MIN / 255 + 0.1) + 0.25 * math.log(0.9 * 0.2 + 0.1)
     assert found[1] == pytest.approx(lane, abs=2e-3)
     assert found[2] == pytest.approx(math.log(0.9 * 0.2 + 0.1), abs=1e-5)
 

@@ -11,7 +11,7 @@ from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.tiles import TILE
 from slam.sensor_models.endpoint import Endpoint
-from slam.sensor_models.field import H_HIGH, H_LOW, MOVED, NO_ECHO, TURNED
+from slam.sensor_models.field import H_MAX, H_MIN, MIN_CENTROID_CHANGE, MIN_H_CHANGE, NO_CENTROID
 from tests.slam import naive
 from tests.slam.sensor_models.rooms import dense, mapped, observed
 from tests.slam.worlds import FAN, ROOM, beam, scan_at
@@ -22,9 +22,9 @@ TABLE = 1.5e-3  # half a step of the logarithm's table, log(50) / 4095 / 2, and 
 def rebuilt(grid, endpoint: Endpoint) -> np.ndarray:
     """The field anew, from h (in 1/255) and centroids (in 1/256 of a cell) as noted."""
     tiles, resolution = grid.cells.tiles, grid.cells.tiles.resolution
-    moved = tiles.dense(endpoint._moved)
-    known = np.dstack([tiles.dense(endpoint._level) / 255, moved / 256 * resolution])
-    return naive.field(known, moved[..., 0] != NO_ECHO, resolution, endpoint.sigma,
+    moved = tiles.dense(endpoint._centroid)
+    known = np.dstack([tiles.dense(endpoint._h_level) / 255, moved / 256 * resolution])
+    return naive.field(known, moved[..., 0] != NO_CENTROID, resolution, endpoint.sigma,
                        endpoint.z_hit, endpoint.z_rand)  # fmt: skip
 
 
@@ -43,17 +43,17 @@ def assert_noted(grid, endpoint: Endpoint) -> None:
     """What was noted is the map's, as far as it is followed."""
     tiles, cells = grid.cells.tiles, grid.cells
     echoes = tiles.dense(cells.centroids.count) > 0
-    h = np.clip(tiles.dense(cells.occupied) * 255, H_LOW, H_HIGH)
-    level, moved = tiles.dense(endpoint._level).astype(float), tiles.dense(endpoint._moved)
-    np.testing.assert_array_equal(moved[..., 0] != NO_ECHO, echoes)
+    h = np.clip(tiles.dense(cells.occupied) * 255, H_MIN, H_MAX)
+    level, moved = tiles.dense(endpoint._h_level).astype(float), tiles.dense(endpoint._centroid)
+    np.testing.assert_array_equal(moved[..., 0] != NO_CENTROID, echoes)
     offset = tiles.dense(cells.centroids.offset) / 256
-    assert np.abs(moved - offset)[echoes].max() <= MOVED + 1
-    assert np.abs(level - h)[echoes].max() <= TURNED
+    assert np.abs(moved - offset)[echoes].max() <= MIN_CENTROID_CHANGE + 1
+    assert np.abs(level - h)[echoes].max() <= MIN_H_CHANGE
     bare = tiles.dense(cells.observed) & ~echoes
     prior = round(255 * cells.prior)
     free = tiles.dense(cells.occupied) < cells.prior - 0.01
-    assert (level[bare & free] == H_LOW).all()
-    assert set(np.unique(level[bare & ~free])) <= {float(prior), float(H_LOW)}
+    assert (level[bare & free] == H_MIN).all()
+    assert set(np.unique(level[bare & ~free])) <= {float(prior), float(H_MIN)}
 
 
 @pytest.mark.parametrize("model", [Static, Histogram])
@@ -71,7 +71,9 @@ def test_after_many_scans_the_field_is_that_of_the_final_map() -> None:
     assert_up_to_date(grid, fresh)
     tiles = grid.cells.tiles
     apart = np.abs(tiles.dense(endpoint.field(0)) - tiles.dense(fresh.field(0)))
-    assert apart.max() < 0.15  # MOVED / 256 of a cell, at the steepest, and TURNED of h
+    assert (
+        apart.max() < 0.15
+    )  # MIN_CENTROID_CHANGE / 256 of a cell, at the steepest, and MIN_H_CHANGE of h
     assert apart.mean() < 0.005
     poses = np.array([[0.1, 0.2, 0.3], [0.4, -0.1, 2.0]])
     scan = scan_at(Pose2(0.1, 0.2, 0.3))
@@ -125,7 +127,7 @@ def test_unknown_space_counts_as_the_prior_and_seen_space_as_free() -> None:
     assert field[~seen].min() >= endpoint.unknown - TABLE
     assert field[0, 0] == np.float32(endpoint.unknown)
     row, col = tiles.spec.cells(np.array([[0.0, 0.0]]))[0]
-    assert field[row, col] == pytest.approx(math.log(0.9 * H_LOW / 255 + 0.1), abs=TABLE)
+    assert field[row, col] == pytest.approx(math.log(0.9 * H_MIN / 255 + 0.1), abs=TABLE)
 
 
 @pytest.mark.parametrize(("sigma", "resolution"), [(0.101, 0.05), (1.0, 0.05), (0.2, 0.09)])

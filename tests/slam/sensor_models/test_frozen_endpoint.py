@@ -21,7 +21,7 @@ def test_what_is_settled_is_read_as_the_map_was(parameters) -> None:
     settled = FrozenEndpoint(reading)
     mapped(grid, reading, walls=np.array([(0.0, -1.0, 0.0, 1.0)]))
     assert not np.array_equal(reading.log_likelihood(scan, poses), values)
-    found = settled.reading()
+    found = settled.unpacked()
     np.testing.assert_array_equal(found.log_likelihood(scan, poses), values)
     np.testing.assert_array_equal(found.bound(scan, poses, 0.03), bounds)
     assert found.shares(scan, HERE) == shares

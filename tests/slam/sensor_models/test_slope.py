@@ -7,7 +7,7 @@ from slam.geometry import Pose2, transform_points
 from slam.maps.static import Static
 from slam.maps.tiles import TILE
 from slam.sensor_models.beam import Beam
-from slam.sensor_models.differences import STEPS, slope
+from slam.sensor_models.differences import STENCIL_STEPS, slope
 from slam.sensor_models.endpoint import Endpoint
 from slam.sensor_models.literal import Literal
 from tests.slam import naive
@@ -99,4 +99,4 @@ def test_what_bends_up_is_left_out() -> None:
     found = slope(saddle, Pose2())
     np.testing.assert_allclose(found.curvature, np.diag([0.0, -4.0, 0.0]), atol=1e-9)
     assert slope(lambda p: np.zeros(len(p)), Pose2()).curvature.any() == False  # noqa: E712
-    assert STEPS[0] == STEPS[1] == 0.02
+    assert STENCIL_STEPS[0] == STENCIL_STEPS[1] == 0.02

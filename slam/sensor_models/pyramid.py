@@ -1,4 +1,4 @@
-"""What is made of a likelihood field when it is asked for: bounds from above, coarser fields."""
+"""Layers computed from a likelihood field on demand: upper bounds and coarser fields."""
 
 from __future__ import annotations
 
@@ -11,61 +11,63 @@ from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
 from slam.sensor_models.blocks import BLOCK, BLOCKS, DirtyBlocks, all_blocks, cell_at
 
-REACH = 2  # cells to either side of a sample's cell that a peak looks over
-U_1, U_MASK, U_SHIFT = np.uint64(1), np.uint64(MASK), np.uint64(SHIFT)  # no sign is checked
+PEAK_RADIUS = 2  # cells around a square whose samples its peak is the maximum of
+U_1, U_MASK, U_SHIFT = np.uint64(1), np.uint64(MASK), np.uint64(SHIFT)  # no index is sign-checked
 LEVELS = 3  # fields of cells 1, 2 and 4 times as wide as the map's
 
 
 class Peaks:
-    """The largest sample within REACH of each square of 2 x 2 cells, rounded up to 1/255 of a span.
+    """Upper bounds: the maximum of the field within PEAK_RADIUS of each square of 2 x 2 cells.
 
-    unknown, low, high  of the field: where nothing is known, its least and its largest value
+    As uint8, rounded up to 1/255 of the field's span.
+
+    unknown, low, high  the field's value at unknown cells, its minimum and its maximum
     """
 
     def __init__(self, tiles: Tiles, field: Layer, unknown: float, low: float, high: float):
-        self.due = DirtyBlocks(tiles)
-        self.due.add(all_blocks(tiles))
+        self.dirty = DirtyBlocks(tiles)
+        self.dirty.add(all_blocks(tiles))
         self._tiles, self._field, self._unknown = tiles, field, unknown
         self._low, self._step = low, (high - low) / 255
         height = math.ceil((unknown - low) / self._step)
         self._peaks = tiles.layer(np.uint8, height, (AREA // 4,))
 
     def bounds(self, points: Array, poses: Array, reach: float) -> Array:
-        """(n,) no less than the sum of the field at the points as seen from any pose within `reach`
-        m, in x and in y, of each of the poses, with the same heading."""
+        """(n,) upper bound of the sum of the field at the points (in the robot's frame), over all
+        poses within `reach` m, in x and in y, of each of the poses, with the same heading."""
         tiles = self._tiles
-        if self.due:
+        if self.dirty:
             rows, cols = tiles.index.shape
-            around = np.zeros((rows + 2, cols + 2), np.int32)  # blocks at the border are looked at
-            around[1:-1, 1:-1] = tiles.index  # from beyond
-            _lift(self.due.take() + BLOCKS, around, self._field.flat, self._peaks.values,
-                  self._low, 1 / self._step)  # fmt: skip
+            padded = np.zeros((rows + 2, cols + 2), np.int32)  # peaks beyond the border change too
+            padded[1:-1, 1:-1] = tiles.index
+            _update_peaks(self.dirty.pop() + BLOCKS, padded, self._field.flat, self._peaks.values,
+                          self._low, 1 / self._step)  # fmt: skip
         return _bounds(poses, points, tiles.index, self._peaks.values, tiles.origin,
                        tiles.resolution, self._unknown, self._low, self._step, reach)  # fmt: skip
 
 
 class Means:
-    """Fields of cells 2 and 4 times as wide: the means of a field over squares of its cells."""
+    """Coarser fields, of cells 2 and 4 times as wide: means over squares of the field's cells."""
 
     def __init__(self, tiles: Tiles, field: Layer, unknown: float):
-        self.due = DirtyBlocks(tiles)
-        self.due.add(all_blocks(tiles))
+        self.dirty = DirtyBlocks(tiles)
+        self.dirty.add(all_blocks(tiles))
         self._tiles, self._field = tiles, field
         self._levels = [
             tiles.layer(np.float32, unknown, (AREA >> 2 * n,)) for n in range(1, LEVELS)
         ]
 
     def level(self, level: int) -> Layer:
-        """Of cells 1 << level times as wide."""
-        if self.due:
+        """The field of cells 1 << level times as wide."""
+        if self.dirty:
             half, quarter = (layer.values for layer in self._levels)
-            _pool(self.due.take(), self._tiles.index, self._field.flat, half, quarter)
+            _pool(self.dirty.pop(), self._tiles.index, self._field.flat, half, quarter)
         return self._levels[level - 1]
 
 
 @kernel
 def _pool(blocks, index, field, half, quarter):
-    """Means over squares of 2 and of 4 cells of the blocks."""
+    """Update the means over 2 x 2 and 4 x 4 cells in the blocks."""
     for b in range(len(blocks)):
         first = cell_at(index, blocks[b, 0] * BLOCK, blocks[b, 1] * BLOCK)
         _pool_block(first, field, half, quarter)
@@ -87,27 +89,27 @@ def _pool_block(first, field, half, quarter):
 
 
 @kernel
-def _lift(blocks, index, field, peaks, low, scale):
-    """Peaks in the blocks, whose field has changed, and as far around as they are looked at."""
-    side = BLOCK + 4 * REACH
+def _update_peaks(blocks, index, field, peaks, low, scale):
+    """Update the peaks that depend on the field in the blocks."""
+    side = BLOCK + 4 * PEAK_RADIUS
     rows = np.empty((side, side - 4), np.float32)
     for b in range(len(blocks)):
-        row, col = blocks[b, 0] * BLOCK - 2 * REACH, blocks[b, 1] * BLOCK - 2 * REACH
+        row, col = blocks[b, 0] * BLOCK - 2 * PEAK_RADIUS, blocks[b, 1] * BLOCK - 2 * PEAK_RADIUS
         for r in range(side):
             window = np.empty(side, np.float32)
             for c in range(side):
                 window[c] = field[cell_at(index, row + r, col + c)]
             for c in range(0, side - 4, 2):
                 top = window[c]
-                for k in range(c + 1, min(c + 2 + 2 * REACH, side)):
+                for k in range(c + 1, min(c + 2 + 2 * PEAK_RADIUS, side)):
                     top = max(top, window[k])
                 rows[r, c] = top
         for r in range(0, side - 4, 2):
             for c in range(0, side - 4, 2):
                 top = rows[r, c]
-                for k in range(r + 1, min(r + 2 + 2 * REACH, side)):
+                for k in range(r + 1, min(r + 2 + 2 * PEAK_RADIUS, side)):
                     top = max(top, rows[k, c])
-                i, j = row + r + REACH, col + c + REACH
+                i, j = row + r + PEAK_RADIUS, col + c + PEAK_RADIUS
                 slot = index[i >> SHIFT, j >> SHIFT]
                 if slot:
                     place = ((i & MASK) >> 1) * (TILE // 2) + ((j & MASK) >> 1)
@@ -139,7 +141,7 @@ def _bounds(poses, points, index, peaks, origin, resolution, unknown, low, step,
 
 @kernel
 def _highest(x, y, extra, index, peaks, rows, cols, unknown, low, step):
-    """The largest of the squares up to `extra` squares away."""
+    """The largest bound of the squares up to `extra` squares away."""
     top = -np.inf
     for dr in range(-extra, extra + 1):
         for dc in range(-extra, extra + 1):
