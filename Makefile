@@ -15,7 +15,7 @@ test: $(VENV)/all.stamp
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
 	$(BIN)/pyright --pythonpath $(BIN)/python
-	$(BIN)/pytest --numprocesses logical
+	$(BIN)/pytest --numprocesses logical --dist worksteal
 
 docs: $(VENV)/all.stamp
 	$(BIN)/python -m docs.making.cards

@@ -1,4 +1,4 @@
-"""Trained: a policy that `dynslam train` learned. Needs `dynslam[train]`."""
+"""Trained: a policy of `dynslam train` as an agent. Needs `dynslam[train]`."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 
 from agents.training.policy_file import read_policy
 from agents.training.settings import arguments
-from agents.training.train import KINDS
+from agents.training.train import ALGORITHMS
 from slam.errors import InputError
 
 
 class Trained:
-    """Acts as the policy in a file says. Weights are read, and nothing in the file is run.
+    """Acts by the policy in a file, of which it reads the weights and runs no code.
 
-    path  of best.zip, checkpoint.zip, or of what `policy_file.slim` made of one
-    env   whose observations and actions are to be those that it was trained with
+    path  of best.zip, checkpoint.zip, or a copy by `policy_file.write_slim`
+    env   with the observations and actions of the training
     """
 
     def __init__(self, path: Path, env: gym.Env[Any, Any]):
-        told, weights = read_policy(path)
+        training, weights = read_policy(path)
         try:
-            kind, given = KINDS[told["algorithm"]], arguments(told["settings"])
-            policy = kind.policy_aliases[told["settings"]["policy"]]
+            kind, given = ALGORITHMS[training["algorithm"]], arguments(training["settings"])
+            policy = kind.policy_aliases[training["settings"]["policy"]]
         except (KeyError, TypeError) as error:
-            raise InputError(f"{path}: not a policy that dynslam train wrote ({error!r})") from None
+            raise InputError(f"{path}: not a policy of dynslam train ({error!r})") from None
         self._policy = policy(
             env.observation_space, env.action_space, lambda _: 0.0, **given.get("policy_kwargs", {})
         )  # fmt: skip
@@ -37,7 +37,7 @@ class Trained:
             self._policy.load_state_dict(weights)
         except (RuntimeError, TypeError):
             raise InputError(
-                f"{path}: learned in {told['env']}, whose observations or actions are others"
+                f"{path}: trained in {training['env']}, which has other observations or actions"
             ) from None
         self._policy.set_training_mode(False)
         torch.set_num_threads(1)
@@ -49,5 +49,5 @@ class Trained:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[np.float32], Any]:
-        """The action (2,), in -1 .. 1, and the policy's own state, if it has one."""
+        """The action (2,), in -1 .. 1, and the policy's recurrent state, if any."""
         return self._policy.predict(observation, state, episode_start, deterministic)

@@ -1,4 +1,4 @@
-"""Gymnasium environments of places that change."""
+"""Gymnasium environments of worlds that change, for SLAM and navigation."""
 
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.record import Driver, Recorder, record

@@ -1,4 +1,4 @@
-"""DoorCorridor-v0 and the other worlds: a batch of one as a Gymnasium environment."""
+"""DoorCorridor-v0 and the other worlds: one simulated world as a Gymnasium environment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
 from dynslam_env.reset_options import start_of
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
-from dynslam_env.simulation.occupancy_history import CELL, OccupancyHistory
+from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
 from dynslam_env.simulation.pose_bounds import pose_bound
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.world import CONTROL_DT, World
@@ -28,99 +28,102 @@ from slam.scan import Scan
 from slam.validation import one_of
 
 Observation = dict[str, Any]
-ALONE = np.zeros(1, dtype=np.int64)  # the rows of a batch of one
-TRAIL = 6000  # poses that are kept to be drawn
+ONLY_ROW = np.zeros(1, dtype=np.int64)  # the rows to step in a batch of one world
+MAX_TRAIL = 6000  # poses kept for drawing
 
 
 class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
-    """A mobile robot with a laser in a place whose doors open and close.
+    """A mobile robot with a laser scanner in a world whose doors open and close.
 
     ## Description
     A Pioneer 3-DX drives along a passage of 12 x 2 m with four hinged doors on each side, and back.
-    Each door flips after a time drawn from U(5, 20) s: it swings, it can be pushed, and it waits
-    when the robot is in the way. The laser sees the world as it is now; the odometry is badly
-    wrong. This is the experiment for which Dynamic Maximum Likelihood SLAM was proposed (Mitsou
-    and Tzafestas): where am I, and what does the place look like, while it changes? Defaults are
-    that experiment's. Physics runs at 100 Hz, control at 10 Hz. All worlds are one environment:
+    Each door flips (opens or closes) after a time drawn from U(5, 20) s. A leaf swings, gives way
+    when it is pushed, and is held up when the robot is in its way. The laser measures the world as
+    it is now; the odometry has a large systematic error. This is the experiment for which Dynamic
+    Maximum Likelihood SLAM was proposed (Mitsou and Tzafestas): estimate the robot's pose and a map
+    of the place while it changes. The defaults are those of that experiment. The physics runs at
+    100 Hz, control at 10 Hz. All worlds are configurations of this one class:
 
-    | id                        | place                                                    | steps |
+    | id                        | world                                                    | steps |
     |---------------------------|----------------------------------------------------------|-------|
     | `DoorCorridor-v0`         | the passage                                              | 1000  |
-    | `DoorCorridorStatic-v0`   | the same, its doors fixed as they were drawn             | 1000  |
-    | `DoorLoop-v0`             | corridors around a block of rooms: the path closes on itself | 2000 |
-    | `DoorOffice-v0`           | a floor of rooms, another at each reset; doors are short cuts | 5000 |
-    | `DoorCrowd-v0`            | the passage, and six people who walk from room to room   | 1500  |
+    | `DoorCorridorStatic-v0`   | the passage; its doors never move after the reset        | 1000  |
+    | `DoorLoop-v0`             | corridors around a block of rooms: the path closes a loop | 2000 |
+    | `DoorOffice-v0`           | a floor of rooms, drawn anew at each reset; doors are short cuts | 5000 |
+    | `DoorCrowd-v0`            | the passage with six people who walk from room to room   | 1500  |
 
     ## Action Space
-    `Box(-1, 1, (2,), float32)`, clipped to that range:
+    `Box(-1, 1, (2,), float32)`; values outside are clipped:
 
-    | index | action                       | -1 and 1 stand for | unit  |
-    |-------|------------------------------|--------------------|-------|
-    | 0     | forward velocity wanted      | -/+ 1.2            | m/s   |
-    | 1     | turning velocity wanted      | -/+ 5.2            | rad/s |
+    | index | action                      | -1 and 1 stand for | unit  |
+    |-------|-----------------------------|--------------------|-------|
+    | 0     | desired forward velocity    | -/+ 1.2            | m/s   |
+    | 1     | desired turning velocity    | -/+ 5.2            | rad/s |
 
-    The wheels follow within their acceleration; a pair that no wheel can do is slowed on the same
-    arc.
+    The velocities approach the desired ones within the limits of acceleration. Where a pair of
+    velocities exceeds what a wheel can do, both are reduced by the same factor, so that the robot
+    stays on the same arc.
 
     ## Observation Space
     `Dict`, all float32:
 
-    | key        | shape    | what                                                 | range        | unit       |
+    | key        | shape    | content                                              | range        | unit       |
     |------------|----------|------------------------------------------------------|--------------|------------|
-    | `scan`     | (beams,) | ranges, right to left; no echo = max_range, no reading = 0 | 0 .. 8 | m          |
-    | `odometry` | (3,)     | displacement dx, dy, dtheta in the last step, as the wheels report it, in the robot's frame at its beginning | -1 .. 1, -pi .. pi | m, m, rad |
-    | `velocity` | (2,)     | forward, turning                                     | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
+    | `scan`     | (beams,) | ranges from right to left; no echo is max_range, no reading is 0 | 0 .. 8 | m     |
+    | `odometry` | (3,)     | displacement dx, dy, dtheta in the last step as the wheels report it, in the robot's frame at the beginning of the step | -1 .. 1, -pi .. pi | m, m, rad |
+    | `velocity` | (2,)     | forward and turning velocity                         | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
 
-    Where the path leads is not observed: it is the layout's (`env.unwrapped.layout.path`), in the
-    passage to its other end and back. `env.unwrapped.scan` and `env.unwrapped.displacement` are the same as a SLAM takes them, in double
-    precision (there, no echo is inf and no reading NaN).
+    The path is not part of the observation; it is `env.unwrapped.layout.path` (in the passage: to
+    the other end and back). `env.unwrapped.scan` and `env.unwrapped.displacement` are the scan and
+    the odometry in double precision, as a SLAM takes them (no echo is inf, no reading is NaN).
 
     ## Rewards
-    A weighted sum of named terms (`Task.reward`), each in `info["reward_terms"]`, already weighted:
+    A weighted sum of named terms (`Task.reward`); `info["reward_terms"]` holds each weighted term:
 
-    | term        | weight | what                                         | unit |
+    | term        | weight | value                                        | unit |
     |-------------|--------|----------------------------------------------|------|
-    | `progress`  | 1.0    | way made along the present leg of the path   | m    |
-    | `collision` | -0.1   | 1 in a step in which anything was touched     |      |
+    | `progress`  | 1.0    | distance gained along the current leg of the path | m |
+    | `collision` | -0.1   | 1 in a step with contact                     |      |
     | `time`      | -0.05  | duration of the step                         | s    |
-    | `arrived`   | 5.0    | 1 in the step in which the path was completed |      |
+    | `arrived`   | 5.0    | 1 in the step that completes the path        |      |
 
-    The path is the layout's, in the passage there and back; a leg ends within 0.3 m of its waypoint
-    (`Task.reach`). No step makes more way than was driven.
+    A leg of the path ends when the robot is within 0.3 m of its waypoint (`Task.reach`). The
+    progress of a step never exceeds the distance that was driven.
 
     ## Starting State
-    The robot stands 0.8 m from the western end, looking along the passage. Where the doors are,
-    their hinges, and which of them are open (each with probability 0.5) is drawn. Layout, doors,
-    laser noise, odometry noise and people come from streams of their own: environments of the same
-    seed that differ in `doors` alone share all else. `reset(options={"start": (x, y, theta)})` puts
-    the robot elsewhere (m, m, rad); where it cannot stand is refused.
+    The robot stands 0.8 m from the western end and faces along the passage. The positions of the
+    doors, the sides of their hinges, and which of them are open (each with probability 0.5) are
+    random. Layout, doors, laser noise, odometry noise and people have separate random streams:
+    environments with the same seed that differ only in `doors` share everything else.
+    `reset(options={"start": (x, y, theta)})` starts the robot at another pose (m, m, rad); a pose
+    at which it would overlap a wall, a leaf or a person is rejected.
 
     ## Episode End
-    Terminated when any of the named ends is true (`Task.ends`; `info["ends"]`): `arrived` by
-    default, `crashed` on request. Truncated after the steps above, 10 of them a second.
+    Termination: any of the ends named in `Task.ends` is true (`info["ends"]`). By default this is
+    `arrived`; `crashed` is available. Truncation: after the number of steps above.
 
     ## Information
-    | key            | shape | what                                               | unit      |
+    | key            | shape | content                                            | unit      |
     |----------------|-------|----------------------------------------------------|-----------|
     | `pose`         | (3,)  | true pose x, y, theta                              | m, m, rad |
-    | `door_angles`  | (d,)  | 0 closed, positive open                            | rad       |
-    | `people`       | (p, 2) | where people are                                  | m         |
-    | `collision`    | bool  | a wall, a door or a person was touched in the step |           |
-    | `time`         | float | since the beginning                                | s         |
-    | `reward_terms` | dict  | after a step only                                  |           |
-    | `ends`         | dict  | after a step only                                  |           |
+    | `door_angles`  | (d,)  | opening angles; 0 is closed                        | rad       |
+    | `people`       | (p, 2) | positions of the people                           | m         |
+    | `collision`    | bool  | contact with a wall, a door or a person in the step |          |
+    | `time`         | float | time since the reset                               | s         |
+    | `reward_terms` | dict  | weighted reward terms; after a step only           |           |
+    | `ends`         | dict  | which ends are true; after a step only             |           |
 
     ## Arguments
-    All by keyword; wrong values raise `slam.InputError` (a ValueError).
+    All are keywords; invalid values raise `slam.InputError` (a ValueError).
 
-    | argument      | type, default              | what                                          |
+    | argument      | type, default              | content                                       |
     |---------------|----------------------------|-----------------------------------------------|
-    | `world`       | "corridor", "loop", "office", "crowd", `Corridor()` | the place: `Corridor`, `Loop`, `Office`, a `Layout` drawn by hand or from a file (`Layout.load`), anything with `layout(rng)` |
-    | `doors`       | "moving", "static", a law, `Doors` | law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Static`), force |
+    | `world`       | "corridor", "loop", "office", "crowd", a `Generator`; `Corridor()` | the place: a registered name, a `Corridor`, `Loop` or `Office`, a `Layout` built by hand or loaded from a file (`Layout.load`), or any object with `layout(rng)` |
+    | `doors`       | "moving", "static", a `Law`, `Doors`; "moving" | a registered name, a law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Fixed`), or law and mechanics of the doors |
     | `robot`       | `Robot()`                  | body, speeds, accelerations                   |
     | `laser`       | `Laser()`                  | beams, field of view, range, noise, mount     |
     | `odometry`    | `Odometry()`               | systematic and random error                   |
-    | `people`      | `People()`                 | how people walk; where, and how many, is the `world`'s |
+    | `people`      | `People()`                 | how people walk; their number and routes belong to the `world` |
     | `task`        | `Task()`                   | reward terms and ends                         |
     | `render_mode` | None                       | "rgb_array" or "human"                        |
 
@@ -132,9 +135,13 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     envs = gym.make_vec("DoorOffice-v0", 64, world=dynslam_env.Office(furniture=2))
     ```
 
-    ## Truth
-    `env.unwrapped` has `pose`, `layout`, `outline()` of all that moves, `occupancy()` (the raster now,
-    and the share of time that each cell was occupied), and `bound()`, the Cramer-Rao bound of the pose:
+    A generator or a law of one's own gets a name by `dynslam_env.register_world(name, generator)`
+    or `dynslam_env.register_law(name, law)`.
+
+    ## Ground Truth
+    `env.unwrapped` has `pose`, `layout`, `outline()` (the edges of everything that moves),
+    `occupancy()` (the current grid, and the share of time for which each cell was occupied), and
+    `bound()` (the Cramer-Rao bound of the pose):
 
     ```python
     import matplotlib.pyplot as plt
@@ -145,7 +152,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     ```
 
     ## Version History
-    v0: first.
+    v0: first release.
     """  # noqa: E501
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": round(1 / CONTROL_DT)}  # noqa: RUF012
@@ -161,16 +168,16 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
         self.view = View()
-        """What `render` shows of the world, and how large."""
+        """Which part of the world `render` shows, and its size."""
         self.belief: Callable[[], Belief | None] | None = None
-        """What a SLAM believes, to be drawn beside the truth. Who sets it draws a "human"
-        window itself, when the SLAM has taken in the step."""
+        """Returns a SLAM's map and poses to be drawn beside the truth. Where it is set, its owner
+        calls `render` for the "human" mode, after the update of the SLAM."""
 
-    # -- the truth, and what a SLAM takes ------------------------------------------------------
+    # -- ground truth, and the inputs of a SLAM -----------------------------------------------
 
     @property
     def layout(self) -> Layout:
-        """The place of this episode."""
+        """The layout of this episode: walls, doors, start, path, routes."""
         return self._begun.layouts[0]
 
     @property
@@ -190,7 +197,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     @property
     def displacement(self) -> Pose2:
-        """The odometry's displacement in the last step, in the robot's frame at its beginning."""
+        """Displacement in the last step by odometry, in the robot's frame at its beginning."""
         return Pose2.of(self._begun.displacements[0])
 
     @property
@@ -200,24 +207,25 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         return batch.scanners[0].scan(batch.ranges[0].copy(), batch.worlds[0].time)
 
     def outline(self) -> Array:
-        """(e, 4) edges of all that can move, as it stands now: x1, y1, x2, y2 in m.
+        """(e, 4) current edges of all movable solids: x1, y1, x2, y2 in m.
 
-        Four a door leaf, then eight a person.
+        Four edges of each door leaf, then eight of each person.
         """
         return self.physics.outline()
 
-    def occupancy(self, cell: float = CELL) -> TrueOccupancy:
-        """The true map so far in cells of `cell` m: `now`, and `share`, of the time since reset."""
-        _ = self._begun  # before a reset there is no past
+    def occupancy(self, cell: float = DEFAULT_CELL) -> TrueOccupancy:
+        """The true map in cells of `cell` m: `now`, and `share`, the share of time since the reset
+        for which each cell was occupied."""
+        _ = self._begun  # raises before the first reset
         return self._history.occupancy(cell)
 
     def bound(self) -> Bound:
-        """The Cramer-Rao bound of the pose from the last scan alone, the place being known."""
+        """The Cramer-Rao bound of the pose given the last scan only and the true map."""
         return pose_bound(self._begun, 0)
 
     @property
     def config(self) -> dict[str, Any]:
-        """All parameters, as plain data."""
+        """All parameters, as plain data for JSON."""
         return self.world_config.plain()
 
     # -- gymnasium -----------------------------------------------------------------------------
@@ -225,26 +233,25 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a new episode; the same seed, the same episode.
+        """Start a new episode; the same seed gives the same episode.
 
-        options  {"start": (x, y, theta)}: where the robot begins, in m and rad, instead of at the
-                 layout's own start
+        options  {"start": (x, y, theta)}: start pose in m, m, rad, instead of the layout's
         """
         super().reset(seed=seed)
         self._batch.reset(0, self.np_random, start_of(options))
         self._history = OccupancyHistory(self.layout.walls, self.physics.outlines)
-        self._trail: deque[Pose2] = deque(maxlen=TRAIL)
-        self._take_down()
+        self._trail: deque[Pose2] = deque(maxlen=MAX_TRAIL)
+        self._record_step()
         return self._observation(), self._info()
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for a tenth of a second."""
+        """Drive for one control step of 0.1 s."""
         batch = self._begun
         judge = batch.progress
-        batch.step(ALONE, actions_of(action, (2,))[None])
-        self._take_down()
+        batch.step(ONLY_ROW, actions_of(action, (2,))[None])
+        self._record_step()
         info = self._info()
         info["reward_terms"] = dict(zip(self._terms, judge.terms[0].tolist(), strict=True))
         info["ends"] = ends = dict(zip(self._ends, judge.ends[0].tolist(), strict=True))
@@ -278,8 +285,8 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     # -- parts of a step -----------------------------------------------------------------------
 
-    def _take_down(self) -> None:
-        self._history.see(self._batch.worlds[0].poses())
+    def _record_step(self) -> None:
+        self._history.add(self._batch.worlds[0].poses())
         if self.render_mode is not None:
             self._trail.append(self.pose)
         if self.render_mode == "human" and self.belief is None:

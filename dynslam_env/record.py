@@ -1,4 +1,4 @@
-"""record: an environment and a driver make an Episode, with the truth in it."""
+"""record: drive an episode of an environment and store it, with the ground truth, as an Episode."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slam.validation import instance
 
 
 class Driver(Protocol):
-    """What drives: stable-baselines3's `predict`, so a trained model is one."""
+    """An agent with the `predict` of stable-baselines3; a trained model is one."""
 
     def predict(
         self,
@@ -25,12 +25,12 @@ class Driver(Protocol):
         episode_start: Any = None,
         deterministic: bool = False,
     ) -> tuple[Any, Any]:
-        """The action for an observation, and the driver's own state."""
+        """The action for an observation, and the next state of the driver."""
         ...
 
 
 class Recorder:
-    """Takes down one episode of `env`, from its reset on."""
+    """Records an episode of `env`, from its current state on."""
 
     def __init__(self, env: DoorWorldEnv):
         self._env = env
@@ -38,20 +38,20 @@ class Recorder:
         self._odometry: list[Pose2] = [Pose2()]
         self._poses: list[Pose2] = []
         self._doors: list[Array] = []
-        self._take()
+        self._append()
 
     def step(self) -> None:
-        """Take down what the last step of the environment brought."""
+        """Record the last step of the environment."""
         self._odometry.append(self._odometry[-1] @ self._env.displacement)
-        self._take()
+        self._append()
 
-    def _take(self) -> None:
+    def _append(self) -> None:
         self._scans.append(self._env.scan)
         self._poses.append(self._env.pose)
         self._doors.append(self._env.outline())
 
     def episode(self, meta: dict[str, Any]) -> Episode:
-        """The recording so far. The odometry begins at the origin of a frame of its own."""
+        """The recording so far. Its odometry starts at the origin of the odometry frame."""
         truth = Truth(np.array(self._poses), self._env.layout.walls, np.array(self._doors))
         times = np.array([scan.time for scan in self._scans])
         odometry = Trajectory(times, np.array(self._odometry))
@@ -59,25 +59,25 @@ class Recorder:
 
 
 class RecordingWrapper(gym.Wrapper[Any, Any, Any, Any]):
-    """A world each of whose steps is taken down, for whoever drives it by several at a time."""
+    """Records each step of a world, where an outer environment repeats actions."""
 
     def __init__(self, env: DoorWorldEnv):
-        """From where `env` is now on."""
+        """Record from the current state of `env` on."""
         super().__init__(env)
         self.recorder = Recorder(env)
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Step, and take it down."""
+        """Step, and record the step."""
         stepped = self.env.step(action)
         self.recorder.step()
         return stepped
 
 
 def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> Episode:
-    """Let `driver` drive one episode of `env`, to its end.
+    """Drive one episode of `env` to its end, and record it.
 
-    `env` may be wrapped; a time limit in it (as `gym.make` puts there) bounds the recording.
-    The same seed and driver, the same episode.
+    `env` may be wrapped; a time limit (as `gym.make` adds it) ends the recording. The same seed and
+    driver give the same episode.
     """
     world = env.unwrapped
     instance("env.unwrapped", world, DoorWorldEnv)

@@ -1,4 +1,4 @@
-"""The environments' names: importing this module registers them with Gymnasium."""
+"""Environment ids: importing this module registers them with Gymnasium."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ WORLDS: dict[str, tuple[int, dict[str, Any]]] = {
     "DoorOffice-v0": (5000, {"world": "office"}),
     "DoorCrowd-v0": (1500, {"world": "crowd"}),
 }
-"""Environments of one robot: name -> (time limit in steps, keywords)."""
+"""Ids of the environments of one robot without a SLAM: id -> (time limit in steps, keywords)."""
 
 PATROLS = ("DoorPatrol-v0", "DoorPatrolGoals-v0")
-"""Environments that are tasks for agents."""
+"""Ids of the environments that are tasks for agents."""
 
 for _name, (_limit, _keywords) in WORLDS.items():
     gymnasium.register(

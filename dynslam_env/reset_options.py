@@ -1,4 +1,4 @@
-"""The `options` of a reset."""
+"""Checks of the `options` of a reset."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ Bools = NDArray[np.bool_]
 
 
 def start_of(options: Mapping[str, Any] | None) -> Pose2 | None:
-    """Where the robot is to begin, if that was said; raises InputError for anything else."""
-    given = _given(options)
+    """The start pose of the options, if given; raises InputError for invalid options."""
+    given = _copied(options)
     for name in given:
         one_of("an option of reset", name, ("start",))
     start = given.get("start")
@@ -32,8 +32,8 @@ def start_of(options: Mapping[str, Any] | None) -> Pose2 | None:
 
 
 def reset_mask(options: Mapping[str, Any] | None, n: int) -> tuple[Bools, dict[str, Any]]:
-    """Which of n worlds are to be reset (all, unless a mask says otherwise), and other options."""
-    others = _given(options)
+    """The mask (n,) of the worlds to reset (default: all), and the other options."""
+    others = _copied(options)
     mask = others.pop("reset_mask", np.ones(n, dtype=np.bool_))
     if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (n,)):
         raise InputError(f"options['reset_mask'] must be a bool array of shape ({n},), got {mask}")
@@ -42,7 +42,7 @@ def reset_mask(options: Mapping[str, Any] | None, n: int) -> tuple[Bools, dict[s
     return mask, others
 
 
-def _given(options: Mapping[str, Any] | None) -> dict[str, Any]:
+def _copied(options: Mapping[str, Any] | None) -> dict[str, Any]:
     """A copy of the options, empty for None."""
     given = {} if options is None else options
     instance("the options of reset", given, Mapping)

@@ -1,4 +1,4 @@
-"""SlamWrapper: runs any SLAM inside the environment, and scores it against the truth."""
+"""SlamWrapper: runs a SLAM in an environment, and scores it against the ground truth."""
 
 from __future__ import annotations
 
@@ -21,42 +21,54 @@ from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
 from slam.validation import positive_number, whole_number
 
-FAR = 1000.0  # m, bound of the pose estimate in the observation
-SMALLEST_CROP = 36  # cells: what stable-baselines3's image network needs at least
+MAX_POSITION = 1000.0  # m, bound of the pose estimate in the observation
+MIN_CROP = 36  # cells, the smallest image of stable-baselines3's CNN
 
 
 class SlamWrapper(
     gym.Wrapper[Observation, NDArray[np.float32], Observation, NDArray[np.float32]],
     gym.utils.RecordConstructorArgs,
 ):
-    """Runs a SLAM on what the environment's robot perceives.
+    """Runs a SLAM on the scans and odometry of an environment, and scores it.
 
+    The wrapper adds the estimate and its scores to `info`, and on request a local map and the
+    estimated pose to the observation. With a `render_mode`, the map is drawn beside the world.
+
+    ```python
+    env = SlamWrapper(gym.make("DoorCorridor-v0"), slam="dynamic-ml", map_crop=4.0)
+    ```
+
+    ## Arguments
+    | argument        | type, default | content                                                     |
+    |-----------------|---------------|-------------------------------------------------------------|
+    | `env`           | environment   | one of `DoorWorldEnv`, wrapped or not                       |
+    | `slam`          | "dynamic-ml"  | name of a registered variant, or a builder (start, rng) -> Slam |
+    | `score_every`   | 10            | steps between two scorings of the map; 0: never             |
+    | `scan_every`    | 1             | the SLAM processes every so many-th scan and the last one of an episode; in between, `info["slam"]` repeats its last values |
+    | `map_crop`      | None          | side in m of a square of the map around the robot, added to the observation as `map` |
+    | `map_cell`      | 0.05          | side in m of a cell of `map`                                |
+    | `pose_estimate` | False         | whether to add the estimated pose to the observation as `pose_estimate` |
+    | `seed`          | 0             | seed of the SLAM in every episode                           |
+
+    ## Observation Space
+    That of the environment, and on request:
+
+    | key             | shape, dtype       | content                                                |
+    |-----------------|--------------------|--------------------------------------------------------|
+    | `map`           | (1, n, n), uint8   | 0 free, 255 occupied, 128 unknown; the robot is at the centre and faces up |
+    | `pose_estimate` | (3,), float32      | estimated x, y, theta in m, m, rad                     |
+
+    ## Information
     `info["slam"]` after every reset and step:
 
-    | key              | what                                                        | unit      |
+    | key              | content                                                     | unit      |
     |------------------|-------------------------------------------------------------|-----------|
-    | `pose`           | (3,) estimated x, y, theta; it begins at the true start     | m, m, rad |
+    | `pose`           | (3,) estimated x, y, theta; starts at the true pose         | m, m, rad |
     | `position_error` | distance to the true position                               | m         |
-    | `heading_error`  | estimate minus truth, wrapped                               | rad       |
+    | `heading_error`  | estimate minus truth, wrapped to -pi .. pi                  | rad       |
     | `matched`        | whether the SLAM matched this scan                          |           |
-    | `revised`        | whether it now believes earlier poses to have been others   |           |
-    | `f1_5cm`, `f1_10cm`, ... | every score of `slam.metrics.mapping.MapScores` and `slam.metrics.change.ChangeScores`, against the world as it stands now and as it was so far; at reset, at every `score_every`-th step, and at the end of the episode | |
-
-    Arguments:
-        env: a DoorCorridor environment, wrapped or not.
-        slam: the name of a registered variant (default "dynamic-ml"), or a builder (start, rng) ->
-            Slam.
-        score_every: steps between two scorings of the map (default 10); 0 for never.
-        scan_every: the SLAM takes in each so many-th scan (default 1), and of an episode the last;
-            between them `info["slam"]` is that of the last one.
-        map_crop: m (default: none), side of a square of the map around the robot that the observation then carries
-            as `map`: uint8 (1, n, n), 0 free, 255 occupied, 128 unknown; the robot is in the middle
-            and looks up.
-        map_cell: m, side of a cell of that square (default 0.05).
-        pose_estimate: the observation carries the estimated pose as `pose_estimate`, float32 (3,).
-        seed: of the SLAM's own randomness; every episode begins with it.
-
-    With a `render_mode`, the map is drawn beside the world.
+    | `revised`        | whether the SLAM changed its estimates of earlier poses     |           |
+    | `f1_5cm`, `f1_10cm`, ... | the scores of `slam.metrics.mapping.MapScores` against the current world, and of `slam.metrics.change.ChangeScores` against the world over time; at reset, at every `score_every`-th step, and at the end of the episode | |
     """  # noqa: E501
 
     def __init__(
@@ -87,10 +99,10 @@ class SlamWrapper(
         self._world, self._score_every, self._scan_every = world, score_every, scan_every
         self._name = slam if isinstance(slam, str) else "slam"
         self._build = _builder(slam, seed)
-        self._build(Pose2())  # an unknown name is refused now, not at the first reset
-        self._crop = ego_points(map_crop, map_cell) if map_crop is not None else None
+        self._build(Pose2())  # raises for an unknown name now, not at the first reset
+        self._crop = crop_points(map_crop, map_cell) if map_crop is not None else None
         self._with_pose = pose_estimate
-        self.observation_space = self._widened(env.observation_space)
+        self.observation_space = self._extended_space(env.observation_space)
         self._slam: Slam | None = None
         world.belief = self._belief
 
@@ -103,21 +115,21 @@ class SlamWrapper(
 
     @property
     def estimate(self) -> Estimate:
-        """What the SLAM made of the last scan that it took in."""
+        """The estimate of the SLAM after the last scan that it processed."""
         _ = self.slam
         return self._estimate
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """A new episode: a new SLAM, which takes in the first scan from the true start."""
+        """Start a new episode with a new SLAM, which processes the first scan at the true start."""
         self._slam = None
         observation, info = self.env.reset(seed=seed, options=options)
         self._slam = self._build(self._world.pose)
         self._seen: SeenSurface | None = None
         self._trail: list[Pose2] = []
         self._steps, self._moved = 0, Pose2()
-        self._take()
+        self._update_slam()
         return self._extended(observation, info, scored=self._score_every > 0, ended=False)
 
     def step(
@@ -127,15 +139,15 @@ class SlamWrapper(
         observation, reward, terminated, truncated, info = self.env.step(action)
         self._steps += 1
         every, ended = self._score_every, terminated or truncated
-        due = every > 0 and (self._steps % every == 0 or ended)
+        score_now = every > 0 and (self._steps % every == 0 or ended)
         self._moved = self._moved @ self._world.displacement
         if self._steps % self._scan_every == 0 or ended:
-            self._take()
-        observation, info = self._extended(observation, info, scored=due, ended=ended)
+            self._update_slam()
+        observation, info = self._extended(observation, info, scored=score_now, ended=ended)
         return observation, reward, terminated, truncated, info
 
-    def _take(self) -> None:
-        """Let the SLAM take in the scan, and all the way since the last one."""
+    def _update_slam(self) -> None:
+        """Update the SLAM with the scan and the displacement since the last one."""
         estimate = self.slam.update(self._moved, self._world.scan)
         self._estimate, self._moved = estimate, Pose2()
         self._trail.append(estimate.pose)
@@ -147,7 +159,7 @@ class SlamWrapper(
     def _extended(
         self, observation: Observation, info: dict[str, Any], *, scored: bool, ended: bool
     ) -> tuple[Observation, dict[str, Any]]:
-        """The observation and info with what the SLAM makes of them."""
+        """The observation and info, extended by the results of the SLAM."""
         world, estimate, result = self._world, self._estimate, dict(self._result)
         if isinstance(self.slam, Revising):
             if ended:
@@ -155,7 +167,7 @@ class SlamWrapper(
             if ended or estimate.revised:
                 self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
         if self._score_every:
-            self._witness()
+            self._record_seen_surface()
         if scored:
             result |= self._scores(self.slam.map())
         if world.render_mode == "human":
@@ -164,8 +176,8 @@ class SlamWrapper(
 
     # -- scores --------------------------------------------------------------------------------
 
-    def _witness(self) -> None:
-        """Take down which surfaces were seen: the map is to be judged by those."""
+    def _record_seen_surface(self) -> None:
+        """Record the surfaces that the scan has seen: the map is scored against them."""
         world = self._world
         if self._seen is None:
             self._seen = SeenSurface(world.layout.walls)
@@ -179,23 +191,23 @@ class SlamWrapper(
 
     # -- observation ---------------------------------------------------------------------------
 
-    def _widened(self, space: spaces.Space[Any]) -> spaces.Dict:
+    def _extended_space(self, space: spaces.Space[Any]) -> spaces.Dict:
         assert isinstance(space, spaces.Dict)
         keys = dict(space.spaces)
         if self._crop is not None:
             keys["map"] = spaces.Box(0, 255, (1, *self._crop.shape[:2]), np.uint8)
         if self._with_pose:
-            high = np.array([FAR, FAR, np.pi], dtype=np.float32)
+            high = np.array([MAX_POSITION, MAX_POSITION, np.pi], dtype=np.float32)
             keys["pose_estimate"] = spaces.Box(-high, high, dtype=np.float32)
         return spaces.Dict(keys)
 
     def _observed(self, observation: Observation, pose: Pose2) -> Observation:
         extra: Observation = {}
         if self._crop is not None:
-            extra["map"] = crop(self.slam.map(), pose, self._crop)[None]
+            extra["map"] = crop_map(self.slam.map(), pose, self._crop)[None]
         if self._with_pose:
             wrapped = math.remainder(pose.theta, math.tau)
-            clipped = np.clip((pose.x, pose.y), -FAR, FAR)
+            clipped = np.clip((pose.x, pose.y), -MAX_POSITION, MAX_POSITION)
             extra["pose_estimate"] = np.array([*clipped, wrapped], dtype=np.float32)
         return observation | extra
 
@@ -208,8 +220,8 @@ class SlamWrapper(
         return Belief(self._slam.map(), self._slam.pose, self._trail, title)
 
 
-def crop(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
-    """The map at `points` (n, n, 2), m, of the robot's frame: 0 free, 255 occupied, 128 unknown."""
+def crop_map(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
+    """The map at `points` (n, n, 2), m, robot frame: 0 free, 255 occupied, 128 unknown."""
     cells = grid.spec.cells(transform_points(pose, points).reshape(-1, 2))
     rows, cols = cells.T
     inside = (rows >= 0) & (rows < grid.spec.rows) & (cols >= 0) & (cols < grid.spec.cols)
@@ -220,12 +232,12 @@ def crop(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
     return shades.reshape(points.shape[:2])
 
 
-def ego_points(side: float, cell: float) -> Array:
-    """(n, n, 2) m, centres of the crop's cells in the robot's frame: ahead is up, left is left."""
+def crop_points(side: float, cell: float) -> Array:
+    """(n, n, 2) m, centres of the cells of a crop in the robot's frame: ahead is up."""
     n = round(side / cell)
-    if n < SMALLEST_CROP:
+    if n < MIN_CROP:
         raise InputError(
-            f"map_crop must span at least {SMALLEST_CROP} cells of map_cell, "
+            f"map_crop must span at least {MIN_CROP} cells of map_cell, "
             f"got {side:g} m / {cell:g} m = {n}"
         )
     along = (np.arange(n)[::-1] - (n - 1) / 2) * cell

@@ -1,9 +1,10 @@
-"""The native vector environment: a batch of n worlds as a Gymnasium VectorEnv."""
+"""DoorWorldVectorEnv: n worlds in one process as a Gymnasium VectorEnv."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from dataclasses import dataclass
+from typing import Any, TypedDict, Unpack
 
 import gymnasium as gym
 import numpy as np
@@ -16,7 +17,7 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import scene
 from dynslam_env.env import DoorWorldEnv, Observation
 from dynslam_env.reset_options import reset_mask, start_of
-from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
+from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
 from slam.errors import InputError
@@ -26,49 +27,78 @@ from slam.validation import one_of, whole_number
 Bools = NDArray[np.bool_]
 Infos = dict[str, Any]
 Stepped = tuple[Observation, NDArray[np.float64], Bools, Bools, Infos]
-MODES = tuple(mode.value for mode in AutoresetMode)
+AUTORESET_MODES = tuple(mode.value for mode in AutoresetMode)
+
+
+class VectorKeywords(TypedDict, total=False):
+    """Keywords of every vector environment."""
+
+    max_episode_steps: int | None
+    autoreset_mode: str | AutoresetMode
+    threads: int
+
+
+class WorldVectorKeywords(WorldKeywords, VectorKeywords, total=False):
+    """Keywords of `DoorWorldVectorEnv`."""
+
+
+@dataclass(frozen=True)
+class VectorConfig:
+    """How the environments of a vector environment run.
+
+    max_episode_steps  steps after which an episode is truncated; None or -1: never
+    autoreset_mode     an `AutoresetMode` or its value
+    threads            number of threads
+    """
+
+    max_episode_steps: int | None = None
+    autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP
+    threads: int = 1
+
+    def __post_init__(self) -> None:
+        if self.max_episode_steps not in (None, -1):  # -1 as in gymnasium.make
+            whole_number("max_episode_steps", self.max_episode_steps, 1)
+        if not isinstance(self.autoreset_mode, AutoresetMode):
+            one_of("autoreset_mode", self.autoreset_mode, AUTORESET_MODES)
+        whole_number("threads", self.threads, 1)
+
+    @property
+    def limit(self) -> float:
+        """Steps after which an episode is truncated; inf for never."""
+        return np.inf if self.max_episode_steps in (None, -1) else self.max_episode_steps
 
 
 class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], NDArray[Any]]):
-    """n environments of one kind, stepped side by side in one process: `gym.make_vec(ID, n)`.
+    """n environments with the same arguments in one process: `gym.make_vec(ID, n)`.
 
-    Step by step and bit for bit what `gymnasium.vector.SyncVectorEnv` of n single environments
-    gives, observations, rewards, ends and infos alike, at a fraction of the overhead. Spaces,
-    rewards, infos and arguments are those of `DoorWorldEnv`, and further:
+    Observations, rewards, ends and infos are bit for bit those of a `gymnasium.vector.SyncVectorEnv`
+    of n single environments, at a fraction of the overhead. Spaces, rewards, infos and arguments are
+    those of `DoorWorldEnv`; further arguments:
 
-    | argument            | type, default         | what                                           |
+    | argument            | type, default         | content                                        |
     |---------------------|-----------------------|------------------------------------------------|
-    | `num_envs`          | int, 1                | how many                                       |
-    | `max_episode_steps` | int, as registered    | after so many an episode is truncated; None: never |
-    | `autoreset_mode`    | `AutoresetMode` or its value, "NextStep" | NextStep: the step after an episode's last one resets, its action is ignored; SameStep: the last step resets, `final_obs` and `final_info` are in the infos; Disabled: the user resets by `options={"reset_mask": ...}` |
-    | `threads`           | int, 1                | how many share the work; the results are the same to the bit |
+    | `num_envs`          | int, 1                | number of environments                         |
+    | `max_episode_steps` | int, as registered    | steps after which an episode is truncated; None: never |
+    | `autoreset_mode`    | `AutoresetMode` or its value, "NextStep" | NextStep: the step after the last one of an episode resets and ignores its action; SameStep: the last step resets, and the infos have `final_obs` and `final_info`; Disabled: the user resets by `options={"reset_mask": ...}` |
+    | `threads`           | int, 1                | number of threads; the results do not depend on it |
 
-    `reset(seed=s)` gives world i the seed s + i; a list gives each its own.
+    `reset(seed=s)` gives environment i the seed s + i; a list has a seed for each.
     """  # noqa: E501
 
     def __init__(
         self,
         num_envs: int = 1,
         *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int = 1,
         render_mode: str | None = None,
-        **parts: Unpack[WorldKeywords],
+        **keywords: Unpack[WorldVectorKeywords],
     ):
-        check_keywords(DoorWorldVectorEnv, WorldKeywords, parts)
+        check_keywords(DoorWorldVectorEnv, WorldVectorKeywords, keywords)
         whole_number("num_envs", num_envs, 1)
-        if max_episode_steps == -1:  # as in gymnasium.make
-            max_episode_steps = None
-        if max_episode_steps is not None:
-            whole_number("max_episode_steps", max_episode_steps, 1)
-        if not isinstance(autoreset_mode, AutoresetMode):
-            one_of("autoreset_mode", autoreset_mode, MODES)
-        whole_number("threads", threads, 1)
+        config, parts = split_keywords(VectorConfig, keywords)
         one_of("render_mode", render_mode, (None, "rgb_array"))
         self.world_config = WorldConfig.of(parts)
-        self.num_envs, self.render_mode = num_envs, render_mode
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.num_envs, self.render_mode, self._config = num_envs, render_mode, config
+        self.autoreset_mode = AutoresetMode(config.autoreset_mode)
         own = {"autoreset_mode": self.autoreset_mode, "render_modes": ["rgb_array"]}
         self.metadata = DoorWorldEnv.metadata | own
         self.single_action_space = self.world_config.action_space()
@@ -76,31 +106,30 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._batch, self._all = (
-            WorldBatch(self.world_config, num_envs, threads),
+            WorldBatch(self.world_config, num_envs, config.threads),
             np.arange(num_envs),
         )
-        self._limit = np.inf if max_episode_steps is None else max_episode_steps
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._over: Bools = np.ones(num_envs, dtype=np.bool_)
-        self._openings, self._people = _Stack("doors", num_envs), _Stack("people", num_envs)
+        self._openings, self._people = _RowStack("doors", num_envs), _RowStack("people", num_envs)
         self._rngs: list[np.random.Generator | None] = [None] * num_envs
         self._seeds: list[int | None] = [None] * num_envs
         self._viewers: list[Viewer] = []
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The worlds' generators."""
+        """The random generators of the worlds."""
         return tuple(self._rng(i) for i in range(self.num_envs))
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
-        """The worlds' seeds."""
+        """The seeds of the worlds."""
         _ = self.np_random
         return tuple(self._seeds)
 
     @property
     def physics(self) -> list[World]:
-        """The simulated worlds of the present episodes."""
+        """The simulated worlds of the current episodes."""
         return self._batch.worlds
 
     # -- gymnasium -----------------------------------------------------------------------------
@@ -111,11 +140,11 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observation, Infos]:
-        """Begin new episodes, in all worlds or in those of `options["reset_mask"]` (n,) bool.
+        """Start new episodes, in all worlds or in those of `options["reset_mask"]` (n,) bool.
 
-        options  further, as of the single environment: {"start": (x, y, theta)}
+        options  also that of the single environment: {"start": (x, y, theta)}
         """
-        seeds = self._given(seed)
+        seeds = self._seeds_of(seed)
         mask, others = reset_mask(options, self.num_envs)
         start = start_of(others)
         for i in np.flatnonzero(mask).tolist():
@@ -125,22 +154,22 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         return self._observations(), self._infos(mask)
 
     def step(self, actions: NDArray[np.float32]) -> Stepped:
-        """Drive all robots for a tenth of a second; actions (n, 2)."""
+        """Drive all robots for one control step of 0.1 s; actions (n, 2)."""
         commands = actions_of(actions, (self.num_envs, 2))
-        if not np.isfinite(commands[~self._over]).all():  # told before any world begins anew
+        if not np.isfinite(commands[~self._over]).all():  # checked before any world is reset
             raise InputError("actions are finite numbers from -1 to 1, got some that are not")
         stepped = self._ready()
         which = self._all if stepped.all() else np.flatnonzero(stepped)
         rewards = np.where(stepped, self._drive(which, commands), 0.0)
         self._steps[which] += 1
         terminated = self._batch.progress.ends.any(axis=1) & stepped
-        truncated = (self._steps >= self._limit) & stepped
+        truncated = (self._steps >= self._config.limit) & stepped
         over, infos = terminated | truncated, {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and over.any():
             infos, stepped = self._finish(over), stepped & ~over
         else:
             self._over = over
-        infos |= self._infos(np.ones(self.num_envs, dtype=np.bool_)) | self._judged(stepped)
+        infos |= self._infos(np.ones(self.num_envs, dtype=np.bool_)) | self._step_infos(stepped)
         return self._observations(), rewards, terminated, truncated, infos
 
     def render(self) -> tuple[NDArray[np.uint8] | None, ...]:  # type: ignore[override]
@@ -157,11 +186,11 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         )
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Let the threads go."""
+        """Stop the threads."""
         self._batch.close()
 
     def _drive(self, which: Rows, commands: Array) -> Array:
-        """Let worlds `which` step; (n,) what it pays."""
+        """Step worlds `which`; (n,) rewards."""
         self._batch.step(which, commands)
         return self._batch.progress.rewards
 
@@ -174,7 +203,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
             self._openings.put(i, world.openings)
             self._people.put(i, world.people)
         except InputError:
-            self._batch.forget(i)  # no step before a reset that succeeds
+            self._batch.discard(i)  # no step before a successful reset
             raise
         self._steps[i], self._over[i] = 0, False
 
@@ -187,7 +216,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         self._rngs[i] = rng
         return rng
 
-    def _given(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+    def _seeds_of(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
         if isinstance(seed, int | np.integer):
@@ -197,7 +226,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         return list(seed)
 
     def _ready(self) -> Bools:
-        """Which worlds are to step; those whose episode was over begin a new one instead."""
+        """Mask (n,) of the worlds to step; those whose episode has ended are reset instead."""
         if not self._batch.ready:
             raise gym.error.ResetNeeded("call reset() before step()")
         stepped = ~self._over
@@ -213,17 +242,17 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         return stepped
 
     def _finish(self, over: Bools) -> Infos:
-        """Reset worlds `over` at once; what their episodes ended with."""
+        """Reset worlds `over`; the final observations and infos of their episodes."""
         observations = self._observations()
         last = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(over).tolist():
             last[i] = {key: rows[i].copy() for key, rows in observations.items()}
-        info = self._infos(over) | self._judged(over)
+        info = self._infos(over) | self._step_infos(over)
         for i in np.flatnonzero(over).tolist():
             self._reset(i)
         return masked({"final_obs": last, "final_info": info}, over)
 
-    # -- what is given back --------------------------------------------------------------------
+    # -- observations and infos ----------------------------------------------------------------
 
     def _observations(self) -> Observation:
         batch = self._batch
@@ -234,7 +263,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         }
 
     def _infos(self, mask: Bools) -> Infos:
-        """What a reset and a step tell of worlds `mask`; zero for the others."""
+        """The infos of a reset and a step for worlds `mask`; zero for the others."""
         infos = {
             "pose": self._batch.drive.poses.copy(),
             "door_angles": self._openings.array(),
@@ -247,8 +276,8 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
                 rows[~mask] = 0
         return masked(infos, mask)
 
-    def _judged(self, mask: Bools) -> Infos:
-        """What a step tells of worlds `mask` besides."""
+    def _step_infos(self, mask: Bools) -> Infos:
+        """The further infos of a step for worlds `mask`: reward terms and ends."""
         if not mask.any():
             return {}
         judge, task = self._batch.progress, self.world_config.task
@@ -259,19 +288,19 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
 
 def masked(infos: Infos, mask: Bools) -> Infos:
-    """With a mask beside every entry, as Gymnasium has it: which worlds it speaks of."""
+    """The infos with a mask `_key` for each key, as in Gymnasium: for which worlds it is valid."""
     return infos | {f"_{key}": mask.copy() for key in infos}
 
 
-class _Stack:
-    """Rows of n worlds, each of which its world changes in place."""
+class _RowStack:
+    """Rows of n worlds, which the worlds change in place."""
 
     def __init__(self, what: str, n: int):
         self._what, self._rows = what, [np.empty(0)] * n
         self._known: set[int] = set()
 
     def put(self, i: int, row: NDArray[Any]) -> None:
-        """`row` is that of world `i` from now on; all worlds' rows have one length."""
+        """Set the row of world `i`; raises InputError where the rows would differ in length."""
         lengths = {len(self._rows[k]) for k in self._known - {i}}
         if lengths - {len(row)}:
             raise InputError(
@@ -284,6 +313,6 @@ class _Stack:
         self._known.add(i)
 
     def array(self) -> NDArray[Any]:
-        """(n, ...) as they are now; zero where a world has not begun yet."""
+        """(n, ...) current values; zero for a world without an episode."""
         shape = len(self._rows), *self._rows[0].shape
         return np.concatenate(self._rows).reshape(shape)

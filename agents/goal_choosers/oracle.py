@@ -15,16 +15,14 @@ from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.blacklist import BLACKLIST_TIME, Blacklist
 from dynslam_env.navigation.goal import Goal, look_at
 from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
+from dynslam_env.patrol.doors_known import CLOSED_ANGLE, LEAF_SHARES, SIDE_CELLS
 from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
 
 MIN_ERROR = 0.05  # of P(closed), for a door to be visited
 SWITCH_RATIO = 1.25  # by which another door must be better than the present goal
-CLOSED_ANGLE = 0.2  # rad: a door that is open no wider counts as closed
 SWING_TIME = 3.0  # s for which a door just looked at is left out: its leaf may be moving
-LEAF_SHARES = np.linspace(0.15, 0.85, 8)  # of a closed leaf's width, where the map is read
-SIDE_CELLS = (-1.0, 0.0, 1.0)  # cells beside the leaf: tolerance for an error of the pose
-UNSEEN_OCCUPANCY = 0.5  # P(occupied) of a cell that was never observed
+UNSEEN_CELL = 0.5  # P(occupied) of a cell that was never observed
 
 
 class DoorTruth(NamedTuple):
@@ -96,7 +94,7 @@ def believed_closed(beliefs: Beliefs, door: Door) -> float:
     h = np.full(len(cells), np.nan)
     h[inside] = np.where(beliefs.observed[rows, cols], beliefs.occupied[rows, cols], np.nan)
     most = np.fmax.reduce(h.reshape(len(SIDE_CELLS), -1))
-    return float(np.where(np.isnan(most), UNSEEN_OCCUPANCY, most).mean())
+    return float(np.where(np.isnan(most), UNSEEN_CELL, most).mean())
 
 
 def _closed_leaf(door: Door, shares: Array) -> Array:

@@ -1,6 +1,6 @@
-"""How policies are trained, and how they go on after a break. Needs `dynslam[train]`."""
+"""Training of policies, with checkpoints to resume from. Needs `dynslam[train]`."""
 
 import os
 
-# Read when torch is loaded: its threads are not to spin, for the worlds need the cores meanwhile.
+# Read when torch is loaded: idle threads must not spin, since the environments need the cores.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")

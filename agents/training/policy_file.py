@@ -1,4 +1,4 @@
-"""Policy files: what `dynslam train` writes, read without running anything that is in them."""
+"""Policy files of `dynslam train`, read without running code from them."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from slam.errors import InputError
 from slam.io.files import replacing
 
-TOLD = "dynslam.json"
-WEIGHTS = "policy.pth"
+TRAINING_MEMBER = "dynslam.json"
+WEIGHTS_MEMBER = "policy.pth"
 
 
-def save_model(model: OnPolicyAlgorithm, told: Mapping[str, Any], path: Path) -> None:
-    """Write a model as stable-baselines3 does, and beside it in the file what was trained."""
+def save_model(model: OnPolicyAlgorithm, training: Mapping[str, Any], path: Path) -> None:
+    """Write a model as stable-baselines3 does, with the training's configuration added to it."""
     file = io.BytesIO()
     model.save(file)  # pyright: ignore[reportArgumentType]
     with zipfile.ZipFile(file, "a") as archive:
-        archive.writestr(TOLD, json.dumps(told))
+        archive.writestr(TRAINING_MEMBER, json.dumps(training))
     with replacing(path) as out:
         out.write(file.getvalue())
 
 
-def slim(path: Path, out: Path) -> None:
-    """Keep of a model its weights and what was trained: enough to act, not to go on learning."""
+def write_slim(path: Path, out: Path) -> None:
+    """Copy only the weights and the configuration of a model: enough to act, not to resume."""
     file = io.BytesIO()
     with zipfile.ZipFile(path) as archive, zipfile.ZipFile(file, "w") as slimmer:
-        for name in (WEIGHTS, TOLD):
-            stamped = zipfile.ZipInfo(name)  # of no date: the same policy, the same bytes
+        for name in (WEIGHTS_MEMBER, TRAINING_MEMBER):
+            stamped = zipfile.ZipInfo(name)  # without a date: the same policy, the same bytes
             slimmer.writestr(stamped, archive.read(name), zipfile.ZIP_DEFLATED)
     with replacing(out) as whole:
         whole.write(file.getvalue())
 
 
 def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, torch.Tensor]]:
-    """What was trained, and the weights. Raises InputError for any other file."""
+    """The training's configuration, and the weights. Raises InputError for any other file."""
     try:
         with zipfile.ZipFile(path) as archive:
-            told = json.loads(archive.read(TOLD))
+            training = json.loads(archive.read(TRAINING_MEMBER))
             weights = torch.load(
-                io.BytesIO(archive.read(WEIGHTS)), map_location="cpu", weights_only=True
+                io.BytesIO(archive.read(WEIGHTS_MEMBER)), map_location="cpu", weights_only=True
             )
-    except Exception as error:  # torch raises whatever it likes
-        raise InputError(f"{path}: not a policy that dynslam train wrote ({error})") from None
-    return told, weights
+    except Exception as error:  # torch raises many types
+        raise InputError(f"{path}: not a policy of dynslam train ({error})") from None
+    return training, weights

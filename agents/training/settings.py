@@ -1,4 +1,4 @@
-"""Settings: an algorithm's hyperparameters, from a file that rl_zoo3 reads as well."""
+"""Hyperparameters of an algorithm, from a file in the format of rl_zoo3."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import yaml
 from slam.errors import InputError
 
 ALGORITHMS = ("ppo", "recurrent-ppo")
-LINEAR = "lin_"  # before a number that falls to 0 by the end
+LINEAR_PREFIX = "lin_"  # of a number that decreases linearly to 0
 
 
 def read_settings(algorithm: str, env: str, path: Path | None = None) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def arguments(settings: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(given.get(name), str):
             given[name] = _schedule(name, given[name])
     if isinstance(given.get("policy_kwargs"), str):
-        given["policy_kwargs"] = _called(given["policy_kwargs"])
+        given["policy_kwargs"] = _parsed(given["policy_kwargs"])
     return given
 
 
@@ -54,13 +54,13 @@ def _schedule(name: str, text: str) -> Any:
     from stable_baselines3.common.utils import LinearSchedule
 
     try:
-        return LinearSchedule(float(text.removeprefix(LINEAR)), 0.0, 1.0)
+        return LinearSchedule(float(text.removeprefix(LINEAR_PREFIX)), 0.0, 1.0)
     except ValueError:
-        raise InputError(f"{name} is a number, or {LINEAR}NUMBER, got {text!r}") from None
+        raise InputError(f"{name} is a number, or {LINEAR_PREFIX}NUMBER, got {text!r}") from None
 
 
-def _called(text: str) -> dict[str, Any]:
-    """dict(a=1, b=dict(c=[2])) without running anything."""
+def _parsed(text: str) -> dict[str, Any]:
+    """The value of a text such as dict(a=1, b=dict(c=[2])), without evaluating code."""
     try:
         found = _value(ast.parse(text.strip(), mode="eval").body)
     except (SyntaxError, TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Workers: one native vector environment, its worlds divided among processes."""
+"""Workers: a native vector environment whose worlds are divided among processes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from multiprocessing.context import SpawnProcess
 from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
+import cloudpickle
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
@@ -29,14 +30,14 @@ Parameters = dict[str, Any]
 
 
 class Workers(VecEnv):
-    """`NativeVecEnv.make(id, num_envs)`, in so many processes; what comes out is the same.
+    """`NativeVecEnv.make(id, num_envs)` in several processes, with the same results.
 
-    Observations lie in memory that all processes share. A worker that dies is told as an error.
+    Observations lie in shared memory. If a worker dies, the next call raises RuntimeError.
 
     id          of an environment with a native vector environment and a Dict to observe
     num_envs    worlds; a multiple of `workers`
     workers     processes
-    parameters  of the environment
+    parameters  keywords of the environment; sent to the processes by cloudpickle
     """
 
     def __init__(self, id: str, num_envs: int, workers: int, parameters: Parameters):
@@ -47,7 +48,7 @@ class Workers(VecEnv):
                 f"got {num_envs} and {workers}"
             )
         each, context = num_envs // workers, get_context("spawn")
-        first = NativeVecEnv.make(id, 1, **parameters)  # a mistake is told here
+        first = NativeVecEnv.make(id, 1, **parameters)  # raises here for wrong parameters
         first.close()
         space = first.observation_space
         assert isinstance(space, spaces.Dict)
@@ -59,7 +60,8 @@ class Workers(VecEnv):
         for k in range(workers):
             ours, theirs = context.Pipe()
             rows = slice(k * each, (k + 1) * each)
-            made = id, each, parameters, rows, {n: b.told for n, b in self._blocks.items()}
+            specs = {n: b.spec for n, b in self._blocks.items()}
+            made = id, each, cloudpickle.dumps(parameters), rows, specs
             process = context.Process(target=_work, args=(theirs, *made), daemon=True)
             process.start()
             theirs.close()
@@ -72,19 +74,19 @@ class Workers(VecEnv):
         """Begin new episodes; with the seeds that `seed()` set, if it did."""
         if any(self._options):
             raise InputError(f"options are those of one world: {SHARED}")
-        self._ask("reset", self._divided(self._seeds))
-        self.reset_infos = [info for infos in self._hear() for info in infos]
+        self._send("reset", self._divided(self._seeds))
+        self.reset_infos = [info for infos in self._receive() for info in infos]
         self._reset_seeds()
         return self._observations()
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Let all workers step their worlds by actions (n, 2)."""
-        self._ask("step", self._divided(actions))
+        self._send("step", self._divided(actions))
 
     def step_wait(self) -> VecEnvStepReturn:
         """Wait for them; see `NativeVecEnv.step_wait`."""
         rewards, over, infos, fresh = [], [], [], []
-        for mine in self._hear():
+        for mine in self._receive():
             for all_, part in zip((rewards, over, infos, fresh), mine, strict=True):
                 all_.extend(part)
         self.reset_infos = fresh
@@ -128,79 +130,80 @@ class Workers(VecEnv):
     def _divided(self, rows: Sequence[Any] | NDArray[Any]) -> list[Any]:
         return [rows[k : k + self._each] for k in range(0, self.num_envs, self._each)]
 
-    def _ask(self, what: str, each: list[Any]) -> None:
+    def _send(self, command: str, each: list[Any]) -> None:
         for pipe, mine in zip(self._pipes, each, strict=True):
             try:
-                pipe.send((what, mine))
+                pipe.send((command, mine))
             except OSError:
                 raise RuntimeError("a worker of the vector environment died") from None
 
-    def _hear(self) -> list[Any]:
-        heard = []
-        for pipe in self._pipes:  # all of them, before an error is told: no answer waits for ever
+    def _receive(self) -> list[Any]:
+        answers = []
+        for pipe in self._pipes:  # all of them before an error is raised: no answer stays in a pipe
             try:
-                heard.append(pipe.recv())
+                answers.append(pipe.recv())
             except (EOFError, OSError):
                 raise RuntimeError("a worker of the vector environment died") from None
-        for error, _ in heard:
+        for error, _ in answers:
             if error is not None:
                 raise error
-        return [answer for _, answer in heard]
+        return [answer for _, answer in answers]
 
 
-Told = tuple[str, tuple[int, ...], str]
+BlockSpec = tuple[str, tuple[int, ...], str]  # name, shape, type
 
 
 class _Block:
-    """An array in memory that processes share."""
+    """An array in shared memory."""
 
     def __init__(self, shape: tuple[int, ...], dtype: Any, name: str | None = None):
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
         self._memory = SharedMemory(name, create=name is None, size=size)
         self.array = np.ndarray(shape, dtype, self._memory.buf)
-        self.told: Told = (self._memory.name, shape, np.dtype(dtype).str)
+        self.spec: BlockSpec = (self._memory.name, shape, np.dtype(dtype).str)
 
     def free(self) -> None:
-        """Give it back, for all processes."""
+        """Release the memory, for all processes."""
         del self.array
         self._memory.close()
         self._memory.unlink()
 
 
 def _work(
-    pipe: Connection, id: str, n: int, parameters: Parameters, rows: slice, told: dict[str, Told]
-) -> None:
-    """A worker: does what it is asked until it is closed, or until nobody is left to ask."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the one who asks
-    blocks = {key: _Block(shape, dtype, name) for key, (name, shape, dtype) in told.items()}
-    env = NativeVecEnv.make(id, n, **parameters)
+    pipe: Connection, id: str, n: int, parameters: bytes, rows: slice,
+    specs: dict[str, BlockSpec],
+) -> None:  # fmt: skip
+    """A worker: executes commands until it is closed or its parent has ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    blocks = {key: _Block(shape, dtype, name) for key, (name, shape, dtype) in specs.items()}
+    env = NativeVecEnv.make(id, n, **cloudpickle.loads(parameters))
     with contextlib.suppress(EOFError, OSError):
         while True:
-            what, given = pipe.recv()
-            if what == "close":
+            command, given = pipe.recv()
+            if command == "close":
                 return
             try:
-                answer = _reset(env, given, blocks, rows) if what == "reset" else None
-                if what == "step":
+                answer = _reset(env, given, blocks, rows) if command == "reset" else None
+                if command == "step":
                     answer = _step(env, given, blocks, rows)
                 pipe.send((None, answer))
             except Exception as error:
                 pipe.send((error, None))
 
 
-def _show(observation: Any, blocks: dict[str, _Block], rows: slice) -> None:
+def _write(observation: Any, blocks: dict[str, _Block], rows: slice) -> None:
     for key, block in blocks.items():
         block.array[rows] = observation[key]
 
 
 def _reset(env: NativeVecEnv, seeds: list[Any], blocks: dict[str, _Block], rows: slice) -> Any:
     env._seeds = list(seeds)
-    _show(env.reset(), blocks, rows)
+    _write(env.reset(), blocks, rows)
     return env.reset_infos
 
 
 def _step(env: NativeVecEnv, actions: Any, blocks: dict[str, _Block], rows: slice) -> Any:
     env.step_async(actions)
     observations, rewards, over, infos = env.step_wait()
-    _show(observations, blocks, rows)
+    _write(observations, blocks, rows)
     return rewards.tolist(), over.tolist(), infos, env.reset_infos

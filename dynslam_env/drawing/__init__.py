@@ -1,1 +1,1 @@
-"""How a world is drawn: the truth, and beside it what a SLAM believes."""
+"""Rendering: the true world, and beside it the map and poses of a SLAM."""

@@ -1,6 +1,6 @@
-"""Canvas: a pygame surface that takes metres, drawn larger than it is shown and smoothed down.
+"""Canvas: a pygame surface in world coordinates, with supersampling.
 
-Lines keep their width in pixels at any zoom. pygame is imported when first needed.
+Lines have the same width in pixels at any zoom. pygame is imported on first use.
 """
 
 from __future__ import annotations
@@ -33,41 +33,41 @@ from slam.scan import Scan
 if TYPE_CHECKING:
     import pygame
 
-os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # standard output is the user's
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # keep standard output clean
 
-FINE = 4  # drawn this much larger than shown: a power of two, or smoothing darkens white
-JUMP = 0.3  # share of a beam's length by which its neighbour is longer behind a corner
+SUPERSAMPLING = 4  # factor of supersampling, a power of two: others darken white when smoothed
+MIN_RANGE_STEP = 0.3  # of a range; neighbours that differ by more are at a corner
 
 
 class Canvas:
-    """A surface that takes metres. x to the right, y up; widths are in pixels as shown.
+    """A surface in world coordinates, m: x to the right, y up; line widths in pixels shown.
 
-    size  (width, height), pixels as shown
-    fine  drawn this much larger, a power of two
+    size           (width, height), pixels shown
+    supersampling  factor, a power of two
     """
 
-    def __init__(self, size: tuple[int, int], fine: int = FINE):
+    def __init__(self, size: tuple[int, int], supersampling: int = SUPERSAMPLING):
         import pygame
 
-        self.size, self._fine = size, fine
-        self._surface = pygame.Surface((size[0] * fine, size[1] * fine))
+        self.size, self._supersampling = size, supersampling
+        self._surface = pygame.Surface((size[0] * supersampling, size[1] * supersampling))
         self._world = Projection(0.0, 0.0, 1.0)
 
     def clear(self, projection: Projection, colour: Colour) -> None:
-        """Begin anew, with another part of the world."""
-        self._world = projection._replace(scale=projection.scale * self._fine)
+        """Fill with `colour`, and set the part of the world shown."""
+        self._world = projection._replace(scale=projection.scale * self._supersampling)
         self._surface.fill(colour)
 
     def shown(self) -> pygame.Surface:
-        """The picture in its true size, edges smoothed."""
+        """The picture in the size shown, with smooth edges."""
         import pygame
 
         return pygame.transform.smoothscale(self._surface, self.size)
 
-    # -- things of the world -------------------------------------------------------------------
+    # -- objects -------------------------------------------------------------------------------
 
     def floor(self, free: FreeSpace) -> None:
-        """Where one can go, on a canvas of solid."""
+        """The free space, on a solid background."""
         if free.outer is None:
             self._surface.fill(PAPER)
         else:
@@ -79,7 +79,7 @@ class Canvas:
         """Segments (n, 4), m, with round ends."""
         import pygame
 
-        thick = round(width * self._fine)
+        thick = round(width * self._supersampling)
         ends = self._pixels(segments.reshape(-1, 2))
         for a, b in zip(ends[::2], ends[1::2], strict=True):
             pygame.draw.line(self._surface, colour, a, b, thick)
@@ -88,17 +88,17 @@ class Canvas:
                 pygame.draw.circle(self._surface, colour, end, thick / 2)
 
     def leaf(self, corners: Array, colour: Colour) -> None:
-        """A door's (4, 2), m, a little fatter than it is, so that a thin one shows."""
+        """A door leaf (4, 2), m, drawn slightly thicker so that a thin one is visible."""
         import pygame
 
         self._fill(corners, colour)
         points = self._pixels(corners)
-        pygame.draw.lines(self._surface, colour, True, points, 2 * self._fine)
+        pygame.draw.lines(self._surface, colour, True, points, 2 * self._supersampling)
         for point in points:
-            pygame.draw.circle(self._surface, colour, point, self._fine)
+            pygame.draw.circle(self._surface, colour, point, self._supersampling)
 
     def sweep(self, sweep: Array, width: float) -> None:
-        """The dashed arc that the free edge of a door of that width, m, describes."""
+        """The dashed arc of the free edge of a door of that width, m."""
         import pygame
 
         x, y, closed, opening = sweep.tolist()
@@ -106,10 +106,10 @@ class Canvas:
         arc = np.column_stack([x + width * np.cos(steps), y + width * np.sin(steps)])
         points = self._pixels(arc)
         for start, stop in zip(points[::2], points[1::2], strict=True):
-            pygame.draw.line(self._surface, FAINT, start, stop, self._fine)
+            pygame.draw.line(self._surface, FAINT, start, stop, self._supersampling)
 
     def fan(self, sensor: Pose2, scan: Scan) -> None:
-        """What the beams light, and some of them as rays."""
+        """The area that the beams cover, and some of the beams."""
         import pygame
 
         heard = ~np.isnan(scan.ranges)
@@ -120,13 +120,13 @@ class Canvas:
             pygame.draw.polygon(self._surface, LIT, [origin, *rim])
         every = max(1, len(ranges) // 60)
         for point in self._pixels(_ends(sensor, angles[::every], ranges[::every])):
-            pygame.draw.line(self._surface, BEAM, origin, point, max(1, self._fine // 2))
+            pygame.draw.line(self._surface, BEAM, origin, point, max(1, self._supersampling // 2))
 
     def echoes(self, sensor: Pose2, scan: Scan) -> None:
-        """A dot wherever a beam came back from."""
+        """A dot at each echo."""
         import pygame
 
-        size = self._fine * self._dot(0.03, 1.3, 3.0)
+        size = self._supersampling * self._dot(0.03, 1.3, 3.0)
         for point in self._pixels(_ends(sensor, scan.angles[scan.hit], scan.ranges[scan.hit])):
             pygame.draw.circle(self._surface, GREEN, point, size)
 
@@ -136,28 +136,36 @@ class Canvas:
 
         if len(poses) > 1:
             points = self._pixels(np.array(poses)[:, :2])
-            pygame.draw.lines(self._surface, colour, False, points, 2 * self._fine)
+            pygame.draw.lines(self._surface, colour, False, points, 2 * self._supersampling)
 
     def robot(self, pose: Pose2, radius: float, colour: Colour, filled: bool = True) -> None:
         """A disc, or a ring, with a line from its centre to its front."""
         import pygame
 
         centre = self._world.at(pose.x, pose.y)
-        size = self._fine * self._dot(radius, 5.0, math.inf)
+        size = self._supersampling * self._dot(radius, 5.0, math.inf)
         front = centre[0] + size * math.cos(pose.theta), centre[1] - size * math.sin(pose.theta)
         if filled:
-            pygame.draw.circle(self._surface, PAPER, centre, size + self._fine)
+            pygame.draw.circle(self._surface, PAPER, centre, size + self._supersampling)
             pygame.draw.circle(self._surface, colour, centre, size)
         else:
-            pygame.draw.circle(self._surface, colour, centre, size + 2 * self._fine, 2 * self._fine)
-        pygame.draw.line(self._surface, PAPER if filled else colour, centre, front, 2 * self._fine)
+            pygame.draw.circle(
+                self._surface,
+                colour,
+                centre,
+                size + 2 * self._supersampling,
+                2 * self._supersampling,
+            )
+        pygame.draw.line(
+            self._surface, PAPER if filled else colour, centre, front, 2 * self._supersampling
+        )
 
     def person(self, x: float, y: float, radius: float) -> None:
         """A person from above: a disc with a head, m."""
         import pygame
 
-        centre, size = self._world.at(x, y), self._fine * self._dot(radius, 4.0, math.inf)
-        pygame.draw.circle(self._surface, INK, centre, size + self._fine)
+        centre, size = self._world.at(x, y), self._supersampling * self._dot(radius, 4.0, math.inf)
+        pygame.draw.circle(self._surface, INK, centre, size + self._supersampling)
         pygame.draw.circle(self._surface, PURPLE, centre, size)
         pygame.draw.circle(self._surface, INK, centre, size * 0.4)
 
@@ -197,20 +205,22 @@ class Canvas:
             pygame.draw.polygon(self._surface, colour, self._pixels(corners))
 
     def _dot(self, metres: float, least: float, most: float) -> float:
-        """Pixels as shown, of a radius that is to be seen at any zoom."""
-        return min(max(metres * self._world.scale / self._fine, least), most)
+        """Radius in pixels shown, limited so that it is visible at any zoom."""
+        return min(max(metres * self._world.scale / self._supersampling, least), most)
 
 
 def _ends(sensor: Pose2, angles: Array, ranges: Array) -> Array:
-    """(beams, 2) where beams end, m, world."""
+    """(beams, 2) end points of beams, m, world."""
     headings = angles + sensor.theta
     ends = np.column_stack([np.cos(headings), np.sin(headings)]) * ranges[:, None]
     return ends + (sensor.x, sensor.y)
 
 
 def _stepped(angles: Array, ranges: Array) -> tuple[Array, Array]:
-    """With a step half way between beams of very different length, not a line through solids."""
-    before = np.flatnonzero(np.abs(np.diff(ranges)) > JUMP * np.minimum(ranges[1:], ranges[:-1]))
+    """Angles and ranges with a step halfway between beams of very different range."""
+    before = np.flatnonzero(
+        np.abs(np.diff(ranges)) > MIN_RANGE_STEP * np.minimum(ranges[1:], ranges[:-1])
+    )
     at, half = np.repeat(before + 1, 2), (angles[before] + angles[before + 1]) / 2
     edges = np.column_stack([ranges[before], ranges[before + 1]]).ravel()
     return np.insert(angles, at, np.repeat(half, 2)), np.insert(ranges, at, edges)

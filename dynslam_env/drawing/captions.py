@@ -1,4 +1,4 @@
-"""Texts on a picture: titles, legend, scale bar. They have one size at any zoom."""
+"""Titles, legend and scale bar of a picture, of the same size at any zoom."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from dynslam_env.drawing.colours import BLUE, INK, PAPER, VERMILION, Colour
 if TYPE_CHECKING:
     import pygame
 
-TITLE = 30  # pixels, strip above a panel
-SIZE = 20  # of the letters
+TITLE_HEIGHT = 30  # pixels, of the strip above a panel
+FONT_SIZE = 20  # of pygame's default font
 MARGIN = 10  # pixels
-BAR = 110  # pixels, a scale bar is as long as that at most
+MAX_SCALE_BAR = 110  # pixels, longest scale bar
 
 
 def text(surface: pygame.Surface, words: str, x: int, middle: int, colour: Colour = INK) -> int:
-    """Write from `x` on, around the height `middle`; returns where it ends."""
+    """Write from `x` to the right, vertically centred at `middle`; returns the x of its end."""
     letters = _letters(words, colour)
     surface.blit(letters, (x, middle - letters.get_height() // 2 + 1))
     return x + letters.get_width()
 
 
 def width_of(words: str) -> int:
-    """Pixels that a text takes."""
+    """Width of a text, pixels."""
     return _letters(words, INK).get_width()
 
 
 def shortened(words: str, room: int) -> str:
-    """The text, cut to `room` pixels."""
+    """The text, truncated to `room` pixels."""
     if width_of(words) <= room:
         return words
     while words and width_of(words + " ...") > room:
@@ -39,18 +39,18 @@ def shortened(words: str, room: int) -> str:
 
 
 def title(strip: pygame.Surface, words: str, taken: int) -> None:
-    """A line of text on an empty strip, of which the last `taken` pixels are for something else."""
+    """Write a title on an empty strip, except on its last `taken` pixels."""
     strip.fill(PAPER)
     room = strip.get_width() - taken - 2 * MARGIN
-    text(strip, shortened(words, room), MARGIN, TITLE // 2)
+    text(strip, shortened(words, room), MARGIN, TITLE_HEIGHT // 2)
 
 
 def scale_bar(strip: pygame.Surface, pixels_per_metre: float) -> None:
-    """A round length, at the right end of a strip."""
+    """Draw a scale bar of a round length at the right end of a strip."""
     import pygame
 
     metres = bar_length(pixels_per_metre)
-    right, y = strip.get_width() - MARGIN - 2, TITLE // 2
+    right, y = strip.get_width() - MARGIN - 2, TITLE_HEIGHT // 2
     left = right - round(metres * pixels_per_metre)
     pygame.draw.line(strip, INK, (left, y), (right, y), 2)
     for x in (left, right):
@@ -60,29 +60,29 @@ def scale_bar(strip: pygame.Surface, pixels_per_metre: float) -> None:
 
 
 def bar_length(pixels_per_metre: float) -> float:
-    """1, 2 or 5 times a power of ten, m: the longest that is not too long."""
-    most = BAR / pixels_per_metre
+    """Length of the scale bar, m: the largest 1, 2 or 5 times a power of ten that fits."""
+    most = MAX_SCALE_BAR / pixels_per_metre
     power = 10.0 ** math.floor(math.log10(most))
     return max(step for step in (power, 2 * power, 5 * power) if step <= most)
 
 
 def legend(strip: pygame.Surface) -> None:
-    """Which robot is which, at the right end of a strip."""
+    """Draw the legend, true and estimated robot, at the right end of a strip."""
     import pygame
 
-    y, x = TITLE // 2, strip.get_width() - LEGEND
+    y, x = TITLE_HEIGHT // 2, strip.get_width() - LEGEND_WIDTH
     pygame.draw.aacircle(strip, BLUE, (x, y), 7, 2)
     x = text(strip, "true", x + 12, y) + 22
     pygame.draw.aacircle(strip, VERMILION, (x, y), 7)
     text(strip, "estimated", x + 12, y)
 
 
-LEGEND = 154  # pixels that it takes
+LEGEND_WIDTH = 154  # pixels
 
 
-@lru_cache(maxsize=128)  # loading a font costs more than all else that is written
+@lru_cache(maxsize=128)  # loading a font costs more than writing all texts
 def _letters(words: str, colour: Colour) -> pygame.Surface:
     import pygame
 
     pygame.font.init()
-    return pygame.font.Font(None, SIZE).render(words, True, colour)
+    return pygame.font.Font(None, FONT_SIZE).render(words, True, colour)

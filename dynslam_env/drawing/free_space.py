@@ -1,9 +1,9 @@
-"""FreeSpace: the part of the plane that can be reached when all doors are open, as polygons.
+"""FreeSpace: the area that is reachable when all doors are open, as polygons.
 
-Walls are lines without thickness; what lies behind them is solid or another room. They cut the
-plane into faces, which are traced along their edges (de Berg et al., Computational Geometry, 3rd
-edition, ch. 2.2: the doubly-connected edge list); the face that holds the robot is free. Polygons
-stay sharp at any zoom, as a picture that is filled would not.
+Walls are lines without thickness, which divide the plane into faces. The faces are traced along
+their edges (de Berg et al., Computational Geometry, 3rd edition, ch. 2.2: the doubly-connected edge
+list); the face that contains the robot is free. Polygons stay sharp at any zoom, unlike a flood
+fill.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy as np
 
 from slam.geometry import Array
 
-SLACK = 0.005  # m, walls drawn by hand may miss each other by twice as much
-GRAIN = 1e-4  # m, corners nearer than this are one
+WALL_EXTENSION = 0.005  # m, at both ends of a wall: gaps of twice as much are closed
+CORNER_RESOLUTION = 1e-4  # m, closer corners are merged
 
 
 class FreeSpace(NamedTuple):
     """A polygon with holes.
 
-    outer  (n, 2) m, around all of it; None: there is no end to it
-    holes  (k, 2) m each, solids within
+    outer  (n, 2) m, outer boundary; None: unbounded
+    holes  (k, 2) m each, solids inside
     """
 
     outer: Array | None
@@ -30,9 +30,9 @@ class FreeSpace(NamedTuple):
 
 
 def free_space(walls: Array, at: tuple[float, float]) -> FreeSpace:
-    """What can be reached from `at`, m, among `walls` (w, 4), m."""
+    """The free space around `at`, m, among `walls` (w, 4), m."""
     corners, edges = _corners_and_edges(_pieces(_lengthened(walls)))
-    rings = [corners[_unspiked(ring)] for ring in _rings(corners, edges)]
+    rings = [corners[_without_spikes(ring)] for ring in _rings(corners, edges)]
     areas = [_area(ring) for ring in rings]
     around = [
         (area, i)
@@ -47,17 +47,21 @@ def free_space(walls: Array, at: tuple[float, float]) -> FreeSpace:
 
 
 def _lengthened(walls: Array) -> Array:
-    """(n, 2, 2) from and to, each a little longer at both ends, so that corners surely cross."""
+    """(n, 2, 2) end points of the walls, extended at both ends so that corners intersect."""
     ends = walls.reshape(-1, 2, 2)
     along = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(along, axis=1)
-    ends, along, length = ends[length > GRAIN], along[length > GRAIN], length[length > GRAIN]
-    more = along * (SLACK / length)[:, None]
+    ends, along, length = (
+        ends[length > CORNER_RESOLUTION],
+        along[length > CORNER_RESOLUTION],
+        length[length > CORNER_RESOLUTION],
+    )
+    more = along * (WALL_EXTENSION / length)[:, None]
     return np.stack([ends[:, 0] - more, ends[:, 1] + more], axis=1)
 
 
 def _pieces(walls: Array) -> Array:
-    """(m, 2, 2) the walls, cut wherever another wall crosses, touches or begins on them."""
+    """(m, 2, 2) the walls, cut wherever another wall crosses or touches them."""
     start, along = walls[:, 0], walls[:, 1] - walls[:, 0]
     between = start[None] - start[:, None]
     cross = _cross(along[:, None], along[None])
@@ -70,7 +74,7 @@ def _pieces(walls: Array) -> Array:
     length = np.linalg.norm(along, axis=1)[:, None]
     share = (offset @ along[:, :, None])[:, :, 0] / length**2
     beside = np.abs(_cross(offset, along[:, None])) / length
-    touching = (beside < GRAIN) & (share >= 0) & (share <= 1)
+    touching = (beside < CORNER_RESOLUTION) & (share >= 0) & (share <= 1)
     pieces = []
     for i, (a, d) in enumerate(zip(start, along, strict=True)):
         cuts = np.concatenate([[0.0, 1.0], t[i, crossing[i]], share[i, touching[i]]])
@@ -80,17 +84,17 @@ def _pieces(walls: Array) -> Array:
 
 
 def _corners_and_edges(pieces: Array) -> tuple[Array, np.ndarray]:
-    """(c, 2) corners, m, and (e, 2) the two corners of every edge, each in both directions."""
-    lattice = np.round(pieces.reshape(-1, 2) / GRAIN).astype(np.int64)
+    """(c, 2) corners, m, and (e, 2) the indices of each edge's corners, in both directions."""
+    lattice = np.round(pieces.reshape(-1, 2) / CORNER_RESOLUTION).astype(np.int64)
     corners, ids = np.unique(lattice, axis=0, return_inverse=True)
     edges = ids.reshape(-1, 2)
     edges = edges[edges[:, 0] != edges[:, 1]]
     edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
-    return corners.astype(np.float64) * GRAIN, edges
+    return corners.astype(np.float64) * CORNER_RESOLUTION, edges
 
 
 def _rings(corners: Array, edges: np.ndarray) -> list[list[int]]:
-    """The corners around every face, each with the face on the left."""
+    """The corners around each face, with the face on the left."""
     headings = np.arctan2(*(corners[edges[:, 1]] - corners[edges[:, 0]]).T[::-1])
     order = np.lexsort([headings, edges[:, 0]])  # around every corner, counter-clockwise
     leaving: dict[int, list[int]] = {}
@@ -113,15 +117,15 @@ def _rings(corners: Array, edges: np.ndarray) -> list[list[int]]:
     return rings
 
 
-def _unspiked(ring: list[int]) -> list[int]:
-    """The ring without walls that end within it, which it runs there and back."""
+def _without_spikes(ring: list[int]) -> list[int]:
+    """The ring without dead-end walls, which it traverses in both directions."""
     kept: list[int] = []
     for corner in ring:
         if len(kept) > 1 and kept[-2] == corner:
             kept.pop()
         else:
             kept.append(corner)
-    while len(kept) > 2 and kept[1] == kept[-1]:  # a spike on which the ring began
+    while len(kept) > 2 and kept[1] == kept[-1]:  # a spike at the start of the ring
         kept = kept[1:-1]
     return kept
 
@@ -131,12 +135,12 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _area(ring: Array) -> float:
-    """m^2, negative if the ring runs clockwise: around a solid, seen from outside."""
+    """Area in m^2, negative for a clockwise ring: the outside of a solid."""
     return float(_cross(ring, np.roll(ring, -1, axis=0)).sum()) / 2
 
 
 def _inside(point: tuple[float, float], ring: Array) -> bool:
-    """Even-odd rule; edges that are run there and back cancel."""
+    """Even-odd rule; edges that occur in both directions cancel."""
     (x, y), a, b = point, ring, np.roll(ring, -1, axis=0)
     spans = (a[:, 1] > y) != (b[:, 1] > y)
     (ax, ay), (bx, by) = a[spans].T, b[spans].T
@@ -144,6 +148,6 @@ def _inside(point: tuple[float, float], ring: Array) -> bool:
 
 
 def _within(ring: Array, outer: Array) -> bool:
-    """Whether a clockwise ring lies in `outer`; its leftmost corner tells."""
+    """Whether a clockwise ring is inside `outer`, judged by its leftmost corner."""
     x, y = ring[np.lexsort(ring.T[::-1])[0]].tolist()
     return not (outer == (x, y)).all(axis=1).any() and _inside((x, y), outer)

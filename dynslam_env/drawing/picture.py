@@ -1,6 +1,6 @@
-"""Painter: draws a scene and a belief onto panels: the truth, and by it the map.
+"""Painter: draws a scene (the truth) and a belief (a SLAM's map) on two panels.
 
-pygame is imported when something is drawn for the first time.
+pygame is imported on first use.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dynslam_env.drawing import captions, colours
-from dynslam_env.drawing.canvas import FINE, Canvas
-from dynslam_env.drawing.captions import TITLE
+from dynslam_env.drawing.canvas import SUPERSAMPLING, Canvas
+from dynslam_env.drawing.captions import TITLE_HEIGHT
 from dynslam_env.drawing.free_space import FreeSpace, free_space
 from dynslam_env.drawing.scene import Belief, Scene
 from dynslam_env.drawing.view import Projection, View
@@ -20,23 +20,25 @@ from slam.geometry import Array
 if TYPE_CHECKING:
     import pygame
 
-MAP_FINE = 2  # few lines are drawn on a map, and its cells cost time
+MAP_SUPERSAMPLING = 2  # lower: a map has few lines, and its cells cost time
 
 
 class Painter:
-    """Paints pictures; `fine` is how much larger they are drawn before edges are smoothed.
+    """Paints pictures.
 
-    All pictures of one view have the size of the first, whatever the size of a later world.
+    All pictures of one view have the size of the first, even if a later world is larger.
+
+    supersampling  factor of the panel of the truth
     """
 
-    def __init__(self, fine: int = FINE):
-        self._fine = fine
+    def __init__(self, supersampling: int = SUPERSAMPLING):
+        self._supersampling = supersampling
         self._floor: tuple[Array, FreeSpace] | None = None
         self._canvases: tuple[Canvas, Canvas] | None = None
         self._sized: tuple[View, tuple[int, int]] | None = None
 
     def picture(self, scene: Scene, belief: Belief | None, view: View) -> pygame.Surface:
-        """The picture; its sides are even, as films want them."""
+        """The picture; its sides are even, as video encoders need them."""
         size = self._size(view, scene.walls)
         truth, map_ = self._fresh(size)
         projection = view.projection(scene.walls, (scene.pose.x, scene.pose.y), size)
@@ -46,9 +48,9 @@ class Painter:
         return _arranged(panels, view.below(size))
 
     def _fresh(self, size: tuple[int, int]) -> tuple[Canvas, Canvas]:
-        """A canvas for the truth and one for the map, kept from picture to picture."""
+        """The canvases for the truth and for the map, reused from picture to picture."""
         if self._canvases is None or self._canvases[0].size != size:
-            self._canvases = Canvas(size, self._fine), Canvas(size, MAP_FINE)
+            self._canvases = Canvas(size, self._supersampling), Canvas(size, MAP_SUPERSAMPLING)
         return self._canvases
 
     def _size(self, view: View, walls: Array) -> tuple[int, int]:
@@ -77,7 +79,7 @@ def _truth(scene: Scene, free: FreeSpace, projection: Projection, canvas: Canvas
         canvas.person(x, y, radius)
     canvas.robot(scene.pose, scene.radius, colours.BLUE)
     panel, strip = _panel(canvas)
-    captions.title(strip, scene.title, captions.BAR + 60)
+    captions.title(strip, scene.title, captions.MAX_SCALE_BAR + 60)
     captions.scale_bar(strip, projection.scale)
     return panel
 
@@ -91,23 +93,23 @@ def _belief(scene: Scene, belief: Belief, projection: Projection, canvas: Canvas
     canvas.robot(belief.pose, scene.radius, colours.VERMILION)
     canvas.robot(scene.pose, scene.radius, colours.BLUE, filled=False)
     panel, strip = _panel(canvas)
-    captions.title(strip, belief.title, captions.LEGEND + captions.MARGIN)
+    captions.title(strip, belief.title, captions.LEGEND_WIDTH + captions.MARGIN)
     captions.legend(strip)
     return panel
 
 
 def _panel(canvas: Canvas) -> tuple[pygame.Surface, pygame.Surface]:
-    """What was drawn, below an empty strip for its title; and that strip."""
+    """The drawing below an empty strip for its title, and that strip."""
     import pygame
 
     width, height = canvas.size
-    panel = pygame.Surface((width, height + TITLE))
-    panel.blit(canvas.shown(), (0, TITLE))
-    return panel, panel.subsurface((0, 0, width, TITLE))
+    panel = pygame.Surface((width, height + TITLE_HEIGHT))
+    panel.blit(canvas.shown(), (0, TITLE_HEIGHT))
+    return panel, panel.subsurface((0, 0, width, TITLE_HEIGHT))
 
 
 def _arranged(panels: list[pygame.Surface], below: bool) -> pygame.Surface:
-    """The panels in a column or in a row, a line between them."""
+    """The panels in a column or in a row, with a line between them."""
     import pygame
 
     width, height = panels[0].get_size()

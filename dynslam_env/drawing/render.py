@@ -1,6 +1,6 @@
-"""Viewer: pictures of a scene as arrays, or in a window.
+"""Viewer: renders a scene to an array or to a window.
 
-pygame is imported when something is drawn for the first time.
+pygame is imported on first use.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.drawing.canvas import FINE
+from dynslam_env.drawing.canvas import SUPERSAMPLING
 from dynslam_env.drawing.picture import Painter
 from dynslam_env.drawing.scene import Belief, Scene
 from dynslam_env.drawing.view import View
@@ -18,22 +18,22 @@ from dynslam_env.drawing.view import View
 if TYPE_CHECKING:
     import pygame
 
-LIVE = FINE // 2  # a window is smoothed less, for speed
+WINDOW_SUPERSAMPLING = SUPERSAMPLING // 2  # lower, for speed
 
 
 class Viewer:
-    """Draws scenes into an array, or into a window if `window`, at most `fps` of them a second."""
+    """Renders scenes to arrays, or to a window if `window`, with at most `fps` per second."""
 
     def __init__(self, window: bool, fps: int):
         self._window, self._fps = window, fps
-        self._painter = Painter(LIVE if window else FINE)
+        self._painter = Painter(WINDOW_SUPERSAMPLING if window else SUPERSAMPLING)
         self._screen: pygame.Surface | None = None
         self._clock: Any = None
 
     def draw(
         self, scene: Scene, belief: Belief | None = None, view: View | None = None
     ) -> NDArray[np.uint8] | None:
-        """The picture (rows, columns, 3), or None if it went to the window."""
+        """The picture (rows, columns, 3), or None if it was shown in the window."""
         picture = self._painter.picture(scene, belief, view or View())
         if self._window:
             self._show(picture)
@@ -41,7 +41,7 @@ class Viewer:
         return pixels(picture)
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window, if any."""
         if self._screen is not None:
             import pygame
 
@@ -63,7 +63,7 @@ class Viewer:
 
 
 def pixels(picture: pygame.Surface) -> NDArray[np.uint8]:
-    """(rows, columns, 3); an array of its own, in half the time of `surfarray.array3d`."""
+    """A copy (rows, columns, 3), in half the time of `surfarray.array3d`."""
     import pygame
 
     width, height = picture.get_size()

@@ -1,4 +1,4 @@
-"""Scene and Belief: what there is to draw; and a scene between two others, for smooth motion."""
+"""Scene and Belief: the content of a picture; and interpolation between two, for smooth motion."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from slam.scan import Scan
 
 
 class Scene(NamedTuple):
-    """The truth to be drawn.
+    """The true state of a world, to be drawn.
 
     walls    (w, 4) m
-    leaves   (d, 4, 4) edges of the door leaves as they stand, m
+    leaves   (d, 4, 4) current edges of the door leaves, m
     sweeps   (d, 4) hinge x, y in m, closed direction and opening angle (with its sign) in rad
-    scan     the last one
+    scan     the last scan
     pose     of the robot
     radius   of the robot, m
-    trail    poses so far
+    trail    past poses of the robot
     title    a line of text
     people   (p, 3) x, y, radius, m
-    sensor   the laser when it took the scan (world_from_sensor); None: where the robot has it now
+    sensor   pose of the laser at the time of the scan (world_from_sensor); None: its current pose
     """
 
     walls: Array
@@ -42,12 +42,12 @@ class Scene(NamedTuple):
 
     @property
     def taken_from(self) -> Pose2:
-        """The laser when it took the scan, world."""
+        """Pose of the laser at the time of the scan, world."""
         return self.pose @ self.scan.mount if self.sensor is None else self.sensor
 
 
 class Belief(NamedTuple):
-    """What a SLAM believes: its map, the robot's pose and its trail in it, a line of text."""
+    """The belief of a SLAM: map, pose and trail of the robot in it, and a line of text."""
 
     grid: OccupancyGrid
     pose: Pose2
@@ -56,9 +56,9 @@ class Belief(NamedTuple):
 
 
 def scene_between(a: Scene, b: Scene, share: float) -> Scene:
-    """The scene at `share` (0 .. 1) of the way from `a` to `b`, two of the same episode.
+    """Interpolate at `share` (0 .. 1) between two scenes of the same episode.
 
-    The scan is one that was really taken, drawn from where it was.
+    The scan is the nearer of the two, drawn from the pose at which it was taken.
     """
     near = b if share >= 0.5 else a
     return b._replace(
@@ -71,18 +71,18 @@ def scene_between(a: Scene, b: Scene, share: float) -> Scene:
 
 
 def belief_between(a: Belief, b: Belief, share: float) -> Belief:
-    """The belief at `share` (0 .. 1) of the way from `a` to `b`; the map is that of `b`."""
+    """Interpolate the pose at `share` (0 .. 1) between two beliefs; the map is that of `b`."""
     return b._replace(pose=pose_between(a.pose, b.pose, share))
 
 
 def pose_between(a: Pose2, b: Pose2, share: float) -> Pose2:
-    """The pose at `share` (0 .. 1) of the straight way from `a` to `b`, turning the short way."""
+    """Interpolate linearly at `share` (0 .. 1) between two poses, with the smaller turn."""
     turn = math.remainder(b.theta - a.theta, math.tau)
     return Pose2(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.theta + share * turn)
 
 
 def scene(batch: WorldBatch, i: int, trail: Sequence[Pose2]) -> Scene:
-    """The truth of world `i` as it stands; `trail` is where its robot has been."""
+    """The current scene of world `i`; `trail` holds the past poses of its robot."""
     layout, world, config = batch.layouts[i], batch.worlds[i], batch.config
     angle = config.doors.open_angle
     sweeps = [(*d.hinge, d.closed, d.swing * angle) for d in layout.doors]

@@ -1,1 +1,1 @@
-"""Navigation on a map that a SLAM makes: costmap, plan, frontiers, doors found, steering."""
+"""Navigation on a SLAM's map: costmap, planner, frontiers, doors found, path following."""

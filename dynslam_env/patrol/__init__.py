@@ -1,1 +1,1 @@
-"""The task of keeping a map and a pose right in a place that changes: `DoorPatrol-v0`."""
+"""The task of keeping map and pose accurate in a place that changes: `DoorPatrol-v0`."""

@@ -1,16 +1,16 @@
-"""Orders: how a patrol is driven and paid, beside the world that it is in."""
+"""PatrolConfig: SLAM, action limits and reward of a patrol."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.patrol.rewards import RewardWeights
-from dynslam_env.simulation.config import PlaceKeywords
+from dynslam_env.simulation.config import PlaceKeywords, split_keywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
 from dynslam_env.simulation.world import CONTROL_DT
@@ -18,7 +18,7 @@ from dynslam_env.simulation.world_batch import actions_of
 from slam.errors import InputError
 from slam.validation import instance, positive, whole_number
 
-NO_TASK = Task(reward={}, ends=())  # the patrol pays, and time alone ends it
+NO_TASK = Task(reward={}, ends=())  # the patrol has a reward of its own and ends by time alone
 
 
 class PatrolKeywords(PlaceKeywords, total=False):
@@ -34,14 +34,14 @@ class PatrolKeywords(PlaceKeywords, total=False):
 
 @dataclass(frozen=True)
 class PatrolConfig:
-    """How a patrol is driven and paid.
+    """SLAM, action limits and reward of a patrol.
 
     slam        name of the SLAM variant
     speed       m/s that an action of 1 stands for
     turn        rad/s that an action of 1 stands for
     hold        control steps of 0.1 s for which an action is held
-    scan_every  control steps between two scans that the SLAM takes in; `hold` is a multiple of it
-    pay         the reward
+    scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it
+    pay         weights of the reward
     """
 
     slam: str = "hmm-ml"
@@ -65,11 +65,8 @@ class PatrolConfig:
     @staticmethod
     def split(keywords: Mapping[str, Any]) -> tuple[PatrolConfig, dict[str, Any]]:
         """The patrol's share of `PatrolKeywords` as a config, and the rest, the place's."""
-        place = dict(keywords)
-        patrol = {f.name: place.pop(f.name) for f in fields(PatrolConfig) if f.name in place}
-        if patrol.get("pay", 0) is None:
-            del patrol["pay"]
-        return PatrolConfig(**patrol), place
+        pay = keywords.get("pay") or RewardWeights()
+        return split_keywords(PatrolConfig, {**keywords, "pay": pay})
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -82,8 +79,8 @@ class PatrolConfig:
         return self.hold * CONTROL_DT
 
     def commands(self, actions: NDArray[Any], robot: Robot) -> NDArray[Any]:
-        """Actions (..., 2) of the patrol as actions of the robot; raises InputError for what is
-        none."""
+        """Actions (..., 2) of the patrol as actions of the robot; raises InputError for values that
+        are not finite."""
         shape = (*np.shape(actions)[:-1], 2)
         given = np.clip(actions_of(actions, shape), -1.0, 1.0)
         return given * (self.speed / robot.max_speed, self.turn / robot.max_turn)

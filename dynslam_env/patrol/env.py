@@ -1,4 +1,4 @@
-"""DoorPatrol-v0: keep the map and the pose right in a place that never stays explored."""
+"""DoorPatrol-v0: keep map and pose accurate in a place whose doors move."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ Observation = dict[str, Any]
 
 
 class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
-    """A robot patrols a place whose doors open and close, with a SLAM running.
+    """A robot patrols a place whose doors open and close, while a SLAM runs.
 
     ## Description
-    Where doors move, exploration is never finished: what was seen a minute ago may be wrong now. The
-    robot is to know, all the time, where it is and what the place looks like. A SLAM
-    (`SlamWrapper`) is inside; beside its map the task keeps a dynamic map of its own in cells of
-    0.15 m (`Memory`, the same for every SLAM), which expects what changed to change again. Any world
-    will do: `gym.make("DoorPatrol-v0", world="office", max_episode_steps=1250)`.
+    Where doors move, exploration is never finished: an observation a minute old may be wrong. The
+    task is to know the pose and the place at all times. A SLAM runs in the environment
+    (`SlamWrapper`); beside its map the task keeps a dynamic map of its own in cells of 0.15 m
+    (`DynamicMap`, the same for every SLAM), which predicts that changing cells change again. Any
+    world can be used: `gym.make("DoorPatrol-v0", world="office", max_episode_steps=1250)`.
 
     ## Action Space
     `Box(-1, 1, (2,), float32)`: forward velocity (1 is 0.8 m/s) and turning velocity (1 is
     1.5 rad/s), held for 0.4 s. `DoorPatrolGoals-v0` has the same task with discrete goals instead.
 
     ## Observation Space
-    `Dict`; all from what the robot perceives, none from the truth.
+    `Dict`, from the robot's sensors and its SLAM alone; nothing of the truth.
 
     | key            | shape       | what                                                 | range   |
     |----------------|-------------|------------------------------------------------------|---------|
@@ -57,11 +57,11 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     | term          | weight | what                                                              | unit |
     |---------------|--------|-------------------------------------------------------------------|------|
-    | `information` | 0.002  | by how much the scans lowered the entropy of the dynamic map; doors that are not looked at regain theirs | bit |
-    | `freshness`   | 0.01   | cells with echoes that were seen lately, exp(-age / 3 s) of each: 0.1 if it never changed, up to 1.1 if it did; times how long | cell s |
-    | `pose`        | 0.05   | by how much the SLAM's pose became surer (1/2 log2 det of the covariance, no better than 5 mm and 0.2 deg) | bit |
-    | `distance`    | -0.02  | way by the wheels                                                 | m    |
-    | `collision`   | -1.0   | share of the step in which something was touched                  |      |
+    | `information` | 0.002  | decrease of the dynamic map's entropy by the scans; that of unobserved doors grows again | bit |
+    | `freshness`   | 0.01   | exp(-age / 3 s) of the cells with echoes, weighted 0.1 if a cell never changed and up to 1.1 if it did; times the duration | cell s |
+    | `pose`        | 0.05   | decrease of 1/2 log2 det of the SLAM's covariance, down to 5 mm and 0.2 deg | bit |
+    | `distance`    | -0.02  | distance by the wheels                                            | m    |
+    | `collision`   | -1.0   | share of the step in which the robot touched something            |      |
 
     ## Starting State
     That of the world; the SLAM begins at the true start.
@@ -70,8 +70,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     Never terminated; truncated after 250 steps (100 s), the budget of time.
 
     ## Information
-    `reward_terms`, `time` (s), and what the judge knows, who is shown the truth:
-    `door_brier` (mean squared difference between P(closed) by the dynamic map and the truth, over
+    `reward_terms`, `time` (s), and, by the truth: `door_brier` (mean squared difference between P(closed) by the dynamic map and the truth, over
     the doors), `pose` (true), `door_angles`, `collision` (share of the step), `slam` (see
     `SlamWrapper`).
 
@@ -81,10 +80,10 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | argument      | default    | what                                                            |
     |---------------|------------|-----------------------------------------------------------------|
     | `slam`        | "hmm-ml"   | the SLAM variant                                                |
-    | `pay`         | `Pay()`    | weights of the reward                                           |
-    | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | what an action of 1 stands for                        |
+    | `pay`         | `RewardWeights()` | weights of the reward                                    |
+    | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | velocities of an action of 1                          |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
-    | `scan_every`  | 2          | control steps between two scans that the SLAM takes in          |
+    | `scan_every`  | 2          | control steps between two scans given to the SLAM               |
     | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never |
 
     ## Version History
@@ -117,7 +116,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.observation_space = observation_space()
         self._patroller: Patroller | None = None
 
-    # -- what an agent may know ----------------------------------------------------------------
+    # -- what an agent may read ----------------------------------------------------------------
 
     def snapshot(self) -> PatrolSnapshot:
         """What the robot knows now; its maps must be read before the next step."""
@@ -167,7 +166,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     @property
     def patroller(self) -> Patroller:
-        """The dynamic map, and the SLAM's last estimate."""
+        """The dynamic map and the SLAM's last estimate."""
         if self._patroller is None:
             raise gym.error.ResetNeeded("there is no patrol before reset()")
         return self._patroller
@@ -187,7 +186,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive as asked for `hold` control steps."""
+        """Hold an action for `hold` control steps."""
         patroller, orders, info = self.patroller, self.orders, {}
         command = orders.commands(action, self.robot)
         for k in range(1, orders.hold + 1):

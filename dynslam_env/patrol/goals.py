@@ -1,4 +1,4 @@
-"""DoorPatrolGoals-v0: the patrol as decisions where to go, with the driving done."""
+"""DoorPatrolGoals-v0: the patrol with goals as actions; a path follower drives to them."""
 
 from __future__ import annotations
 
@@ -30,19 +30,18 @@ from slam.validation import positive_number
 
 
 class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
-    """A robot patrols a place whose doors open and close; the agent says where to go next.
+    """A robot patrols a place whose doors open and close; the agent chooses its goals.
 
     ## Description
-    The task, the SLAM and the dynamic map of `DoorPatrol-v0`. What there is to choose from is found
-    on the SLAM's map and in the dynamic map: frontiers, where what is known ends, and doors, where
-    cells were seen to change. A path follower drives there, slows down before what the laser sees,
-    and gets itself unstuck; it is the one that the classical agents are driven by.
+    The task, the SLAM and the dynamic map of `DoorPatrol-v0`. The goals are frontiers of the SLAM's
+    map and doors found in the dynamic map, where cells changed. The path follower of the classical
+    agents drives to them, slows down before obstacles of the last scan, and recovers when stuck.
 
-    A decision lasts until the goal is reached, until it cannot be (no way leads there any more, or
-    the robot did not get on for 4 s), or until `patience` is over; after that the same goal may be
-    chosen again. What is left of getting unstuck comes first in the next decision. Decisions take
-    different times: this is a semi-Markov decision process (Sutton, Precup and Singh 1999), and the
-    reward is not discounted within one.
+    A decision lasts until the goal is reached, until it cannot be (no path leads there any more, or
+    the robot made no progress for 4 s), or for `patience`; then the same goal may be chosen again.
+    An unfinished recovery continues in the next decision. Decisions take different times: this is a
+    semi-Markov decision process (Sutton, Precup and Singh 1999), and the reward is not discounted
+    within a decision.
 
     ## Action Space
     `Discrete(9)`:
@@ -50,12 +49,12 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     | action | goal                                                                                |
     |--------|-------------------------------------------------------------------------------------|
     | 0      | look around: turn by 170 degrees to the left, on the spot                           |
-    | 1 .. 4 | a frontier: stand before it and look beyond; 1 is the nearest by the way            |
-    | 5 .. 8 | a door that was found: stand where it is seen and look at it; 5 was unseen longest  |
+    | 1 .. 4 | a frontier: stand before it and look beyond; 1 has the shortest path                |
+    | 5 .. 8 | a door that was found: look at it from a cell that sees it; 5 was unseen longest    |
 
-    Only what a way leads to is offered. A frontier that was reached, and anything on the way to
-    which the robot got stuck, is left out for 60 s, a door that was looked at for 8 s, and with it
-    what is nearer to it than 0.5 m. An action whose slot is empty is legal and looks around.
+    Only goals to which a path leads are offered. A reached frontier, and any goal on the way to
+    which the robot was stuck, is left out for 60 s, a visited door for 8 s, with all goals nearer
+    to it than 0.5 m. An action without a goal is legal and looks around.
 
     ## Observation Space
     That of `DoorPatrolEnv`, and:
@@ -63,18 +62,18 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     | key           | shape          | what                                             | range   |
     |---------------|----------------|--------------------------------------------------|---------|
     | `goals`       | (9, 7) float32 | a row for each action, below                     | -1 .. 1 |
-    | `action_mask` | (9,) int8      | 1 where there is something to choose             | 0, 1    |
+    | `action_mask` | (9,) int8      | 1 where the action has a goal                    | 0, 1    |
 
     | column | of `goals`                                                            | range   |
     |--------|-----------------------------------------------------------------------|---------|
-    | 0      | present: 1; all of the row is 0 where the slot is empty               | 0, 1    |
-    | 1      | way to go, over 10 m                                                  | 0 .. 1  |
+    | 0      | present: 1; the row of an action without a goal is 0                  | 0, 1    |
+    | 1      | length of the path, over 10 m                                         | 0 .. 1  |
     | 2, 3   | cosine, sine of the bearing of frontier or door, from the robot; 0, 0 for action 0 | -1 .. 1 |
     | 4      | size of the frontier, log(cells) / log(200), cells of 0.1 m; doors 0  | 0 .. 1  |
     | 5      | time since it was seen, 1 - exp(-age / 20 s); frontiers 1             | 0 .. 1  |
     | 6      | changes seen, 1 is 0.2 a second; frontiers 0                          | 0 .. 1  |
 
-    `action_masks()` gives the mask as sb3-contrib's MaskablePPO asks for it.
+    `action_masks()` gives the mask for sb3-contrib's MaskablePPO.
 
     ## Rewards
     The sum of those of `DoorPatrolEnv` over the decision; `info["reward_terms"]` are summed by name.
@@ -83,7 +82,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     That of `DoorPatrolEnv`.
 
     ## Episode End
-    Never terminated; truncated when `budget` is used up, in the midst of a decision if need be.
+    Never terminated; truncated when `budget` is used up, within a decision if need be.
 
     ## Information
     Those of `DoorPatrolEnv` at the end of the decision, but `door_brier` and `collision` are means
@@ -92,7 +91,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     | key       | what                                                    |
     |-----------|---------------------------------------------------------|
     | `steps`   | steps of `DoorPatrolEnv` that the decision took         |
-    | `reached` | whether the robot stands at the goal and looks there    |
+    | `reached` | whether the robot is at the goal and has its heading    |
 
     ## Arguments
     Those of `DoorPatrolEnv`, and:
@@ -166,7 +165,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         return self._shown(observation), info
 
     def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive to the goal, or until patience is over."""
+        """Drive to the goal, at most for `patience`."""
         if not self.action_space.contains(action):
             raise InputError(f"actions are whole numbers from 0 to {SLOTS - 1}, got {action!r}")
         chosen = self.options.chosen(int(action))
@@ -214,7 +213,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
 
 
 def _periods(name: str, seconds: float, period: float) -> int:
-    """How many periods `seconds` are; raises InputError where it is no whole number of them."""
+    """`seconds` as a number of periods; raises InputError unless it is a whole number."""
     positive_number(name, seconds)
     periods = round(seconds / period)
     if not periods or not math.isclose(periods * period, seconds):
@@ -223,7 +222,7 @@ def _periods(name: str, seconds: float, period: float) -> int:
 
 
 def _summed(infos: list[dict[str, Any]]) -> dict[str, Any]:
-    """The infos of a decision's steps as one."""
+    """One info for all steps of a decision."""
     terms = [info["reward_terms"] for info in infos]
     means = {key: float(np.mean([i[key] for i in infos])) for key in ("door_brier", "collision")}
     totals = {name: sum(term[name] for term in terms) for name in terms[0]}

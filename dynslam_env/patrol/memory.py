@@ -1,4 +1,4 @@
-"""Memory: the dynamic map of the task, and how many bits a scan adds to it."""
+"""DynamicMap: the dynamic map of the patrol task, and the information gain of a scan in it."""
 
 from __future__ import annotations
 
@@ -14,54 +14,55 @@ from slam.maps.rays import WORD, ObservedCells
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 
-CELL = 0.15  # m; walls hardly ever lie on the border between two such cells, and flicker there
+CELL_SIZE = 0.15  # m; a wall on the border between two cells flickers: rarer in cells so large
 EVIDENCE = Evidence(hit=3.0, free=-1.0, prior=0.5)
-CHANGES = 0.002  # that a cell is taken to have made: hardly any cell ever changes, but ...
-DWELL = 2.0  # s: ... one that was seen to change is soon taken to do so often
-BOTH = 3.0  # s that a cell was watched free and occupied before it counts in full as changing
-STANDS = 0.1  # what a cell is worth that never changed: it may yet
-FADES = 3.0  # s, after which a look is worth 1 / e: no door of the paper's flips within 5
-BEYOND = 0.15  # m: a beam that ends so far behind the place of an echo went through it ...
-ASIDE = 0.05  # m: ... if it passed it this closely
-WATCHED = 10.0  # s that a cell counts as watched at least: one change at once is no rate
+PRIOR_CHANGES = 0.002  # changes a cell counts as having made: few cells ever change, but ...
+PRIOR_DWELL = 2.0  # s: ... the rate of one that was seen to change soon becomes large
+FULL_WEIGHT_TIME = 3.0  # s in each state, after which a changing cell has its full weight
+STATIC_WEIGHT = 0.1  # of a cell that never changed, in the freshness
+FRESHNESS_SCALE = 3.0  # s, in which freshness falls to 1 / e; the paper's doors flip after >= 5
+PASS_DISTANCE = 0.15  # m: a beam that ends this far behind earlier echoes passed through them ...
+PASS_OFFSET = 0.05  # m: ... if it came this close to their centroid
+MIN_WATCH_TIME = 10.0  # s, least observation time of a rate of changes
 
 
 class DynamicMap:
-    """An HMM map in coarse cells (Meyer-Delius, Beinhofer and Burgard 2012), whatever the SLAM.
+    """An HMM map in coarse cells (Meyer-Delius, Beinhofer and Burgard 2012), the same for any SLAM.
 
-    Cells that never changed are taken to stay as they are; one that did is less and less sure while
-    nobody looks, at the rate at which it changed. What a scan tells is thereby worth something
-    again where doors are, and nothing where only walls are.
+    A cell that never changed keeps its state; the entropy of one that did grows while it is not
+    observed, by its rate of changes. A scan therefore brings information again at doors, but not at
+    walls.
 
-    A wall fills its cells only in part, and beams that graze it cross them: a cell that echoes came
-    from is seen free only by a beam that went through where they came from, and the first echo of
-    all is a discovery, not a change.
+    A wall fills its cells only partly, and beams that graze it cross them: a cell with earlier
+    echoes is observed free only by a beam that passed through their centroid, and the first echo of
+    a cell is not a change.
     """
 
     def __init__(self) -> None:
-        self.map = HMM(CELL, EVIDENCE, changes=CHANGES, dwell=DWELL)
+        self.map = HMM(CELL_SIZE, EVIDENCE, changes=PRIOR_CHANGES, dwell=PRIOR_DWELL)
         self._echoed = self.map.cells.tiles.layer(np.bool_)
 
     def look(self, scan: Scan, pose: Pose2) -> float:
-        """Take in a scan made at `pose`; the information gained, bits: the entropy of its cells as
-        they were predicted, less what is left of it. Negative where it contradicts what was known.
+        """Update the map by a scan at `pose`; returns the information gain, bits: the predicted
+        entropy of its cells minus that after the update. Negative for a contradicting scan.
         """
-        seen = self._told(scan, pose)
+        seen = self._seen(scan, pose)
         before = self._entropy(seen.cells, scan.time)
         self.map.observe(seen, scan.time)
         return before - self._entropy(seen.cells, scan.time)
 
-    def _told(self, scan: Scan, pose: Pose2) -> ObservedCells:
-        """The cells that a scan tells something of."""
+    def _seen(self, scan: Scan, pose: Pose2) -> ObservedCells:
+        """The cells that a scan observes."""
         cells = self.map.cells
         seen, echoes = cells.trace(scan, pose), cells.centroids
         sensor = pose @ scan.mount
-        kept = _told(seen.cells, seen.hit, np.array(sensor), scan.ranges, scan.angles, CELL,
-                     cells.tiles.places, echoes.offset.flat, echoes.count.flat)  # fmt: skip
-        told = ObservedCells(seen.cells[kept], seen.hit[kept], seen.echoes)
-        _discover(told.cells, told.hit, self._echoed.flat, EVIDENCE.prior, cells.occupied.flat,
-                  self.map.state.flat, self.map.times.flat)  # fmt: skip
-        return told
+        kept = _observed(seen.cells, seen.hit, np.array(sensor), scan.ranges, scan.angles,
+                         CELL_SIZE, cells.tiles.places, echoes.offset.flat,
+                         echoes.count.flat)  # fmt: skip
+        observed = ObservedCells(seen.cells[kept], seen.hit[kept], seen.echoes)
+        _discover(observed.cells, observed.hit, self._echoed.flat, EVIDENCE.prior,
+                  cells.occupied.flat, self.map.state.flat, self.map.times.flat)  # fmt: skip
+        return observed
 
     def _entropy(self, cells: np.ndarray, time: float) -> float:
         known = self.map
@@ -69,29 +70,28 @@ class DynamicMap:
                         known.counts.flat, known.last.flat, known.prior)  # fmt: skip
 
     def freshness(self, time: float) -> float:
-        """How much of what stands or stood somewhere was seen lately, in cells: the sum over all
-        cells that echoes came from of exp(-age / FADES), weighed by STANDS, and by 1 more for a
-        cell that was seen to change, once it was watched for BOTH s in the state in which it was
-        less."""
+        """The recently observed part of the map, in cells: the sum of exp(-age / FRESHNESS_SCALE)
+        over all cells with echoes, weighted by STATIC_WEIGHT, and by up to 1 more for a changing
+        cell: by the time in its rarer state over FULL_WEIGHT_TIME."""
         known = self.map
         return _freshness(known.since_start(time), self._echoed.flat, known.times.flat,
                           known.counts.flat, known.last.flat)  # fmt: skip
 
     def occupied(self, points: Array, time: float) -> Array:
-        """(n,) P(occupied at `time`) of the cells at points (n, 2), m; NaN where never seen."""
+        """(n,) P(occupied at `time`) of the cells at points (n, 2), m; NaN where never observed."""
         known = self.map
         cells = known.cells
-        return _occupied(points, cells.tiles.index, cells.tiles.origin, 1 / CELL,
+        return _occupied(points, cells.tiles.index, cells.tiles.origin, 1 / CELL_SIZE,
                          known.since_start(time), cells.occupied.flat, cells.observed.flat,
                          known.times.flat, known.counts.flat, known.last.flat,
                          known.prior)  # fmt: skip
 
     def beliefs(self, time: float) -> Beliefs:
-        """All of it, as predicted for `time`, s."""
+        """The whole map as arrays, predicted for `time`, s."""
         known, tiles = self.map, self.map.cells.tiles
         grid = known.predicted(time)
         age = known.since_start(time) - tiles.dense(known.last)
-        watched = np.maximum(tiles.dense(known.times).sum(axis=2), WATCHED)
+        watched = np.maximum(tiles.dense(known.times).sum(axis=2), MIN_WATCH_TIME)
         flips = tiles.dense(known.counts).sum(axis=2) / watched
         return Beliefs(
             grid.spec,
@@ -103,8 +103,8 @@ class DynamicMap:
 
 
 @kernel
-def _told(cells, hit, sensor, ranges, angles, side, places, offset, count):
-    """(n,) bool: echoes never came from there, one does now, or a beam went through that place."""
+def _observed(cells, hit, sensor, ranges, angles, side, places, offset, count):
+    """(n,) bool: the cell had no echo before, has one now, or a beam passed through its echoes."""
     kept = np.ones(len(cells), np.bool_)
     first, more = angles[0], len(angles) - 1
     apart = (angles[-1] - angles[0]) / more if more else 2.0 * np.pi
@@ -122,14 +122,14 @@ def _told(cells, hit, sensor, ranges, angles, side, places, offset, count):
         kept[k] = False
         if beam < len(ranges):
             away = np.hypot(x, y)
-            passed = away * abs(bearing - beam * apart) <= ASIDE
-            kept[k] = passed and ranges[beam] >= away + BEYOND
+            passed = away * abs(bearing - beam * apart) <= PASS_OFFSET
+            kept[k] = passed and ranges[beam] >= away + PASS_DISTANCE
     return kept
 
 
 @kernel
 def _discover(cells, hit, echoed, prior, occupied, state, times):
-    """Forget that cells with their first echo were taken to be free: they had been grazed."""
+    """Reset cells at their first echo: beams that grazed the wall had counted them as free."""
     for k in range(len(cells)):
         i = np.uint64(cells[k])
         if hit[k] and not echoed[i]:
@@ -138,7 +138,7 @@ def _discover(cells, hit, echoed, prior, occupied, state, times):
 
 @kernel
 def _predicted(i, now, occupied, times, counts, last, prior):
-    """P(occupied now) of cell `i`: the chain has run since it was seen."""
+    """P(occupied now) of cell `i`: its Markov chain since the last observation."""
     changes, free_for, occupied_for = prior
     h, gone = occupied[i], now - last[i]
     if gone <= 0.0:
@@ -151,7 +151,7 @@ def _predicted(i, now, occupied, times, counts, last, prior):
 
 @kernel
 def _entropy(cells, now, occupied, times, counts, last, prior):
-    """Bits of all cells together."""
+    """Sum of the entropies of cells, bits."""
     bits = 0.0
     for k in range(len(cells)):
         h = _predicted(np.uint64(cells[k]), now, occupied, times, counts, last, prior)
@@ -166,10 +166,10 @@ def _freshness(now, echoed, times, counts, last):
     for word in range(len(words)):
         for i in range(WORD * word, WORD * (word + 1) if words[word] else 0):
             if echoed[i]:
-                weight = STANDS
+                weight = STATIC_WEIGHT
                 if counts[i, 0] or counts[i, 1]:
-                    weight += min(times[i, 0], times[i, 1], BOTH) / BOTH
-                total += weight * np.exp((last[i] - now) / FADES)
+                    weight += min(times[i, 0], times[i, 1], FULL_WEIGHT_TIME) / FULL_WEIGHT_TIME
+                total += weight * np.exp((last[i] - now) / FRESHNESS_SCALE)
     return total
 
 

@@ -1,4 +1,4 @@
-"""What an agent that patrols is shown: the map around the robot, a coarse scan, how sure it is."""
+"""The observation of a patrol: map around the robot, coarse scan, velocity, pose uncertainty."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from dynslam_env.patrol.memory import CELL, DynamicMap
+from dynslam_env.patrol.memory import CELL_SIZE, DynamicMap
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 
-SIDE = 40  # pixels of the map, each way
-PIXEL = 0.25  # m
+MAP_PIXELS = 40  # of a side of the map
+PIXEL_SIZE = 0.25  # m
 LAYERS = ("occupied", "seen", "age", "flips")
-AGE_SCALE = 20.0  # s: an age that is drawn as 1 - 1 / e
-MAX_FLIP_RATE = 0.2  # changes a second that are drawn as white
-SECTORS = 24  # of the scan
-DEVIATIONS = (1e-3, 1.0)  # m and rad, drawn as 0 and 1
-TRIANGLE = np.tril_indices(3, -1)
+AGE_SCALE = 20.0  # s: an age whose pixel is 1 - 1 / e
+MAX_FLIP_RATE = 0.2  # 1/s: a rate of changes whose pixel is white
+SCAN_SECTORS = 24
+DEVIATION_RANGE = (1e-3, 1.0)  # m and rad, observed as 0 and 1
+LOWER_TRIANGLE = np.tril_indices(3, -1)
 
 
 def observation_space() -> spaces.Dict:
     """See `DoorPatrolEnv`."""
     return spaces.Dict(
         {
-            "map": spaces.Box(0, 255, (len(LAYERS), SIDE, SIDE), np.uint8),
-            "scan": spaces.Box(0.0, 1.0, (SECTORS,), np.float32),
+            "map": spaces.Box(0, 255, (len(LAYERS), MAP_PIXELS, MAP_PIXELS), np.uint8),
+            "scan": spaces.Box(0.0, 1.0, (SCAN_SECTORS,), np.float32),
             "velocity": spaces.Box(-1.0, 1.0, (2,), np.float32),
             "deviations": spaces.Box(0.0, 1.0, (3,), np.float32),
             "correlations": spaces.Box(-1.0, 1.0, (3,), np.float32),
@@ -38,30 +38,30 @@ def observation_space() -> spaces.Dict:
 
 
 def draw_map(memory: DynamicMap, pose: Pose2, time: float, image: np.ndarray) -> None:
-    """The layers of the map around `pose` into `image` (layers, SIDE, SIDE): ahead is up."""
+    """Draw the map around `pose` into `image` (layers, MAP_PIXELS, MAP_PIXELS), ahead is up."""
     known = memory.map
     cells = known.cells
-    _draw(np.array(pose), cells.tiles.index, cells.tiles.origin, 1 / CELL,
+    _draw(np.array(pose), cells.tiles.index, cells.tiles.origin, 1 / CELL_SIZE,
           known.since_start(time), cells.occupied.flat, cells.observed.flat, known.times.flat,
           known.counts.flat, known.last.flat, known.prior, image)  # fmt: skip
 
 
 def sectors(scan: Scan) -> np.ndarray:
-    """(SECTORS,) the nearest echo of each of equally many beams, right to left, as a share of the
-    laser's range; 1 without an echo."""
-    return _nearest(scan.ranges, scan.min_range, scan.max_range, SECTORS)
+    """(SCAN_SECTORS,) nearest echo of each sector of beams, right to left, over the laser's range;
+    1 without an echo."""
+    return _nearest(scan.ranges, scan.min_range, scan.max_range, SCAN_SECTORS)
 
 
 def certainty(pose: Pose2, covariance: Array) -> tuple[np.ndarray, np.ndarray]:
-    """How sure the pose is along the robot, across it, and of its heading: (3,) deviations on a
-    scale of logarithms from 1 mm (or mrad) to 1 m (or rad) as 0 to 1, (3,) correlations."""
+    """Uncertainty of the pose along the robot, across it, and in heading: (3,) deviations on a
+    logarithmic scale, 1 mm (mrad) as 0 and 1 m (rad) as 1, and (3,) correlations."""
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     own = turn @ covariance @ turn.T
     deviations = np.sqrt(np.maximum(np.diag(own), 1e-12))
-    low, high = DEVIATIONS
+    low, high = DEVIATION_RANGE
     shown = np.log(np.minimum(np.maximum(deviations, low), high) / low) / math.log(high / low)
-    correlations = (own / (deviations[:, None] * deviations))[TRIANGLE]
+    correlations = (own / (deviations[:, None] * deviations))[LOWER_TRIANGLE]
     correlations = np.minimum(np.maximum(correlations, -1.0), 1.0)
     return shown.astype(np.float32), correlations.astype(np.float32)
 
@@ -70,8 +70,8 @@ def observe(
     memory: DynamicMap, pose: Pose2, covariance: Array, scan: Scan, velocity: Array,
     limits: tuple[float, float],
 ) -> dict[str, Any]:  # fmt: skip
-    """All of it; `velocity` (2,) in m/s and rad/s, of which `limits` are drawn as 1."""
-    image = np.empty((len(LAYERS), SIDE, SIDE), np.uint8)
+    """The whole observation; `velocity` (2,) in m/s and rad/s, of which `limits` are 1."""
+    image = np.empty((len(LAYERS), MAP_PIXELS, MAP_PIXELS), np.uint8)
     draw_map(memory, pose, scan.time, image)
     deviations, correlations = certainty(pose, covariance)
     return {
@@ -106,8 +106,8 @@ def _draw(
         for col in range(side):
             most, seen, oldest, restless = 0.0, 0, 0.0, 0.0
             for part in range(4):
-                along = ((side - 1) / 2 - row + 0.5 * (part & 1) - 0.25) * PIXEL
-                aside = ((side - 1) / 2 - col + 0.5 * (part >> 1) - 0.25) * PIXEL
+                along = ((side - 1) / 2 - row + 0.5 * (part & 1) - 0.25) * PIXEL_SIZE
+                aside = ((side - 1) / 2 - col + 0.5 * (part >> 1) - 0.25) * PIXEL_SIZE
                 x = (pose[0] + c * along - s * aside - origin[0]) * scale
                 y = (pose[1] + s * along + c * aside - origin[1]) * scale
                 if not (0.0 <= x < cols and 0.0 <= y < rows):

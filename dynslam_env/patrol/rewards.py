@@ -1,4 +1,4 @@
-"""Pay: what patrolling is rewarded for, by name."""
+"""The reward of a patrol: terms and weights, by name."""
 
 from __future__ import annotations
 
@@ -12,22 +12,21 @@ import numpy as np
 from slam.geometry import Array
 from slam.validation import instance, number, one_of
 
-SURE = np.diag([0.005, 0.005, math.radians(0.2)]) ** 2
-"""No pose is worth more than this covariance (m, m, rad): what is better is not needed."""
+COVARIANCE_FLOOR = np.diag([0.005, 0.005, math.radians(0.2)]) ** 2
+"""Covariance (m, m, rad) that is added to the pose's: below it, a better pose brings no reward."""
 
 
 class RewardTerms(NamedTuple):
-    """What one step brought, each in its own unit; the terms of the reward.
+    """The unweighted reward terms of one step.
 
-    information  bits by which scans made the dynamic map surer: what was never seen, and what was
-                 not looked at for long where things change
-    freshness    cells s: how much was seen lately, most of all of what changes, times how long
-                 (`Memory.freshness`)
-    pose         bits by which the pose became surer, 1/2 log2 of the ratio of the covariances'
-                 determinants; negative where it became less sure. Its sum is bounded: no way
-                 of driving to and fro is paid again and again
-    distance     m that the wheels report
-    collision    share of the step in which the bumper was touched
+    information  bits, by which scans lowered the entropy of the dynamic map: of cells never
+                 observed, and of changing cells not observed for long
+    freshness    cells s: `DynamicMap.freshness` times the duration of the step
+    pose         bits, by which the pose became more certain: 1/2 log2 of the ratio of the
+                 covariances' determinants, negative where it became less so. Its sum is bounded,
+                 so that driving back and forth is not rewarded repeatedly
+    distance     m, by the wheels' odometry
+    collision    share of the step in which the robot touched something
     """
 
     information: float = 0.0
@@ -41,7 +40,7 @@ class RewardTerms(NamedTuple):
 class RewardWeights:
     """A weighted sum of named terms.
 
-    weights  name -> weight, of the fields of `RewardTerms`. What is not named does not count
+    weights  name -> weight, of the fields of `RewardTerms`; a missing name counts as 0
     """
 
     weights: Mapping[str, float] = field(
@@ -53,11 +52,11 @@ class RewardWeights:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        instance("Pay.weights", self.weights, Mapping)
-        object.__setattr__(self, "weights", dict(self.weights))  # nobody else's to change
+        instance("RewardWeights.weights", self.weights, Mapping)
+        object.__setattr__(self, "weights", dict(self.weights))  # a private copy
         for name, weight in self.weights.items():
-            one_of("a name in Pay.weights", name, RewardTerms._fields)
-            number(f"Pay.weights[{name!r}]", weight)
+            one_of("a name in RewardWeights.weights", name, RewardTerms._fields)
+            number(f"RewardWeights.weights[{name!r}]", weight)
 
     def terms(self, gains: RewardTerms) -> dict[str, float]:
         """The weighted terms; the reward is their sum."""
@@ -65,5 +64,5 @@ class RewardWeights:
 
 
 def pose_bits(covariance: Array) -> float:
-    """log2 of the size of where the robot may be; differences of it are information."""
-    return 0.5 * float(np.linalg.slogdet(covariance + SURE)[1]) / math.log(2)
+    """1/2 log2 det of the covariance, with COVARIANCE_FLOOR added; differences are bits."""
+    return 0.5 * float(np.linalg.slogdet(covariance + COVARIANCE_FLOOR)[1]) / math.log(2)

@@ -6,7 +6,6 @@ from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 import slam as slam_library
@@ -17,12 +16,16 @@ from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.simulation.world_batch import Rows
-from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, masked
+from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, VectorKeywords, masked
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
 from slam.scan import Scan
 
 Observation = dict[str, Any]
+
+
+class PatrolVectorKeywords(PatrolKeywords, VectorKeywords, total=False):
+    """Keywords of `DoorPatrolVectorEnv`."""
 
 
 class DoorPatrolVectorEnv(DoorWorldVectorEnv):
@@ -39,18 +42,12 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         self,
         num_envs: int = 1,
         *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        threads: int = 1,
         render_mode: None = None,
-        **parts: Unpack[PatrolKeywords],
+        **keywords: Unpack[PatrolVectorKeywords],
     ):
-        check_keywords(DoorPatrolVectorEnv, PatrolKeywords, parts)
-        self.orders, place = PatrolConfig.split(parts)
-        super().__init__(
-            num_envs, max_episode_steps=max_episode_steps, autoreset_mode=autoreset_mode,
-            threads=threads, render_mode=render_mode, task=NO_TASK, **place,
-        )  # fmt: skip
+        check_keywords(DoorPatrolVectorEnv, PatrolVectorKeywords, keywords)
+        self.orders, others = PatrolConfig.split(keywords)
+        super().__init__(num_envs, render_mode=render_mode, task=NO_TASK, **others)
         self.single_action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.single_observation_space = observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -100,14 +97,14 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         return batch.scanners[i].scan(batch.ranges[i].copy(), batch.worlds[i].time)
 
     def _show(self, i: int) -> None:
-        """What world `i` is observed to be."""
+        """Write the observation of world `i`."""
         patrol = self._patrols[i]
         view = patrol.robot.observation(patrol.scan, self.orders.limits)
         for key, rows in self._views.items():
             rows[i] = view[key]
 
     def _briers(self) -> Array:
-        """(n,) how well the doors are known; zero where a world has not begun yet."""
+        """(n,) Brier score of the doors; zero where a world has not begun yet."""
         begun = [i for i, patrol in enumerate(self._patrols) if patrol is not None]
         near = np.array([self._patrols[i].near() for i in begun])
         briers = np.zeros(self.num_envs)
@@ -129,7 +126,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             rows[~mask] = 0
         return masked(infos, mask)
 
-    def _judged(self, mask: Bools) -> Infos:
+    def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
             return {}
         names = self.orders.pay.weights
@@ -138,7 +135,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
 
 class _Patrol:
-    """One robot, its SLAM and the last scan that it took in, and who judges it."""
+    """One robot, its SLAM, the last scan given to it, and the doors' score."""
 
     def __init__(self, system: Slam, scan: Scan, doors: DoorsKnown):
         self._doors, self._slam, self.scan = doors, system, scan
@@ -151,7 +148,7 @@ class _Patrol:
         self.robot.move(displacement, collided)
 
     def locate(self, scan: Scan) -> Estimate:
-        """The SLAM takes in a scan, and all the way since the last one."""
+        """Update the SLAM by a scan and the displacement since the last one."""
         estimate = self._slam.update(self._moved, scan)
         self._moved, self.scan = Pose2(), scan
         return estimate

@@ -1,4 +1,4 @@
-"""A planar laser scanner: exact ranges to all segments, then noise. A SICK LMS200 by default."""
+"""Laser: a planar scanner, by default a SICK LMS200. Ranges are exact, then noise is added."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from slam.scan import Scan
 from slam.validation import finite, instance, positive, whole, within
 
 Floats = NDArray[np.float32]
-BLOCK = 32  # scans whose noise is drawn at once
+SCANS_PER_DRAW = 32  # scans whose noise is drawn at once
 NO_DROPOUT = np.zeros((0, 0), dtype=np.bool_)
 
 
 @dataclass(frozen=True)
 class Laser:
-    """The sensor.
+    """Parameters of a laser scanner.
 
     Defaults: SICK LMS200 at 1 degree (technical description: 180 deg, 8 m in millimetre mode,
     statistical error 1 cm at most).
 
-    beams          number of rays, spread evenly over the field of view, both borders included
+    beams          number of beams, evenly spaced over the field of view, both ends included
     field_of_view  rad, symmetric about straight ahead
-    max_range      m, nothing is heard from beyond
-    min_range      m, a nearer reading is none at all
+    max_range      m; there is no echo from farther away
+    min_range      m; a shorter range gives no reading
     sigma          m, standard deviation of a range
-    dropout        probability that a beam gives no reading at all
-    mount          the sensor on the robot (robot_from_sensor)
+    dropout        probability that a beam gives no reading
+    mount          pose of the sensor on the robot (robot_from_sensor)
     """
 
     beams: int = 181
@@ -65,7 +65,7 @@ class Laser:
 
 
 class Scanner:
-    """A laser at work, with a stream of noise of its own."""
+    """Measures scans with a laser and its own stream of noise."""
 
     def __init__(self, laser: Laser, rng: np.random.Generator):
         self.laser, self._rng = laser, rng
@@ -75,10 +75,10 @@ class Scanner:
         self._settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
         self._noise, self._lost, self._scans = np.empty((0, 0)), NO_DROPOUT, 0
         self.hits = np.empty(laser.beams, dtype=np.int32)
-        """(beams,) the segment that each beam of the last scan met first, -1 for none."""
+        """(beams,) index of the segment that each beam of the last scan hit, -1 for none."""
 
     def exact(self, pose: Pose2, segments: Array, first_edge: int | None = None) -> Array:
-        """(beams,) m, ranges without noise from the robot at `pose`; inf where nothing is hit."""
+        """(beams,) m, ranges without noise from the robot at `pose`; inf for no hit."""
         ranges = np.empty(self.laser.beams)
         at, limit = pose @ self.laser.mount, self.laser.max_range
         edge = len(segments) if first_edge is None else first_edge
@@ -88,14 +88,15 @@ class Scanner:
     def look(
         self, pose: Array, segments: Array, first_edge: int, ranges: Array, observed: Floats
     ) -> None:
-        """Measure from the robot at `pose` (3,), m, m, rad.
+        """Measure a scan from the robot at `pose` (3,), m, m, rad.
 
-        segments    (n, 4) m; from number `first_edge` on they are the edges of solid polygons,
-                    counter-clockwise, whose far sides are never seen
+        segments    (n, 4) m; from index `first_edge` on, edges of solid polygons in
+                    counter-clockwise order, whose far sides are invisible
         ranges      (beams,) m, written: inf for no echo, NaN for no reading
-        observed    (beams,) float32 m, written: for a Box; no echo is max_range, no reading is 0
+        observed    (beams,) float32 m, written: the same, but max_range for no echo, 0 for no
+                    reading
         """
-        row = self._scans % BLOCK
+        row = self._scans % SCANS_PER_DRAW
         if row == 0:
             self._draw()
         self._scans += 1
@@ -103,13 +104,13 @@ class Scanner:
              row, self._noise, self._lost, ranges, observed, self.hits)  # fmt: skip
 
     def scan(self, ranges: Array, time: float) -> Scan:
-        """What was measured, as a SLAM takes it."""
+        """Measured ranges as a `Scan`."""
         laser = self.laser
         return Scan(ranges, self.angles, laser.max_range, laser.min_range, time, laser.mount)
 
     def _draw(self) -> None:
-        """Noise for the next BLOCK scans: numpy draws many numbers faster than few."""
-        laser, shape = self.laser, (BLOCK, self.laser.beams)
+        """Draw the noise of the next SCANS_PER_DRAW scans: fewer calls of numpy are faster."""
+        laser, shape = self.laser, (SCANS_PER_DRAW, self.laser.beams)
         self._noise = self._rng.standard_normal(shape)
         if laser.dropout:
             self._lost = self._rng.random(shape) < laser.dropout

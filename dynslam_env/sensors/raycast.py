@@ -1,4 +1,4 @@
-"""Exact ranges along a fan of beams to many segments: kernels."""
+"""Ray casting as kernels: exact ranges from a fan of beams to many segments."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from slam.kernel import kernel
 
-LANES = 16  # beams tried at once
-NEAR = 1e-3  # rad
-ANGLE_ERROR = 3e-5  # rad, of `_angle`
-EDGE_ON = 1e-9  # m: a segment whose line passes the sensor so near is a point to it
-FLAT = 1.2e-3  # 1/m: nearer than FLAT * max_range^2, a line is met at angles that need care
+BLOCK_BEAMS = 16  # beams that one vectorised loop tests
+PI_MARGIN = 1e-3  # rad: a segment seen under pi within this passes close by the sensor
+ANGLE_ERROR = 3e-5  # rad, bound of the error of `_angle`
+EDGE_ON_DISTANCE = 1e-9  # m: a segment whose line passes the sensor nearer is invisible
+DOUBLE_PRECISION_FACTOR = 1.2e-3  # 1/m; lines nearer than it times max_range^2 need it
 
 
 class RelativeSegment(NamedTuple):
@@ -32,15 +32,15 @@ class RelativeSegment(NamedTuple):
 
 @kernel(error_model="numpy")
 def look(pose, settings, fan, segments, first_edge, row, noise, lost, ranges, observed, hits):
-    """Cast from a robot's pose (3,), add noise, and write what is then measured.
+    """Cast the beams from a robot's pose (3,), add noise, and write the measured ranges.
 
     settings  x, y, theta of the sensor on the robot, min_range, max_range, sigma; m and rad
-    noise     (scans, beams) standard normal, of which `row` is used; lost (scans, beams) bool: no
-              reading, or (0, 0) if there always is one
+    noise     (scans, beams) standard normal, of which `row` is used
+    lost      (scans, beams) bool, beams without a reading; (0, 0) without dropout
     ranges    (beams,) m, written: inf for no echo, NaN for no reading
     observed  (beams,) float32 m, written: max_range for no echo, 0 for no reading
 
-    For the others see `cast`.
+    The other arguments are those of `cast`.
     """
     mount_x, mount_y, mount_theta, min_range, max_range, sigma = settings
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -62,18 +62,18 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
 
     A segment from p to q has a normal n, and the ray r d meets its line where r n.d = n.p. With
     m = n / n.p that is 1/r = m.d: the nearest hit is the largest inverse range, without a division.
-    d meets the segment itself if p and q lie on different sides of d. Single precision finds
-    *which* segment is hit; double precision then says where. (On a line that passes the sensor at a
-    distance h, single precision is wrong by up to 1e-7 r^2 / h: if that is much, double precision
-    does both.) A segment is tried on the blocks of beams only that look its way.
+    d hits the segment if p and q lie on different sides of d. Single precision finds *which*
+    segment is hit; double precision then computes the range. (For a line at distance h from the
+    sensor, single precision has an error up to 1e-7 r^2 / h: if that is large, double precision
+    does both.) A segment is tested only with the blocks of beams that can hit it.
 
     fan       (2, beams) unit vectors, evenly spaced counter-clockwise
-    segments  (n, 4) x1, y1, x2, y2, m; from number `first_edge` on, edges of solid polygons
+    segments  (n, 4) x1, y1, x2, y2, m; from index `first_edge` on, edges of solid polygons
     ranges    (beams,) written, double precision
-    hits      (beams,) written: the number of the segment, -1 for none
+    hits      (beams,) written: index of the segment, -1 for none
     """
     n, beams = len(segments), fan.shape[1]
-    padded = (beams + LANES - 1) // LANES * LANES
+    padded = (beams + BLOCK_BEAMS - 1) // BLOCK_BEAMS * BLOCK_BEAMS
     dx, dy = np.zeros(padded, dtype=np.float32), np.zeros(padded, dtype=np.float32)
     for b in range(beams):
         dx[b], dy[b] = fan[0, b], fan[1, b]
@@ -82,7 +82,7 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
     first = math.atan2(fan[1, 0], fan[0, 0])
     per_step = 1.0 / (2 * abs(first) / max(beams - 1, 1) + 1e-9)
     ahead_only = abs(first) <= math.pi / 2
-    flat2, slack = (FLAT * max_range**2) ** 2, 1.0 + ANGLE_ERROR * per_step
+    flat2, slack = (DOUBLE_PRECISION_FACTOR * max_range**2) ** 2, 1.0 + ANGLE_ERROR * per_step
     lines = np.empty((n, 3))
     c, s = math.cos(theta), math.sin(theta)
     for i in range(n):
@@ -93,7 +93,7 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
         offset = nx * px + ny * py
         h2, length2 = offset * offset, nx * nx + ny * ny
         if offset == 0 or (i >= first_edge and offset < 0):
-            continue  # seen edge-on, or from inside its solid
+            continue  # seen edge-on, or from inside the solid
         if ahead_only and max(px, qx) < -1e-6:
             continue  # behind
         lines[i, 0], lines[i, 1], lines[i, 2] = nx, ny, offset
@@ -102,11 +102,11 @@ def cast(x, y, theta, fan, segments, first_edge, max_range, ranges, hits):
         high = (max(a, b) - first) * per_step
         width, across = abs(a - b), False
         start, stop = low - slack, high + slack
-        if abs(width - math.pi) < NEAR:  # passes close by the sensor: which side is unsure
+        if abs(width - math.pi) < PI_MARGIN:  # passes close by the sensor, on an uncertain side
             start, stop = 0.0, float(beams)
-        elif h2 < EDGE_ON**2 * length2:
+        elif h2 < EDGE_ON_DISTANCE**2 * length2:
             continue
-        elif width > math.pi:  # across the half-line straight behind
+        elif width > math.pi:  # crosses the half-line straight behind
             start, stop, across = high - slack, float(beams), True
         segment, low = RelativeSegment(px, py, qx, qy, nx / offset, ny / offset), low + slack
         if h2 < flat2 * length2:
@@ -138,15 +138,15 @@ def _angle(x, y):
 
 @kernel(error_model="numpy")
 def _nearer(segment: RelativeSegment, i, dx, dy, nearest, winner, low, high):
-    """Put segment number `i` in wherever its inverse range is larger than the `nearest` so far.
+    """Write segment `i` where its inverse range is larger than `nearest`, the largest so far.
 
-    It can be met by beams from number `low` to `high` alone. Precision is that of `dx` and `dy`.
+    Only beams `low` to `high` can hit it. The precision is that of `dx` and `dy`.
     """
     if high < 0 or low > len(dx):
         return
-    # unsigned, so that indices are known not to be negative: else nothing is vectorised
-    start = np.uint64(max(int(low), 0) // LANES * LANES)
-    stop = np.uint64(min((int(high) + LANES) // LANES * LANES, len(dx)))
+    # unsigned indices cannot be negative: otherwise the loop is not vectorised
+    start = np.uint64(max(int(low), 0) // BLOCK_BEAMS * BLOCK_BEAMS)
+    stop = np.uint64(min((int(high) + BLOCK_BEAMS) // BLOCK_BEAMS * BLOCK_BEAMS, len(dx)))
     real = dx.dtype.type
     px, py, qx, qy = real(segment.px), real(segment.py), real(segment.qx), real(segment.qy)
     mx, my, i = real(segment.mx), real(segment.my), np.int32(i)

@@ -1,9 +1,9 @@
 # pyright: reportCallIssue=false
-"""Calls into pymunk's Chipmunk library from a kernel, without a trip through Python for each.
+"""Calls of functions of the Chipmunk library from a kernel, without Python in between.
 
-Functions and objects of the library are known by their addresses, as pymunk's cffi hands them out.
-A kernel that does not hold Python's lock lets other threads step other spaces meanwhile. (numba
-passes an intrinsic's first argument itself, which pyright cannot know.)
+The kernel gets the addresses of functions and objects from pymunk's cffi. It releases the GIL, so
+that other threads can step other spaces. (numba passes the first argument of an intrinsic itself,
+which pyright cannot know.)
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pymunk._chipmunk_cffi import ffi, lib
 
 from slam.kernel import kernel
 
-ROW = 6  # numbers that tell of a body
+STATE_SIZE = 6  # numbers of the state of a body
 
 
 def address(pointer: Any) -> int:
-    """Where a cffi pointer points to."""
+    """The address in a cffi pointer."""
     return int(ffi.cast("uintptr_t", pointer))
 
 
@@ -33,18 +33,19 @@ FUNCTIONS = tuple(
 )
 
 
-class States:
-    """An array that Chipmunk fills with x, y, angle, vx, vy, omega of a space's bodies.
+class BodyStates:
+    """An array that Chipmunk fills with the states of a space's bodies.
 
-    It tells of those that are not static in the order in which they were added.
-
-    space  pymunk's
-    rows   (bodies, 6) m, rad, s
+    space  the pymunk space
+    rows   (bodies, 6) x, y, angle, vx, vy, omega in m, rad, s of the bodies that are not static, in
+           the order in which they were added
     """
 
     def __init__(self, space: pymunk.Space):
         self.space = space
-        self.rows = np.zeros((len(space.bodies) + 2, ROW))  # never full: it would be reallocated
+        self.rows = np.zeros(
+            (len(space.bodies) + 2, STATE_SIZE)
+        )  # never full: Chipmunk would reallocate it
         self._floats, self._batch = ffi.new("pmFloatArray *"), ffi.new("pmBatchedData *")
         self._floats.arr = ffi.cast("double *", self.rows.ctypes.data)
         self._floats.max = self.rows.size
@@ -56,7 +57,7 @@ class States:
         self._addresses = np.array([*FUNCTIONS, *objects], dtype=np.uintp)
 
     def advance(self, steps: int, dt: float) -> None:
-        """Let the space pass `steps` steps of `dt` s, and fill `rows`."""
+        """Step the space `steps` times by `dt` s, and fill `rows`."""
         _advance(self._addresses, self._written, steps, dt)
 
 

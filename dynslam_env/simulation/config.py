@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from inspect import Parameter, signature
-from typing import Any, TypedDict, get_type_hints
+from typing import Any, TypedDict, TypeVar, get_type_hints
 
 import numpy as np
 from gymnasium import spaces
 
 from dynslam_env.sensors.laser import Laser
-from dynslam_env.sensors.odometry import MAX_STEP, Odometry
+from dynslam_env.sensors.odometry import MAX_DISPLACEMENT, Odometry
 from dynslam_env.simulation.doors import Doors
 from dynslam_env.simulation.laws import Law
 from dynslam_env.simulation.people import People
@@ -21,6 +21,8 @@ from dynslam_env.simulation.task import Task
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator
 from slam.validation import instance
+
+Config = TypeVar("Config")
 
 
 class PlaceKeywords(TypedDict, total=False):
@@ -54,6 +56,15 @@ def check_keywords(env: type, keywords: type, given: Mapping[str, Any]) -> None:
                 f"{env.__name__}() got an unexpected keyword argument {name!r}; "
                 f"allowed are {', '.join(listed)}"
             )
+
+
+def split_keywords(
+    config: Callable[..., Config], keywords: Mapping[str, Any]
+) -> tuple[Config, dict[str, Any]]:
+    """A `config` (a dataclass) from those keywords that are its fields, and the other keywords."""
+    others = dict(keywords)
+    own = {name: others.pop(name) for name in signature(config).parameters if name in others}
+    return config(**own), others
 
 
 @dataclass(frozen=True)
@@ -106,7 +117,7 @@ class WorldConfig:
     def observation_space(self) -> spaces.Dict:
         """Scan, odometry, velocity."""
         laser, robot = self.laser, self.robot
-        step = np.array(MAX_STEP, dtype=np.float32)
+        step = np.array(MAX_DISPLACEMENT, dtype=np.float32)
         speed = np.array([robot.max_speed, robot.max_turn], dtype=np.float32)
         return spaces.Dict(
             {

@@ -1,4 +1,4 @@
-"""Doors: how they behave, and what their motors do next."""
+"""Doors: their parameters, and the motors that turn the leaves."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from slam.geometry import Array
 from slam.kernel import kernel
 from slam.validation import instance, positive, within
 
-BRAKING = 0.75  # share of the torque that slows a leaf down; the rest is kept back
+BRAKING_SHARE = 0.75  # of the torque, assumed available to slow a leaf down; the rest is reserve
 
 
 @dataclass(frozen=True)
 class Doors:
-    """How doors behave.
+    """The law by which doors flip, and their mechanics.
 
-    law         when they flip: `Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`; with
-                `Fixed` they never do, and leaves are fixed
-    open_share  probability that a door is open at the beginning
+    law         when doors flip: `Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`; with
+                `Fixed` they never flip, and their leaves are immovable
+    open_share  probability that a door is open at the start
     open_angle  rad, of an open door
     swing_time  s, from closed to open at full speed
-    torque      N m, of whoever moves the door, and of its resistance when it is pushed
+    torque      N m, largest torque of a door's motor, and its resistance to being pushed
     mass        kg, of a leaf
     """
 
@@ -44,7 +44,7 @@ class Doors:
 
     @property
     def fixed(self) -> bool:
-        """Leaves are part of the building."""
+        """Whether the leaves are immovable."""
         law = self.law
         while isinstance(law, Coupled):
             law = law.law
@@ -52,20 +52,20 @@ class Doors:
 
     @property
     def speed(self) -> float:
-        """rad/s, of a leaf at full speed."""
+        """Full angular speed of a leaf, rad/s."""
         return self.open_angle / self.swing_time
 
     def inertia(self, door: Door) -> float:
-        """kg m^2, of a leaf about its hinge: a thin plate about its edge."""
+        """Moment of inertia of a leaf about its hinge, kg m^2: a thin plate about its edge."""
         return self.mass * door.width**2 / 3
 
 
-class Motors:
-    """What moves the leaves of a layout: each has an angle to be at, and a rate to get there.
+class DoorMotors:
+    """Control of the leaves of a layout: each has a target angle and a rate towards it.
 
-    rates     (d,) rad/s, as the motors are to be set
-    changed   (d,) the doors whose rates the last `drive` changed come first
-    openings  (d,) rad, 0 closed, positive open
+    rates     (d,) rad/s, commanded rates
+    changed   (d,) its first entries are the doors whose rates the last `drive` changed
+    openings  (d,) rad, opening angles: 0 closed, positive open
     """
 
     def __init__(self, leaves: tuple[Door, ...], doors: Doors, is_open: np.ndarray):
@@ -73,7 +73,7 @@ class Motors:
         self._swing = np.array([door.swing for door in leaves], dtype=np.float64)
         self._angle, self._is_open = doors.open_angle, is_open.copy()
         self._speed = doors.speed
-        self._braking = np.array([BRAKING * doors.torque / doors.inertia(d) for d in leaves])
+        self._braking = np.array([BRAKING_SHARE * doors.torque / doors.inertia(d) for d in leaves])
         self._targets = self._closed + self._swing * self._angle * is_open
         self.rates = np.zeros(len(leaves))
         self.changed = np.zeros(len(leaves), dtype=np.int64)
@@ -81,7 +81,7 @@ class Motors:
 
     @property
     def targets(self) -> Array:
-        """(d,) rad, world, where the leaves are to be."""
+        """(d,) rad, world, target angles of the leaves."""
         return self._targets
 
     def flip(self, door: int) -> None:
@@ -91,9 +91,9 @@ class Motors:
         self._targets[door] = self._closed[door] + opened
 
     def drive(self, leaves: Array, dt: float) -> int:
-        """Take in where the leaves are, set the rates for the next `dt` s; how many changed.
+        """Set the rates for the next `dt` s from the leaves' angles; the number of rates changed.
 
-        leaves (d, 6) as the physics has them: x, y, angle, ...
+        leaves (d, 6) states of the bodies: x, y, angle, ...
         """
         return _drive(leaves, dt, self._targets, self._speed, self._braking,
                       self._closed, self._swing, self.rates, self.changed,
@@ -102,15 +102,15 @@ class Motors:
 
 @kernel
 def _drive(leaves, dt, targets, speed, braking, closed, swing, rates, changed, openings):
-    """Fast, then braking to stand still: no faster than what the rest of the way allows."""
+    """Full speed, limited so that the leaf can still brake to rest at its target."""
     count = 0
     for d in range(len(leaves)):
         angle = leaves[d, 2]
-        openings[d] = (angle - closed[d]) * swing[d] + 0.0  # a closed one is no -0.0
+        openings[d] = (angle - closed[d]) * swing[d] + 0.0  # + 0.0 turns -0.0 into 0.0
         error = targets[d] - angle
-        far, rate = abs(error), 0.0
-        if far >= 1e-6:
-            rate = min(speed, math.sqrt(2 * braking[d] * far), far / dt)
+        distance, rate = abs(error), 0.0
+        if distance >= 1e-6:
+            rate = min(speed, math.sqrt(2 * braking[d] * distance), distance / dt)
             rate = math.copysign(rate, error)
         if rate != rates[d]:
             rates[d], changed[count] = rate, d

@@ -1,13 +1,13 @@
-"""Door laws: at what times doors flip. Each is a small object; the doors and their physics are not.
+"""Door laws: the times at which doors flip (open or close).
 
-| law           | time from one flip of a door to its next                                   |
-|---------------|----------------------------------------------------------------------------|
-| `Uniform`     | U(shortest, longest): the paper's doors, 5 to 20 s                          |
-| `Exponential` | Exp(mean), memoryless: a Poisson process, the two-state Markov chain's own  |
-| `Periodic`    | always the same, from a random phase: what can be learnt perfectly          |
-| `Scripted`    | as written down, to the bit: for tests, and for one story told many times   |
-| `Fixed`      | there is none: leaves are fixed                                             |
-| `Coupled`     | another law's, but doors flip in pairs: cells that are not independent      |
+| law           | time from one flip of a door to its next                                  |
+|---------------|---------------------------------------------------------------------------|
+| `Uniform`     | U(shortest, longest): the paper's doors, 5 to 20 s                         |
+| `Exponential` | Exp(mean), memoryless: a Poisson process, a two-state Markov chain         |
+| `Periodic`    | constant, with a random phase: can be predicted perfectly                  |
+| `Scripted`    | given in advance: reproducible to the bit                                  |
+| `Fixed`       | infinite: the leaves are immovable                                         |
+| `Coupled`     | another law's, but doors flip in pairs: their cells are not independent    |
 """
 
 from __future__ import annotations
@@ -30,44 +30,44 @@ MIN_DWELL = 1e-3  # s: shorter times would let flips pile up until none moves ti
 
 
 class Clock(Protocol):
-    """Which doors are to change, and when."""
+    """The sequence of flips of an episode's doors."""
 
     @property
     def soonest(self) -> float:
-        """s, time of the next flip; inf for none. Before it there is no need to ask `due`."""
+        """Time of the next flip, s; inf for none. Before it `due` returns nothing."""
         ...
 
     def due(self, time: float) -> Sequence[int]:
-        """The doors that flip between the last call and `time`, s, in the order of their times.
+        """Indices of the doors that flip after the last call and up to `time`, s, in order of time.
 
-        A door that flips twice is named twice; at equal times the lower number comes first.
+        A door that flips twice occurs twice; at equal times the lower index comes first.
         """
         ...
 
 
 @runtime_checkable
 class Law(Protocol):
-    """How doors flip. One law can serve any number of episodes: it keeps no state."""
+    """A rule by which doors flip. It has no state: one law serves any number of episodes."""
 
     def begin(self, is_open: Bools, rng: np.random.Generator) -> Bools:
-        """The doors' first states (d,), made out of independent draws `is_open` (d,)."""
+        """Initial states (d,) of the doors, given independent draws `is_open` (d,)."""
         ...
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """A new clock of `count` doors at time 0; the same state of `rng`, the same flips."""
+        """A new clock for `count` doors at time 0; the same state of `rng` gives the same flips."""
         ...
 
 
 def _as_drawn(self: Law, is_open: Bools, rng: np.random.Generator) -> Bools:
-    """Doors begin independent of each other: as they were drawn."""
+    """Initial states are the independent draws."""
     return is_open
 
 
 @dataclass(frozen=True)
 class Uniform:
-    """Each door flips after a time of its own, drawn anew from U(shortest, longest) each time.
+    """The time between two flips of a door is drawn from U(shortest, longest), for each door anew.
 
-    The first flip comes such a time after the beginning.
+    The time to the first flip has the same distribution.
 
     shortest  s, from one flip to the next
     longest   s
@@ -87,14 +87,14 @@ class Uniform:
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """Every door its own sequence of uniform times."""
+        """Independent uniform times for each door."""
         first = rng.uniform(self.shortest, self.longest, count)
         return FlipClock(_first_flips(first), lambda: rng.uniform(self.shortest, self.longest))
 
 
 @dataclass(frozen=True)
 class Exponential:
-    """Each door flips as a Poisson process: when it last flipped says nothing about the next time.
+    """The flips of each door are a Poisson process: the time to the next flip is memoryless.
 
     mean  s, from one flip of a door to its next
     """
@@ -107,16 +107,16 @@ class Exponential:
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """Every door its own sequence of exponential times."""
+        """Independent exponential times for each door."""
         first = rng.exponential(self.mean, count)
         return FlipClock(_first_flips(first), lambda: rng.exponential(self.mean))
 
 
 @dataclass(frozen=True)
 class Periodic:
-    """Each door flips every `period` s; a random phase of each door is drawn at the beginning.
+    """Each door flips every `period` s, with a random phase of its own.
 
-    period  s, from one flip of a door to its next: it is open for so long, then closed for so long
+    period  s, from one flip of a door to its next: the time open and the time closed
     """
 
     period: float = 12.5
@@ -127,15 +127,15 @@ class Periodic:
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """Every door its own phase, from U(0, period)."""
+        """A phase from U(0, period) for each door."""
         return FlipClock(_first_flips(rng.uniform(0.0, self.period, count)), lambda: self.period)
 
 
 @dataclass(frozen=True)
 class Scripted:
-    """Doors flip exactly when the script says; nothing is random.
+    """Doors flip at given times; nothing is random.
 
-    flips  (time in s, number of the door) in any order; lists will do, and are kept as tuples
+    flips  pairs (time in s, index of the door) in any order; lists are converted to tuples
     """
 
     flips: tuple[tuple[float, int], ...] = ()
@@ -151,7 +151,7 @@ class Scripted:
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """The script from its beginning; `rng` is not used. Errors: it names a door beyond them."""
+        """The given flips; `rng` is unused. Raises InputError for the index of a missing door."""
         for time, door in self.flips:
             if door >= count:
                 raise InputError(
@@ -163,24 +163,24 @@ class Scripted:
 
 @dataclass(frozen=True)
 class Fixed:
-    """No door ever flips, and leaves are fixed: they do not give way either.
+    """No door ever flips, and the leaves are immovable.
 
-    `Scripted()` without flips has doors that nobody moves, but that can be pushed.
+    `Scripted()` without flips has doors that do not move by themselves, but can be pushed.
     """
 
     begin = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """A clock that never strikes; `rng` is not used."""
+        """A clock without flips; `rng` is unused."""
         return FlipClock((), lambda: math.inf)
 
 
 @dataclass(frozen=True)
 class Coupled:
-    """Doors 2 k and 2 k + 1 flip together; an odd last one flips alone.
+    """Doors 2 k and 2 k + 1 flip together; the last of an odd number flips alone.
 
-    law      at what times; to it, each pair is one door (pair k is door k of a script)
-    opposed  False: both of a pair are open, or both closed; True: one of each
+    law      the times; each pair counts as one door of it (pair k is door k of a script)
+    opposed  False: the doors of a pair are both open or both closed; True: one is open
     """
 
     law: Law = field(default=Uniform())
@@ -191,20 +191,20 @@ class Coupled:
         instance("Coupled.opposed", self.opposed, bool)
 
     def begin(self, is_open: Bools, rng: np.random.Generator) -> Bools:
-        """The first of each pair as drawn, the second like it, or contrary to it."""
+        """The first door of each pair as drawn, the second equal or opposed to it."""
         both = np.repeat(self.law.begin(is_open[::2], rng), 2)[: len(is_open)]
         both[1::2] ^= self.opposed
         return both
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
-        """The law's clock of half as many doors."""
+        """The clock of the law for half as many doors."""
         return _PairClock(self.law.clock((count + 1) // 2, rng), count)
 
 
 class FlipClock:
     """A `Clock` that holds the next flip of every door in a heap.
 
-    flips  (time in s, door) that are known at the beginning, in any order
+    flips  (time in s, door) known at the start, in any order
     dwell  draws the time, s, from a flip of a door to its next; inf for none
     """
 
@@ -247,5 +247,5 @@ def _listed(values: Sequence[Any]) -> Sequence[Any]:
 
 
 def _first_flips(times: NDArray[np.float64]) -> Iterable[tuple[float, int]]:
-    """(time, door) of the doors' first flips."""
+    """(time, door) of each door's first flip."""
     return ((time, door) for door, time in enumerate(times.tolist()))

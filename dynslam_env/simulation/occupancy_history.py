@@ -1,4 +1,4 @@
-"""OccupancyHistory: what has stood where since an episode began, as cells."""
+"""OccupancyHistory: the true occupancy grid of an episode, now and over time."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from slam.geometry import Array
 from slam.metrics.change import TrueOccupancy
 from slam.validation import positive_number
 
-CELL = 0.05  # m, of maps unless asked otherwise
-CHUNK = 256  # moments that are made outlines of at once
+DEFAULT_CELL = 0.05  # m, side of a cell
+STATES_PER_BATCH = 256  # states whose outlines are computed at once
 
 
 class OccupancyHistory:
-    """Takes down every moment, and makes rasters of them when asked: until then it is cheap.
+    """Stores the state of every step, and rasterises the states on request.
 
     walls     (w, 4) segments, m, that never move
-    outlines  makes of states (t, ...) at t moments the edges (t, e, 4), m, of all that can move
+    outlines  maps states (t, ...) of t steps to the edges (t, e, 4), m, of all movable solids
     """
 
     def __init__(self, walls: Array, outlines: Callable[[Array], Array]):
@@ -28,23 +28,23 @@ class OccupancyHistory:
         self._states: list[Array] = []
         self._rasters: dict[float, tuple[int, TrueOccupancy]] = {}
 
-    def see(self, state: Array) -> None:
-        """Take down one more moment; `state` is kept."""
+    def add(self, state: Array) -> None:
+        """Add the state of a step; the array is kept, not copied."""
         self._states.append(state)
 
     def occupancy(self, cell: float) -> TrueOccupancy:
-        """The share of the moments so far in which each cell was occupied, and the cells now.
+        """The share of the steps so far in which each cell was occupied, and the current grid.
 
-        cell  m, its side
+        cell  side of a cell, m
         """
         positive_number("cell", cell)
-        taken, raster = self._rasters.get(cell, (0, None))
-        for start in range(taken, len(self._states), CHUNK):
-            edges = self._outlines(np.array(self._states[start : start + CHUNK]))
+        done, raster = self._rasters.get(cell, (0, None))
+        for start in range(done, len(self._states), STATES_PER_BATCH):
+            edges = self._outlines(np.array(self._states[start : start + STATES_PER_BATCH]))
             if raster is None:
                 raster = TrueOccupancy(Truth(np.empty((0, 3)), self._walls, edges), cell)
             else:
                 raster.add(edges)
-        assert raster is not None  # an episode has a first moment
+        assert raster is not None  # an episode has a first state
         self._rasters[cell] = len(self._states), raster
-        return copy.copy(raster)  # its arrays are replaced, not changed, by further moments
+        return copy.copy(raster)  # later states replace its arrays and do not change them

@@ -1,4 +1,4 @@
-"""People who walk to and fro: along a route, around each other, and not through closed doors."""
+"""People who walk back and forth along routes, avoid each other, and wait at closed doors."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from slam.errors import InputError
 from slam.geometry import Array
 from slam.validation import positive, within
 
-OPEN_ENOUGH = 0.75  # share of a door's opening angle from which on people walk through
-BRAKING = 0.7  # share of the force that is reckoned with where people must stand
+PASSABLE_SHARE = 0.75  # of a door's opening angle, from which people walk through
+BRAKING_FORCE_SHARE = 0.7  # of the force, assumed available to stop at a waypoint
 
 
 @dataclass(frozen=True)
 class People:
-    """How people walk. Where they walk is the layout's `routes`, one a person.
+    """How people walk. Their routes, one per person, are the layout's `routes`.
 
-    radius       m, of the regular octagon that the laser sees and the robot runs into
+    radius       m, of the regular octagon that is a person to the laser and to the robot
     speed        m/s
-    pause_min    s, of rest at either end of a route, drawn from U(pause_min, pause_max)
+    pause_min    s, of the pause at each end of a route, drawn from U(pause_min, pause_max)
     pause_max    s
-    patience     s: who cannot go on for longer turns around
+    patience     s, after which a person who is blocked turns around
     mass         kg
-    force        N, with which they push at most
+    force        N, largest force with which a person pushes
     """
 
     radius: float = 0.2
@@ -51,13 +51,13 @@ class People:
 
 
 class Walkers:
-    """One episode's people, and where each wants to go.
+    """The people of an episode, and their desired velocities.
 
-    A person begins a leg of the route that leads through a door when that door is open and nobody
-    else is passing through. Who is stopped by something ahead steps aside from it, to the right if
-    it is straight ahead, and at last turns around. Who stands steps aside for those who walk.
+    A person starts a leg of the route that leads through a door when that door is open and nobody
+    else passes through it. A person who is blocked steps aside, to the right if the obstacle is
+    straight ahead, and finally turns around. A standing person steps aside for a walking one.
 
-    velocities (p, 2) m/s, as wanted
+    velocities (p, 2) m/s, desired
     """
 
     def __init__(self, people: People, layout: Layout, rng: np.random.Generator):
@@ -73,17 +73,21 @@ class Walkers:
             ]
         lengths = [len(route) for route in layout.routes]
         self._lengths = np.array(lengths, dtype=np.int64)
-        self._state = np.zeros((count, 3), dtype=np.int64)  # at waypoint, to waypoint, walking
+        self._state = np.zeros(
+            (count, 3), dtype=np.int64
+        )  # from waypoint, to waypoint, whether walking
         self._state[:, 1] = 1
-        self._clock = np.zeros((count, 2))  # rests until, s; cannot go on since so many s
-        self._ways = np.zeros((count, 2))  # unit vector to where they walk; zero for who stands
+        self._clock = np.zeros((count, 2))  # end of the pause, s; time blocked, s
+        self._ways = np.zeros(
+            (count, 2)
+        )  # unit vectors of the directions of walking; zero while standing
         self._clock[:, 0] = self._pauses()[:count, 0] if count else 0.0
         self.velocities = np.zeros((count, 2))
 
-    def beginnings(self) -> Array:
-        """(p, 2) m, where people stand at first: at the beginnings of their routes.
+    def starts(self) -> Array:
+        """(p, 2) m, initial positions: the starts of the routes.
 
-        Who would stand on another's feet stands beside.
+        Where two would overlap, the second is placed beside the first.
         """
         places: list[Array] = []
         for i in range(len(self._routes)):
@@ -97,15 +101,15 @@ class Walkers:
         return np.array(places).reshape(-1, 2)
 
     def steer(self, time: float, dt: float, bodies: Array, robot: Array, openings: Array) -> None:
-        """Set what velocities are wanted for the next `dt` s.
+        """Set the desired velocities for the next `dt` s.
 
-        bodies    (p, 6) as the physics has them: x, y, angle, vx, vy, ...
+        bodies    (p, 6) states of the bodies: x, y, angle, vx, vy, ...
         robot     x, y, radius, m
-        openings  (d,) of doors as shares of their opening angles
+        openings  (d,) opening angles of the doors, as shares of the angle when open
         """
         people = self._people
-        brake = BRAKING * people.force / people.mass
-        arrived = steer(time, dt, bodies, robot, openings >= OPEN_ENOUGH,
+        brake = BRAKING_FORCE_SHARE * people.force / people.mass
+        arrived = steer(time, dt, bodies, robot, openings >= PASSABLE_SHARE,
                         Routes(self._routes, self._lengths, self._gates),
                         WalkState(self._state, self._clock, self._ways),
                         (people.radius, people.speed, people.patience, brake),
@@ -120,7 +124,7 @@ class Walkers:
 
 
 def _door_between(a: Array, b: Array, layout: Layout) -> int:
-    """The door through which a leg from `a` to `b` leads; -1 for none."""
+    """Index of the door through which the leg from `a` to `b` leads; -1 for none."""
     leg = np.array([(*a, *b)])
     for number, door in enumerate(layout.doors):
         x, y = door.hinge

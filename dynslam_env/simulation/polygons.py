@@ -1,4 +1,4 @@
-"""Solid polygons that move: their edges in the world, from where their bodies are."""
+"""Edges of moving solid polygons in the world frame, from the poses of their bodies."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from slam.kernel import kernel
 
 
 class Polygons:
-    """The outlines of bodies, in their order.
+    """The outlines of bodies, in the order of the bodies.
 
-    shapes  corners (k, 2) of each, m, in its body's frame
+    shapes  corners (k, 2) of each polygon, m, in the frame of its body
     """
 
     def __init__(self, shapes: Sequence[Array]):
@@ -36,13 +36,13 @@ class Polygons:
 
 
 def regular(radius: float, corners: int) -> Array:
-    """(corners, 2) m, of a regular polygon within a circle."""
+    """(corners, 2) m, corners of a regular polygon inscribed in a circle of `radius` m."""
     angles = np.arange(corners) * (math.tau / corners)
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def _counter_clockwise(shape: Array) -> Array:
-    """The same polygon with its interior to the left of its edges, and the same first edge."""
+    """The same polygon in counter-clockwise order, with the same first edge."""
     following = np.roll(shape, -1, axis=0)
     twice_area = (shape[:, 0] * following[:, 1] - following[:, 0] * shape[:, 1]).sum()
     return shape if twice_area > 0 else np.concatenate([shape[1::-1], shape[:1:-1]])

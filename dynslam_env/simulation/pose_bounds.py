@@ -1,4 +1,4 @@
-"""How well a robot could know its pose in a world that is known: the Cramer-Rao bound of scans."""
+"""Cramer-Rao bounds of the pose from a scan in a known world."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slam.metrics.bound import Bound, bound, information, ray_gradient
 
 
 def pose_bound(batch: WorldBatch, i: int) -> Bound:
-    """The bound of the pose of robot `i` from the echoes of its last scan, the place being known.
+    """The bound of the pose of robot `i` from its last scan, given the true map.
 
     Censi (2007). Raises InputError for a laser without noise.
     """
@@ -25,14 +25,15 @@ def pose_bound(batch: WorldBatch, i: int) -> Bound:
 
 
 def position_bounds(episode: Episode) -> Array:
-    """(n,) m: no unbiased estimate of the position from the one scan alone, in the true map as it
-    stood at that scan, has a smaller root of its mean squared error. Infinite where the scan says
-    nothing about a direction.
+    """(n,) m, lower bounds of the RMS error of the position, one per scan.
 
-    That is localization in a known place. A SLAM has to make its map from poses that are as
-    uncertain, and may do better only by what it remembers of earlier scans and by its odometry.
-    The episode is one of `record`: with its truth, and the laser's noise in its `meta`. All scans
-    are of one laser. Raises InputError for any other, and for a laser without noise.
+    No unbiased estimator that uses this scan only and the true map at its time has a smaller RMS
+    error. Infinite where the scan leaves a direction unobservable.
+
+    This is the bound for localization in a known map. A SLAM builds its map from poses that are as
+    uncertain; only earlier scans and odometry let it do better. The episode must come from
+    `record`: with its truth, the laser's noise in its `meta`, and all scans from one laser. Raises
+    InputError for any other, and for a laser without noise.
     """
     truth = episode.truth
     if truth is None:
@@ -48,13 +49,13 @@ def position_bounds(episode: Episode) -> Array:
 
 
 def _scanner(episode: Episode) -> Scanner:
-    """The laser that the scans were made with."""
+    """The laser of the scans."""
     scan = episode.scans[0]
     try:
         sigma = episode.meta["config"]["laser"]["sigma"]
     except (KeyError, TypeError):
         raise InputError("the bound of an episode needs meta['config']['laser']['sigma']") from None
-    view = float(scan.angles[-1] - scan.angles[0]) or math.tau  # of a single beam it is all one
+    view = float(scan.angles[-1] - scan.angles[0]) or math.tau  # any value serves for a single beam
     laser = Laser(len(scan.angles), view, scan.max_range, scan.min_range, sigma, mount=scan.mount)
     if any(not np.array_equal(other.angles, laser.angles) for other in episode.scans):
         raise InputError("the bound of an episode needs scans of one laser of evenly spread beams")
@@ -64,7 +65,7 @@ def _scanner(episode: Episode) -> Scanner:
 def _scan_bound(
     scanner: Scanner, pose: Pose2, segments: Array, first_edge: int, heard: np.ndarray
 ) -> Bound:
-    """The bound of one scan, of which the beams `heard` (beams,) gave an echo."""
+    """The bound from one scan; `heard` (beams,) marks the beams with an echo."""
     ranges = scanner.exact(pose, segments, first_edge)
     echoes = heard & (scanner.hits >= 0)
     x1, y1, x2, y2 = segments[scanner.hits[echoes]].T

@@ -1,4 +1,4 @@
-"""The robot's body and what its wheels can do: a Pioneer 3-DX by default."""
+"""Robot: body and limits of a differential-drive robot, by default of a Pioneer 3-DX."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Robot:
-    """A round robot with differential drive.
+    """A circular robot with differential drive.
 
     Defaults: size, mass and speeds of the Pioneer 3-DX; accelerations of 0.3 m/s^2 and 100 deg/s^2,
     which its firmware is said to start with (not checked against a manual).
@@ -29,7 +29,7 @@ class Robot:
     max_turn          rad/s
     acceleration      m/s^2
     turn_acceleration rad/s^2
-    traction          N, with which the wheels can push at most
+    traction          N, largest force with which the wheels push
     """
 
     radius: float = 0.22
@@ -46,24 +46,24 @@ class Robot:
         positive(self, "acceleration", "turn_acceleration", "traction")
 
     def feasible(self, v: float, omega: float) -> tuple[float, float]:
-        """The command (m/s, rad/s), slowed on the same arc until no wheel is too fast."""
+        """The command (m/s, rad/s), slowed on the same arc until no wheel exceeds its limit."""
         return _feasible(float(v), float(omega), self.max_speed, self.wheel_base)
 
 
 class DifferentialDrive:
-    """The wheels of n robots of one kind: what they make of commands, and how they then moved.
+    """The wheels of n equal robots: commands to wheel velocities, body states to velocities.
 
-    Within a control step a robot's velocity keeps one direction, the arc's chord, while it turns.
+    Within a control step the velocity of a robot has the direction of the chord of its arc.
 
-    bodies      (n, 6) x, y, angle, vx, vy, omega as the physics has them, m, rad, s
+    bodies      (n, 6) states of the bodies: x, y, angle, vx, vy, omega, m, rad, s
     poses       (n, 3) m, m, rad
     velocities  (n, 2) m/s forward, rad/s turning
-    observed    (n, 2) float32, the velocities within what the robot can do, for a Box
-    wheels      (n, 3) m/s, m/s, rad/s: the velocity in the world with which the wheels pull
+    observed    (n, 2) float32, `velocities` within the bounds of the observation space
+    wheels      (n, 3) commanded velocity in the world frame, m/s, m/s, rad/s
     """
 
     def __init__(self, robot: Robot, n: int, dt: float, delay: float):
-        """`dt` s is a control step; what is asked for takes hold `delay` s after its beginning."""
+        """`dt`: a control step, s; `delay`: from its start until a command takes effect, s."""
         self.bodies, self.poses = np.zeros((n, 6)), np.zeros((n, 3))
         self.velocities, self.wheels = np.zeros((n, 2)), np.zeros((n, 3))
         self.observed = np.zeros((n, 2), dtype=np.float32)
@@ -73,21 +73,21 @@ class DifferentialDrive:
         self._settings = np.array([robot.wheel_base, *most, dt, delay])
 
     def place(self, i: int, body: NDArray[np.float64]) -> None:
-        """Robot `i` begins where its body (6,) is, at rest."""
+        """Place robot `i` at the pose of its body (6,), at rest."""
         self.bodies[i], self._chords[i] = body, 0.0
-        self.settle(np.array([i]))
+        self.read_bodies(np.array([i]))
 
     def command(self, which: Rows, actions: NDArray[Any]) -> int:
         """Set the `wheels` of robots `which` for actions (n, 2), clipped to -1 .. 1.
 
-        Gives the first robot whose action is not two finite numbers, or -1.
+        Returns the first robot whose action is not two finite numbers, or -1.
         """
         return _command(which, actions, self._scale, self._settings,
                         self.poses, self.velocities, self.wheels, self._chords)  # fmt: skip
 
-    def settle(self, which: Rows) -> None:
-        """Take in where the `bodies` of robots `which` are after a step."""
-        _settle(which, self.bodies, self._chords, self._scale,
+    def read_bodies(self, which: Rows) -> None:
+        """Update poses and velocities of robots `which` from their `bodies`."""
+        _read_bodies(which, self.bodies, self._chords, self._scale,
                 self.poses, self.velocities, self.observed)  # fmt: skip
 
 
@@ -110,15 +110,15 @@ def _command(which, actions, scale, settings, poses, velocities, wheels, chords)
         v, omega = _feasible(v, omega, scale[0], wheel_base)
         v = v0 + min(max(v - v0, -most_v), most_v)
         omega = omega0 + min(max(omega - omega0, -most_omega), most_omega)
-        # on the way there a wheel may be asked for too much: then the robot turns, and drives less
-        # fast, but brakes no harder than it can; and only then it turns less
+        # the accelerations may lead to a pair that is too fast for a wheel: then reduce the forward
+        # velocity, within the deceleration limit, and only then the turning velocity
         cap = max(scale[0] - abs(omega) * wheel_base / 2, 0.0)
         slowest = min(abs(v0) - most_v, scale[0])
         v = math.copysign(max(min(abs(v), cap), slowest), v)
         cap = 2 * max(scale[0] - abs(v), 0.0) / wheel_base
         omega = min(max(omega, -cap), cap)
         half = omega * dt / 2
-        heading = poses[i, 2] + omega0 * delay + half  # in mid-arc
+        heading = poses[i, 2] + omega0 * delay + half  # of the chord
         chord = math.sin(half) / half if half else 1.0
         dx, dy = math.cos(heading), math.sin(heading)
         wheels[i, 0], wheels[i, 1], wheels[i, 2] = v * chord * dx, v * chord * dy, omega
@@ -127,7 +127,7 @@ def _command(which, actions, scale, settings, poses, velocities, wheels, chords)
 
 
 @kernel
-def _settle(which, bodies, chords, scale, poses, velocities, observed):
+def _read_bodies(which, bodies, chords, scale, poses, velocities, observed):
     for i in which:
         angle = bodies[i, 2]
         poses[i, 0], poses[i, 1] = bodies[i, 0], bodies[i, 1]

@@ -1,4 +1,4 @@
-"""What robots are for: named reward terms, and named ends of an episode."""
+"""Task: the reward terms and the ends of an episode; TaskProgress computes them."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ ENDS = ("arrived", "crashed")
 class Task:
     """Drive along the layout's path.
 
-    reward  name -> weight, of TERMS: `progress` in m along the path, `collision` 1 while touching,
-            `time` in s, `arrived` 1 in the last step. What is not named does not count
-    ends    names of ENDS: `arrived`, `crashed`
-    reach   m, so near a waypoint counts as there, and the way on from there is the next leg's
+    reward  weights of the terms: `progress` in m along the path, `collision` 1 in a step with
+            contact, `time` in s, `arrived` 1 in the last step. A term without a weight is left out
+    ends    some of `arrived`, `crashed`
+    reach   m, distance to a waypoint at which it counts as reached and the next leg begins
     """
 
     reward: Mapping[str, float] = field(
@@ -43,7 +43,9 @@ class Task:
         instance("Task.reward", self.reward, Mapping)
         if isinstance(self.ends, str):
             raise InputError(f"Task.ends must be a tuple of names, got {self.ends!r}")
-        object.__setattr__(self, "reward", dict(self.reward))  # nobody else's to change
+        object.__setattr__(
+            self, "reward", dict(self.reward)
+        )  # a copy, which nobody else can change
         object.__setattr__(self, "ends", tuple(self.ends))
         for name, weight in self.reward.items():
             one_of("a name in Task.reward", name, TERMS)
@@ -87,14 +89,14 @@ class StepResults(NamedTuple):
 
 
 class TaskProgress:
-    """How far along their layouts' paths n robots have come, what that pays, and what is over.
+    """Progress of n robots along the paths of their layouts, their rewards, and the ends reached.
 
-    A leg ends where a robot comes within reach of its waypoint; its way is measured by the foot of
-    the perpendicular from the robot. No step advances by more than what was driven: where the path
-    turns, the way back counts from where the robot is.
+    A leg ends when the robot is within reach of its waypoint. The progress along a leg is measured
+    by the foot of the perpendicular from the robot. When the next leg begins, its progress starts
+    at the robot's own foot on it: a step never gains more than the distance driven.
 
-    terms    (n, t) weighted, in the order of `Task.reward`
-    rewards  (n,) their sums
+    terms    (n, t) weighted terms, in the order of `Task.reward`
+    rewards  (n,) sums of the terms
     ends     (n, e) bool, in the order of `Task.ends`
     """
 
@@ -110,7 +112,7 @@ class TaskProgress:
         self.ends = np.zeros((n, len(ends)), dtype=np.bool_)
 
     def begin(self, i: int, layout: Layout, pose: Array) -> None:
-        """Robot `i` begins an episode at `pose` (3,)."""
+        """Start an episode of robot `i` at `pose` (3,)."""
         points = np.vstack([pose[:2], layout.path])
         longer = len(points) - self._paths.shape[1]
         if longer > 0:
@@ -121,7 +123,7 @@ class TaskProgress:
         _pass(i, self._paths, self._legs, self._at, self._reach)
 
     def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
-        """Take in a step of `dt` s of robots `which`, now at `poses` (n, 3)."""
+        """Compute terms, rewards and ends after a step of `dt` s of robots `which` to `poses`."""
         positions = PathPositions(self._paths, self._legs, self._at)
         results = StepResults(self.terms, self.rewards, self.ends)
         _judge(which, poses, collided, dt, self._reach, positions, self._terms, results)
@@ -129,7 +131,7 @@ class TaskProgress:
 
 @kernel
 def _along(x, y, paths, i, leg):
-    """m, from the beginning of a leg to the point of it that is nearest to (x, y)."""
+    """Distance in m from the start of a leg to its point nearest to (x, y)."""
     x1, y1 = paths[i, leg, 0], paths[i, leg, 1]
     x2, y2 = paths[i, leg + 1, 0], paths[i, leg + 1, 1]
     length = math.hypot(x2 - x1, y2 - y1)
@@ -141,7 +143,7 @@ def _along(x, y, paths, i, leg):
 
 @kernel
 def _pass(i, paths, legs, at, reach):
-    """Pass all waypoints that are within reach; whether the robot is there at the last one."""
+    """Advance past all waypoints within reach; whether the last one is reached."""
     while True:
         leg, last = legs[i, 0], legs[i, 1]
         there = math.hypot(paths[i, leg + 1, 0] - at[i, 0], paths[i, leg + 1, 1] - at[i, 1]) < reach

@@ -1,4 +1,4 @@
-"""How people decide where to walk next: kernels, one person after another."""
+"""Walking of people as kernels: next waypoint, direction and speed of each person in turn."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from slam.geometry import Array
 from slam.kernel import kernel
 
-REACH = 0.15  # m, so near a waypoint counts as there
-ROOM = 0.25  # m more than side by side: so near counts as there where another stands
-APART = 0.5  # m between two outlines, from which on people begin to make way
-STOP = 0.08  # m, at which they stand
-BESIDE = 0.1  # m between two ways, from which on they do not meet
-LOOK = 0.5  # m, so far ahead on the line between waypoints people aim
-SHARP = 0.3  # share of the speed in sharp bends
+WAYPOINT_RADIUS = 0.15  # m, distance at which a waypoint counts as reached
+BESIDE_WAYPOINT = 0.25  # m, beyond contact: reached, too, where another stands on it
+AVOIDANCE_DISTANCE = 0.5  # m between two outlines, at which people start to give way
+STOP_DISTANCE = 0.08  # m between two outlines, at which they stand still
+LATERAL_CLEARANCE = 0.1  # m, lateral gap at which two ways do not collide
+LOOKAHEAD = 0.5  # m, of the point that people walk to, on the line between waypoints
+MIN_BEND_SHARE = 0.3  # of the speed, kept in sharp bends
 
 
 class Routes(NamedTuple):
@@ -46,12 +46,12 @@ class WalkState(NamedTuple):
 
 @kernel
 def steer(time, dt, bodies, robot, opened, people_routes: Routes, walk: WalkState, settings, out):
-    """Decide for every person where to go next, and how fast; how many came to an end to rest.
+    """Set each person's desired velocity; the number of people who reached an end of their route.
 
     bodies   (p, 6) x, y, angle, vx, vy, ... m, rad, s; robot x, y, radius
-    opened   (d,) whether doors can be walked through
+    opened   (d,) whether each door can be passed
     settings radius m, speed m/s, patience s, braking m/s^2
-    out      (p, 2) m/s, the velocities wanted; written
+    out      (p, 2) m/s, desired velocities; written
     """
     radius, speed, patience, brake = settings
     routes, lengths, gates = people_routes
@@ -72,7 +72,7 @@ def steer(time, dt, bodies, robot, opened, people_routes: Routes, walk: WalkStat
             _lose_patience(i, dt, speed, patience, bodies, ways, state, clock)
         elif _step_aside(i, speed, radius, bodies, ways, out):
             continue
-        elif not _there(i, radius, bodies, robot, routes, state):  # was shoved, or stepped aside
+        elif not _there(i, radius, bodies, robot, routes, state):  # was pushed, or stepped aside
             far = _back(i, bodies, routes, state, ways)
             _go(i, min(0.5 * speed, far / dt), radius, bodies, robot, ways, out)
             ways[i] = 0.0
@@ -81,13 +81,13 @@ def steer(time, dt, bodies, robot, opened, people_routes: Routes, walk: WalkStat
 
 @kernel
 def _gate(i, gates, state):
-    """The door of the leg that person `i` is on; -1 for none."""
+    """Index of the door on the current leg of person `i`; -1 for none."""
     return gates[i, min(state[i, 0], state[i, 1])]
 
 
 @kernel
 def _may_go(i, opened, gates, state):
-    """Nothing speaks against beginning the leg: its door is open, and nobody passes through."""
+    """Whether the leg can start: its door is open, and nobody passes through it."""
     gate = _gate(i, gates, state)
     if gate < 0:
         return True
@@ -99,17 +99,17 @@ def _may_go(i, opened, gates, state):
 
 @kernel
 def _there(i, radius, bodies, robot, routes, state):
-    """Person `i` is where it walks to, or where it is to stand; beside it, if that is taken."""
+    """Whether person `i` is at its waypoint, or beside it if another stands on it."""
     goal = state[i, 1] if state[i, 2] else state[i, 0]
     gx, gy = routes[i, goal]
     far = math.hypot(gx - bodies[i, 0], gy - bodies[i, 1])
-    if far < REACH:
+    if far < WAYPOINT_RADIUS:
         return True
     for k in range(-1, len(bodies)):
         if k != i:
             ox, oy, reach = _other(k, radius, bodies, robot)
             beside = radius + reach
-            if far < beside + ROOM and math.hypot(gx - ox, gy - oy) < beside:
+            if far < beside + BESIDE_WAYPOINT and math.hypot(gx - ox, gy - oy) < beside:
                 return True
     return False
 
@@ -124,12 +124,12 @@ def _other(k, radius, bodies, robot):
 
 @kernel
 def _arrive(i, lengths, gates, state, clock):
-    """Person `i` has come to a waypoint: goes on, waits at a door, or rests at the end (then 1)."""
+    """Person `i` is at a waypoint: it goes on, waits at a door, or pauses at an end (then 1)."""
     at, to = state[i, 1], 2 * state[i, 1] - state[i, 0]
     end = to < 0 or to >= lengths[i]
     if end:
         to = state[i, 0]
-        clock[i, 0] = np.inf  # a rest, whose end is to be drawn
+        clock[i, 0] = np.inf  # a pause, whose end is to be drawn
     state[i, 0], state[i, 1] = at, to
     state[i, 2] = 0 if end or _gate(i, gates, state) >= 0 else 1
     clock[i, 1] = 0.0
@@ -138,7 +138,7 @@ def _arrive(i, lengths, gates, state, clock):
 
 @kernel
 def _share_at_end(i, opened, routes, lengths, gates, state):
-    """Share of the speed at which the leg may end: none where it has to stand, less in a bend."""
+    """Share of the speed at the end of the leg: 0 where the person must stop, less in a bend."""
     at, to = state[i, 0], state[i, 1]
     onward = 2 * to - at
     if onward < 0 or onward >= lengths[i]:
@@ -148,24 +148,24 @@ def _share_at_end(i, opened, routes, lengths, gates, state):
         return 0.0
     ax, ay = routes[i, to, 0] - routes[i, at, 0], routes[i, to, 1] - routes[i, at, 1]
     bx, by = routes[i, onward, 0] - routes[i, to, 0], routes[i, onward, 1] - routes[i, to, 1]
-    return max((ax * bx + ay * by) / (math.hypot(ax, ay) * math.hypot(bx, by)), SHARP)
+    return max((ax * bx + ay * by) / (math.hypot(ax, ay) * math.hypot(bx, by)), MIN_BEND_SHARE)
 
 
 @kernel
 def _aim(i, bodies, routes, state, ways):
-    """Walk back to the line between the waypoints, and along it; m that are left to go."""
+    """Set the way back to the line between the waypoints, and along it; m left to go."""
     ax, ay = routes[i, state[i, 0]]
     bx, by = routes[i, state[i, 1]]
     length = math.hypot(bx - ax, by - ay)
     dx, dy = (bx - ax) / length, (by - ay) / length
     along = (bodies[i, 0] - ax) * dx + (bodies[i, 1] - ay) * dy
-    along = min(max(along, 0.0) + LOOK, length)
+    along = min(max(along, 0.0) + LOOKAHEAD, length)
     return _towards(i, ax + along * dx, ay + along * dy, bx, by, bodies, ways)
 
 
 @kernel
 def _back(i, bodies, routes, state, ways):
-    """To the waypoint where person `i` is to stand; m to go."""
+    """Set the way back to the waypoint where person `i` stands; m left to go."""
     x, y = routes[i, state[i, 0]]
     return _towards(i, x, y, x, y, bodies, ways)
 
@@ -181,7 +181,7 @@ def _towards(i, x, y, goal_x, goal_y, bodies, ways):
 
 @kernel
 def _go(i, v, radius, bodies, robot, ways, out):
-    """At `v` m/s on one's way, slower and aside of the nearest that is in it."""
+    """Walk at `v` m/s, slower and to the side of the nearest obstacle ahead."""
     ux, uy = ways[i]
     nearest, side = 0.0, 1.0
     for k in range(-1, len(bodies)):
@@ -191,24 +191,35 @@ def _go(i, v, radius, bodies, robot, ways, out):
         dx, dy = ox - bodies[i, 0], oy - bodies[i, 1]
         gap = math.hypot(dx, dy) - radius - reach
         left = ux * dy - uy * dx
-        if gap < APART and ux * dx + uy * dy > 0.0 and abs(left) < radius + reach + BESIDE:
-            nearness = min((APART - gap) / (APART - STOP), 1.0)
+        if (
+            gap < AVOIDANCE_DISTANCE
+            and ux * dx + uy * dy > 0.0
+            and abs(left) < radius + reach + LATERAL_CLEARANCE
+        ):
+            nearness = min((AVOIDANCE_DISTANCE - gap) / (AVOIDANCE_DISTANCE - STOP_DISTANCE), 1.0)
             if nearness > nearest:
-                nearest, side = nearness, 1.0 if left > -BESIDE else -1.0
+                nearest, side = nearness, 1.0 if left > -LATERAL_CLEARANCE else -1.0
     out[i, 0] = v * ((1.0 - nearest) * ux + 0.5 * nearest * side * uy)  # right: (uy, -ux)
     out[i, 1] = v * ((1.0 - nearest) * uy - 0.5 * nearest * side * ux)
 
 
 @kernel
 def _step_aside(i, speed, radius, bodies, ways, out):
-    """Who stands in the way of another steps out of it; whether somebody comes."""
+    """Let a standing person step out of the way of a walking one; whether there is one."""
     for k in range(len(bodies)):
         dx, dy = bodies[i, 0] - bodies[k, 0], bodies[i, 1] - bodies[k, 1]
         gap = math.hypot(dx, dy) - 2.0 * radius
         left = ways[k, 0] * dy - ways[k, 1] * dx
         ahead = ways[k, 0] * dx + ways[k, 1] * dy
-        if k != i and gap < APART and ahead > 0.0 and abs(left) < 2.0 * radius + BESIDE:
-            side = 0.5 * speed if left > -BESIDE else -0.5 * speed  # k passes on the other
+        if (
+            k != i
+            and gap < AVOIDANCE_DISTANCE
+            and ahead > 0.0
+            and abs(left) < 2.0 * radius + LATERAL_CLEARANCE
+        ):
+            side = (
+                0.5 * speed if left > -LATERAL_CLEARANCE else -0.5 * speed
+            )  # k passes on the other side
             out[i, 0], out[i, 1] = -side * ways[k, 1], side * ways[k, 0]
             return True
     return False
@@ -216,7 +227,7 @@ def _step_aside(i, speed, radius, bodies, ways, out):
 
 @kernel
 def _lose_patience(i, dt, speed, patience, bodies, ways, state, clock):
-    """Who cannot go on for long turns around."""
+    """Turn a person around who has been blocked for longer than its patience."""
     along = bodies[i, 3] * ways[i, 0] + bodies[i, 4] * ways[i, 1]
     clock[i, 1] = clock[i, 1] + dt if along < 0.2 * speed else 0.0
     if clock[i, 1] > patience * (1.0 + 0.25 * (i % 4)):

@@ -1,4 +1,4 @@
-"""The physics: robot, walls, hinged doors and people in pymunk."""
+"""World: robot, walls, hinged doors and people as bodies of a pymunk space."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import pymunk
 from pymunk._chipmunk_cffi import lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
-from dynslam_env.simulation.chipmunk import States
-from dynslam_env.simulation.doors import Doors, Motors
+from dynslam_env.simulation.chipmunk import BodyStates
+from dynslam_env.simulation.doors import DoorMotors, Doors
 from dynslam_env.simulation.people import People, Walkers
 from dynslam_env.simulation.polygons import Polygons, regular
 from dynslam_env.simulation.robot import Robot
@@ -18,33 +18,35 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 
 CONTROL_DT = 0.1  # s, one step of the environment
-SUBSTEPS = 10  # physics steps in it
+SUBSTEPS = 10  # physics steps per control step
 PHYSICS_DT = CONTROL_DT / SUBSTEPS
 FIXED, LEAF, ROBOT, PERSON = 1, 2, 4, 8  # kinds of shapes, as bits
-MEETS = {FIXED: ROBOT | PERSON, LEAF: ROBOT | PERSON, ROBOT: FIXED | LEAF | PERSON,
+COLLIDES_WITH = {FIXED: ROBOT | PERSON, LEAF: ROBOT | PERSON, ROBOT: FIXED | LEAF | PERSON,
          PERSON: FIXED | LEAF | ROBOT | PERSON}  # fmt: skip
-DENT = 0.009  # m: no solid lets another in farther, in the physics step before they push back
-FILTERS = {kind: pymunk.ShapeFilter(categories=kind, mask=mask) for kind, mask in MEETS.items()}
-HEAVY = 1e30  # kg: a leaf turns, and its hinge never moves, with no joint that could give way
-FASTEST_LEAF = 3.0  # m/s: more would need a thick skin
-OCTAGON = 8
+MAX_PENETRATION = 0.009  # m, of two solids in the physics step before the contact is resolved
+FILTERS = {
+    kind: pymunk.ShapeFilter(categories=kind, mask=mask) for kind, mask in COLLIDES_WITH.items()
+}
+LEAF_MASS = 1e30  # kg: a leaf turns about its hinge, which needs no joint to stay in place
+MAX_TIP_SPEED = 3.0  # m/s, of a leaf: a faster one would need a thick margin
+PERSON_CORNERS = 8
 SET_VELOCITY, SET_ANGULAR_VELOCITY = lib.cpBodySetVelocity, lib.cpBodySetAngularVelocity
 SET_RATE = lib.cpSimpleMotorSetRate
 
 
 class Contacts:
-    """What the robot touches: how much now, and whether anything since that was asked last."""
+    """Contacts of the robot: their current number, and whether there were any in this step."""
 
-    now, touched = 0, False
+    count, touched = 0, False
 
 
 class World:
-    """One episode's world. A new episode builds a new one.
+    """The simulated world of one episode.
 
-    The robot is driven as a body that wheels pull along: a kinematic body with the commanded
-    velocity drags it by two joints of limited force (setting the robot's own velocity would press
-    it into walls). People are driven likewise. pymunk moves bodies before it solves for their
-    velocities: what is asked for takes hold one physics step later.
+    The wheels are a kinematic body with the commanded velocity that pulls the robot by two joints
+    of limited force (setting the robot's own velocity would press it into walls). People are driven
+    in the same way. pymunk updates positions before velocities: a command takes effect one physics
+    step later.
     """
 
     def __init__(
@@ -62,9 +64,9 @@ class World:
         self._space.collision_slop = 0.0005  # m; pymunk's default is meant for pixels
         is_open = doors.law.begin(door_rng.random(count) < doors.open_share, door_rng)
         self._clock = doors.law.clock(count, door_rng)
-        self._doors = Motors(layout.doors, doors, is_open)
+        self._doors = DoorMotors(layout.doors, doors, is_open)
         self._people = Walkers(people, layout, people_rng)
-        places = self._people.beginnings()
+        places = self._people.starts()
         check_people(layout, places, people.radius, robot.radius)
         self._fastest = robot.max_speed
         self._add_walls(layout.walls)
@@ -75,45 +77,45 @@ class World:
         self._add_people(people, places)
         self._space.add(*self._pulling)
         self._watch_contacts()
-        self.states = States(self._space)
-        self._tell_apart(self.states.rows)
-        self._lay_segments(layout)
+        self.states = BodyStates(self._space)
+        self._split_states(self.states.rows)
+        self._init_segments(layout)
         self.states.advance(0, PHYSICS_DT)
         self._check_order(layout, places)
-        self._react()
+        self._control()
 
     # -- state ---------------------------------------------------------------------------------
 
     segments: Array
-    """(w + e, 4) m: walls, then the edges of leaves, then of people, as they stand now."""
+    """(w + e, 4) m, current: walls, then the edges of leaves, then of people."""
 
     first_edge: int
-    """The number of walls: the place of the first edge in `segments`."""
+    """Index of the first edge in `segments`: the number of walls."""
 
-    states: States
-    """What lets time pass, and then knows where all bodies are."""
+    states: BodyStates
+    """Steps the physics, and holds the states of all bodies."""
 
     robot: Array
     """(6,) x, y, angle, vx, vy, omega of the robot, m and rad and s; a view."""
 
     collided: bool = False
-    """The robot touched something during the last step."""
+    """The robot had a contact during the last step."""
 
     @property
     def time(self) -> float:
-        """s since the beginning."""
+        """Time since the start, s."""
         return self.steps * CONTROL_DT
 
     def outline(self) -> Array:
-        """(e, 4) m, the edges of all that can move, as they stand now."""
+        """(e, 4) m, current edges of all movable solids."""
         return self.segments[self.first_edge :].copy()
 
     def poses(self) -> Array:
-        """(m, 3) x, y in m, angle in rad, of all bodies but the robot's that are not fixed."""
+        """(m, 3) x, y in m, angle in rad, of all moving bodies except the robot."""
         return self._movers[:, :3].copy()
 
     def outlines(self, poses: Array) -> Array:
-        """(t, e, 4) m, what `outline` gave when the bodies were at `poses` (t, m, 3)."""
+        """(t, e, 4) m, the `outline` at each of the `poses` (t, m, 3) of the bodies."""
         edges = np.repeat(self.segments[None, self.first_edge :], len(poses), axis=0)
         fixed = edges.shape[1] - self._polygons.count
         for rows, at in zip(edges, poses, strict=True):
@@ -122,34 +124,34 @@ class World:
 
     @property
     def bodies(self) -> Array:
-        """(b, 6) x, y, angle, vx, vy, omega of the robot, of leaves that move, and of people."""
+        """(b, 6) x, y, angle, vx, vy, omega of the robot, of moving leaves, and of people."""
         return np.vstack([self.robot, self._movers])
 
     @property
     def openings(self) -> Array:
-        """(d,) rad, of the doors: 0 closed, positive open; a view."""
+        """(d,) rad, opening angles of the doors: 0 closed, positive open; a view."""
         return self._doors.openings
 
     @property
     def people(self) -> Array:
-        """(p, 2) m, where the people are; a view."""
+        """(p, 2) m, positions of the people; a view."""
         return self._walking[:, :2]
 
     # -- one control step ----------------------------------------------------------------------
 
     def step(self, vx: float, vy: float, omega: float) -> None:
-        """Let the wheels pull with `vx`, `vy` m/s and `omega` rad/s for CONTROL_DT seconds."""
+        """Step by CONTROL_DT seconds with the wheels at `vx`, `vy` m/s and `omega` rad/s."""
         wheels = self._wheels
         SET_VELOCITY(wheels, (vx, vy))
         SET_ANGULAR_VELOCITY(wheels, omega)
-        self._contacts.touched = self._contacts.now > 0
+        self._contacts.touched = self._contacts.count > 0
         self.states.advance(SUBSTEPS, PHYSICS_DT)
         self.steps += 1
         self.collided = self._contacts.touched
-        self._react()
+        self._control()
 
-    def _react(self) -> None:
-        """Take in where everything is, and decide what moves next, and how."""
+    def _control(self) -> None:
+        """Update the edges from the states, and set the commands of doors and people."""
         self._polygons.outline(self._movers, self._moving_edges)
         time = self.steps * CONTROL_DT
         if self._clock.soonest <= time:
@@ -159,9 +161,9 @@ class World:
             for door in self._doors.changed[:changed].tolist():
                 SET_RATE(self._motors[door]._constraint, self._doors.rates[door])
         if self._feet:
-            self._walk()
+            self._steer_people()
 
-    def _walk(self) -> None:
+    def _steer_people(self) -> None:
         here = np.array([*self.robot[:2], self._robot_radius])
         shares = self.openings / self._open_angle
         self._people.steer(self.time, CONTROL_DT, self._walking, here, shares)
@@ -173,11 +175,11 @@ class World:
     def _add_walls(self, walls: Array) -> None:
         static = self._space.static_body
         for x1, y1, x2, y2 in walls.tolist():
-            self._add_shape(pymunk.Segment(static, (x1, y1), (x2, y2), self._skin(0.0)), FIXED)
+            self._add_shape(pymunk.Segment(static, (x1, y1), (x2, y2), self._margin(0.0)), FIXED)
 
-    def _skin(self, speed: float) -> float:
-        """m around a solid of this speed, m/s: where the robot may be met, but is not seen."""
-        return max((self._fastest + speed) * PHYSICS_DT - DENT, 0.0)
+    def _margin(self, speed: float) -> float:
+        """Collision margin in m around a solid of this speed, m/s; the laser does not see it."""
+        return max((self._fastest + speed) * PHYSICS_DT - MAX_PENETRATION, 0.0)
 
     def _add_shape(self, shape: pymunk.Shape, kind: int) -> None:
         shape.filter = FILTERS[kind]
@@ -196,11 +198,11 @@ class World:
         return wheels
 
     def _pulled(self, body: pymunk.Body, force: float) -> pymunk.Body:
-        """A kinematic body that pulls `body` along with at most `force` N."""
+        """A kinematic body that pulls `body` with at most `force` N."""
         puller = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
         puller.position, puller.angle = body.position, body.angle
         pull = PivotJoint(puller, body, (0, 0), (0, 0))
-        pull.max_bias = 0.0  # match velocities only: never pull back into a wall
+        pull.max_bias = 0.0  # match velocities only, do not correct positions
         pull.max_force = force
         self._space.add(body)
         self._pulling += [puller, pull]
@@ -212,13 +214,13 @@ class World:
             if doors.fixed:
                 body = pymunk.Body(body_type=pymunk.Body.STATIC)
             else:
-                body = pymunk.Body(HEAVY, doors.inertia(door))
+                body = pymunk.Body(LEAF_MASS, doors.inertia(door))
             body.position, body.angle = door.hinge, angle
             self._space.add(body)
             if not doors.fixed:
                 self._add_motor(body, door, doors)
-            skin = self._skin(0.0 if doors.fixed else _tip_speed(door, doors))
-            self._add_shape(pymunk.Poly(body, door.corners.tolist(), radius=skin), LEAF)
+            margin = self._margin(0.0 if doors.fixed else _tip_speed(door, doors))
+            self._add_shape(pymunk.Poly(body, door.corners.tolist(), radius=margin), LEAF)
 
     def _add_motor(self, body: pymunk.Body, door: Door, doors: Doors) -> None:
         frame = self._space.static_body
@@ -230,63 +232,63 @@ class World:
 
     def _add_people(self, people: People, places: Array) -> None:
         self._feet: list[pymunk.Body] = []
-        self._person = regular(people.radius, OCTAGON)
+        self._person = regular(people.radius, PERSON_CORNERS)
         for x, y in places.tolist():
             body = pymunk.Body(people.mass, float("inf"))
             body.position = x, y
             self._feet.append(self._pulled(body, people.force))
-            skin = self._skin(people.speed)
-            self._add_shape(pymunk.Poly(body, self._person.tolist(), radius=skin), PERSON)
+            margin = self._margin(people.speed)
+            self._add_shape(pymunk.Poly(body, self._person.tolist(), radius=margin), PERSON)
 
     def _watch_contacts(self) -> None:
         contacts = self._contacts = Contacts()
 
         def begin(*_: object) -> None:
-            contacts.now += 1
+            contacts.count += 1
             contacts.touched = True
 
         def separate(*_: object) -> None:
-            contacts.now -= 1
+            contacts.count -= 1
 
         for kind in (FIXED, LEAF, PERSON):
             self._space.on_collision(ROBOT, kind, begin=begin, separate=separate)
 
-    def _tell_apart(self, rows: Array) -> None:
-        """The states of bodies, in the order in which they were added: robot, leaves, people."""
+    def _split_states(self, rows: Array) -> None:
+        """Views of the states of robot, leaves and people, the order in which they were added."""
         last_leaf = 1 + len(self._motors)
         last = last_leaf + len(self._feet)
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
         self._walking, self._movers = rows[last_leaf:last], rows[1:last]
 
     def _check_order(self, layout: Layout, people: Array) -> None:
-        """pymunk promises no order of its bodies; with another one, all would be confused."""
+        """Raise RuntimeError if pymunk, which documents no order of bodies, has changed it."""
         hinges = [door.hinge for door in layout.doors] if self._motors else []
         places = np.array([layout.start[:2], *hinges, *people.tolist()])
         if not np.array_equal(self.bodies[:, :2], places):
-            raise RuntimeError("pymunk tells of its bodies in an order that dynslam does not know")
+            raise RuntimeError("pymunk lists its bodies in an order that dynslam does not know")
 
-    def _lay_segments(self, layout: Layout) -> None:
-        """Lay out `segments`; leaves that are fixed stand in it once and for all."""
+    def _init_segments(self, layout: Layout) -> None:
+        """Allocate `segments`, and write the edges that never change: walls and fixed leaves."""
         leaves = [door.corners for door in layout.doors]
         fixed, hung = ([], leaves) if self._motors else (leaves, [])
         self._polygons = Polygons([*hung, *[self._person] * len(self._feet)])
-        still = Polygons(fixed)
+        immovable = Polygons(fixed)
         self.first_edge = len(layout.walls)
-        first_moving = self.first_edge + still.count
+        first_moving = self.first_edge + immovable.count
         self.segments = np.empty((first_moving + self._polygons.count, 4))
         self.segments[: self.first_edge] = layout.walls
         self._moving_edges = self.segments[first_moving:]
         hinges = np.array([door.hinge for door in layout.doors]).reshape(-1, 2)
         poses = np.column_stack([hinges, self._doors.targets])[: len(fixed)]
-        still.outline(poses, self.segments[self.first_edge :])
+        immovable.outline(poses, self.segments[self.first_edge :])
 
 
 def _tip_speed(door: Door, doors: Doors) -> float:
-    """m/s, of a leaf's edge at full speed; raises InputError beyond FASTEST_LEAF."""
+    """Speed of a leaf's free edge at full speed, m/s; raises InputError beyond MAX_TIP_SPEED."""
     speed = doors.speed * door.width
-    if speed > FASTEST_LEAF:
+    if speed > MAX_TIP_SPEED:
         raise InputError(
             f"a leaf {door.width:g} m wide cannot open in Doors.swing_time = "
-            f"{doors.swing_time:g} s: its edge may move at {FASTEST_LEAF:g} m/s at most"
+            f"{doors.swing_time:g} s: its edge may move at {MAX_TIP_SPEED:g} m/s at most"
         )
     return speed

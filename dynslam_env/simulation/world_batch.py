@@ -1,4 +1,4 @@
-"""WorldBatch: n worlds that step side by side. The single environment is a batch of one."""
+"""WorldBatch: n simulated worlds that step together. The single environment has a batch of one."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ Rows = NDArray[np.int64]
 
 
 class WorldBatch:
-    """The worlds, and in one row each all that their robots perceive and are paid for.
+    """The worlds, and arrays with a row per world: observations, rewards, ends.
 
     drive     true poses and velocities
-    judge     rewards and ends
-    displacements (n, 3) of the last step by the odometry, m, m, rad
-    odometry  (n, 3) float32, the same for a Box
+    progress  rewards and ends
+    displacements  (n, 3) of the last step by odometry, m, m, rad
+    odometry  (n, 3) float32, `displacements` within the bounds of the observation space
     ranges    (n, beams) m; no echo is inf, no reading NaN
-    scans     (n, beams) float32, the same for a Box
-    collided  (n,) bool
+    scans     (n, beams) float32, `ranges` within the bounds of the observation space
+    collided  (n,) bool, contact in the last step
 
-    With more than one of `threads` the worlds' physics and lasers run side by side; what comes out
-    is the same.
+    With more than one thread the physics and lasers of the worlds run in parallel; the results are
+    the same.
     """
 
     def __init__(self, config: WorldConfig, n: int, threads: int = 1):
@@ -58,10 +58,10 @@ class WorldBatch:
         self._wheels: list[list[float]] = []
 
     def reset(self, i: int, rng: np.random.Generator, start: Pose2 | None = None) -> None:
-        """World `i` begins an episode: all that is random in it comes from `rng`.
+        """Start an episode in world `i`; all its randomness comes from `rng`.
 
-        Layout, doors, laser, odometry and people have streams of their own, so that episodes which
-        differ in one of them alone share all else. Raises InputError where the robot cannot stand.
+        Layout, doors, laser, odometry and people have separate streams, so that episodes that
+        differ in one of them share everything else. Raises InputError for an invalid start.
         """
         config = self.config
         layout_rng, doors_rng, laser_rng, slip_rng, people_rng = rng.spawn(5)
@@ -79,19 +79,19 @@ class WorldBatch:
         self.progress.begin(i, layout, self.drive.poses[i])
         self.displacements[i] = self.odometry[i] = 0.0
         self.collided[i] = False
-        self._look(i)
+        self._scan(i)
 
     @property
     def ready(self) -> bool:
-        """Every world has begun an episode."""
+        """Every world has been reset."""
         return all(world is not None for world in self.worlds)
 
-    def forget(self, i: int) -> None:
-        """World `i` has to begin anew."""
+    def discard(self, i: int) -> None:
+        """Discard world `i`: it needs a reset."""
         self.worlds[i] = None  # type: ignore[call-overload]
 
     def step(self, which: Rows, actions: Array) -> None:
-        """Worlds `which` let CONTROL_DT seconds pass; actions (n, 2), clipped to -1 .. 1."""
+        """Step worlds `which` by CONTROL_DT seconds; actions (n, 2), clipped to -1 .. 1."""
         drive = self.drive
         wrong = drive.command(which, actions)
         if wrong >= 0:
@@ -100,31 +100,31 @@ class WorldBatch:
         self._wheels = drive.wheels.tolist()
         self._noise_streams.take(which, self._noise)
         self._threads.each(self._advance, which.tolist())
-        drive.settle(which)
+        drive.read_bodies(which)
         self.config.odometry.read(
             which, self._before, drive.poses, self._noise, self.displacements, self.odometry
         )
         self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
 
     def close(self) -> None:
-        """Let the threads go."""
+        """Stop the threads."""
         self._threads.close()
 
     def _advance(self, i: int) -> None:
-        """World `i` moves, and its robot looks around."""
+        """Step the physics of world `i`, then scan."""
         world = self.worlds[i]
         world.step(*self._wheels[i])
         self.drive.bodies[i] = world.robot
         self.collided[i] = world.collided
-        self._look(i)
+        self._scan(i)
 
-    def _look(self, i: int) -> None:
+    def _scan(self, i: int) -> None:
         world = self.worlds[i]
         self.scanners[i].look(world.robot, world.segments, world.first_edge, *self._rows[i])
 
 
 def actions_of(given: Any, shape: tuple[int, ...]) -> Array:
-    """Actions of this shape as the kernels take them; raises InputError for anything else."""
+    """Actions of this shape as float64; raises InputError for anything else."""
     actions = np.asarray(given)
     if actions.shape != shape or actions.dtype.kind not in "fiu":
         raise InputError(
@@ -135,34 +135,34 @@ def actions_of(given: Any, shape: tuple[int, ...]) -> Array:
 
 
 class Threads:
-    """`count` threads, of which the caller's is one."""
+    """A pool of `count` threads, including the caller's."""
 
     def __init__(self, count: int):
         self._count = count
         self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
 
     def each(self, call: Callable[[int], None], rows: Sequence[int]) -> None:
-        """Call `call(i)` for all `rows`, in no order between threads; an error is raised again.
+        """Call `call(i)` for all `rows`, in any order across threads; an error is raised again.
 
-        Whatever happens, no call is under way any more when this returns.
+        All calls have ended when this returns or raises.
         """
         if self._pool is None:
-            return _in_turn(call, rows)
+            return _call_each(call, rows)
         parts = [rows[k :: self._count] for k in range(self._count)]
-        others = [self._pool.submit(_in_turn, call, part) for part in parts[1:] if part]
+        others = [self._pool.submit(_call_each, call, part) for part in parts[1:] if part]
         try:
-            _in_turn(call, parts[0])
+            _call_each(call, parts[0])
         finally:
             wait(others)
         for other in others:
             other.result()
 
     def close(self) -> None:
-        """Let the threads go; nothing can be called any more."""
+        """Stop the threads; no calls are possible afterwards."""
         if self._pool is not None:
             self._pool.shutdown()
 
 
-def _in_turn(call: Callable[[int], None], rows: Sequence[int]) -> None:
+def _call_each(call: Callable[[int], None], rows: Sequence[int]) -> None:
     for i in rows:
         call(i)

@@ -1,1 +1,1 @@
-"""The worlds, one a file; each draws a FloorPlan and makes a Layout of it."""
+"""Worlds, one per file; each draws a FloorPlan and converts it to a Layout."""

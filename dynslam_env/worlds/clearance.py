@@ -1,4 +1,4 @@
-"""How far apart things on a floor are: exact distances of segments and convex outlines.
+"""Exact distances between segments and outlines.
 
 An outline is the (k, 4) edges x1, y1, x2, y2 of a closed polygon, m.
 """
@@ -13,7 +13,7 @@ from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
 from slam.kernel import kernel
 
-ARC_STEPS = 6  # edges for the quarter circle of a leaf's free edge
+ARC_STEPS = 6  # edges that approximate the quarter circle of a leaf's free edge
 
 
 def edges(corners: Array) -> Array:
@@ -22,15 +22,17 @@ def edges(corners: Array) -> Array:
 
 
 def leaf(door: Door, angle: float) -> Array:
-    """(4, 4) outline of the door's leaf, opened by `angle` rad, world."""
+    """(4, 4) outline in the world of the door's leaf, opened by `angle` rad."""
     return edges(_in_world(door, door.corners, door.closed + door.swing * angle))
 
 
 def sweep(door: Door, angle: float = math.pi / 2) -> Array:
-    """(k, 4) outline around all that the leaf covers between closed and opened by `angle` rad."""
+    """(k, 4) outline around the area that the leaf sweeps between closed and `angle` rad."""
     behind = math.atan2(door.thickness, door.width)  # the outer corner of the closed leaf
     step = (angle + behind) / ARC_STEPS
-    radius = math.hypot(door.width, door.thickness) / math.cos(step / 2)  # the arc lies within
+    radius = math.hypot(door.width, door.thickness) / math.cos(
+        step / 2
+    )  # the outline encloses the arc
     turned = door.swing * (step * np.arange(ARC_STEPS + 1) - behind)
     arc = radius * np.column_stack([np.cos(turned), np.sin(turned)])
     corners = np.vstack([door.corners[3:], arc, door.corners[:1]])
@@ -43,7 +45,7 @@ def _in_world(door: Door, points: Array, angle: float) -> Array:
 
 
 def clear(outline: Array, others: Array, distance: float) -> bool:
-    """Two outlines keep at least `distance` m apart, and neither is inside the other."""
+    """Whether two outlines are at least `distance` m apart, and neither is inside the other."""
     if gap(outline, others) < distance:
         return False
     return not (inside(outline, others[0, 0], others[0, 1])
@@ -51,20 +53,20 @@ def clear(outline: Array, others: Array, distance: float) -> bool:
 
 
 def clear_of_legs(outline: Array, legs: Array, distance: float) -> bool:
-    """No leg (n, 4), m, comes nearer to an outline than `distance` m, above zero, or is inside."""
+    """Whether all legs (n, 4), m, are outside the outline and at least `distance` > 0 m away."""
     if not len(legs) or not len(outline):
         return True
     return gap(outline, legs) >= distance and not any_inside(outline, legs)
 
 
 def legs(points: Array) -> Array:
-    """(n - 1, 4) the segments from one of the points (n, 2) to the next."""
+    """(n - 1, 4) segments from each of the points (n, 2) to the next."""
     return np.hstack([points[:-1], points[1:]])
 
 
 @kernel(nogil=True)
 def gap(these, those):
-    """The least distance between a segment of `these` (n, 4) and one of `those` (m, 4), m."""
+    """Smallest distance in m between a segment of `these` (n, 4) and one of `those` (m, 4)."""
     least = math.inf
     for i in range(len(these)):
         for j in range(len(those)):
@@ -74,7 +76,7 @@ def gap(these, those):
 
 @kernel(nogil=True)
 def any_crossing(these, those):
-    """A segment of `these` (n, 4) crosses one of `those` (m, 4)."""
+    """Whether a segment of `these` (n, 4) crosses one of `those` (m, 4)."""
     crosses = False
     for i in range(len(these)):
         for j in range(len(those)):
@@ -84,7 +86,7 @@ def any_crossing(these, those):
 
 @kernel(nogil=True)
 def inside(outline, x, y):
-    """The point is inside the outline: a ray to the right leaves it an odd number of times."""
+    """Whether the point is inside the outline: a ray crosses it an odd number of times."""
     odd = False
     for k in range(len(outline)):
         x1, y1, x2, y2 = outline[k]
@@ -95,7 +97,7 @@ def inside(outline, x, y):
 
 @kernel(nogil=True)
 def any_inside(outline, legs):
-    """The first point of any leg is inside the outline."""
+    """Whether the first point of any leg is inside the outline."""
     found = False
     for k in range(len(legs)):
         found = found or inside(outline, legs[k, 0], legs[k, 1])

@@ -1,4 +1,4 @@
-"""Corridor: the paper's short passage, with doors on both sides, and a room behind each."""
+"""Corridor: the passage of the paper, with doors on both sides and a room behind each."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class Corridor:
 
     length           m, of the passage
     width            m, of the passage
-    doors_per_side   doors on each side, at uneven spacing
+    doors_per_side   doors on each side, at random distances
     door_width       m, of the opening between the jambs
     door_thickness   m, of the leaf
     wall_thickness   m, of the wall between passage and rooms; the leaf hangs in the middle of it
     partition        m, thickness of the walls between rooms
     room_depth       m
-    clearance        m, wall left and right of an opening at least
+    clearance        m, least length of wall on each side of an opening
     margin           m, from the ends of the passage to the ends of the path
-    people           how many walk to and fro, each between two rooms
+    people           number of people, each of whom walks back and forth between two rooms
     """
 
     length: float = 12.0
@@ -53,7 +53,7 @@ class Corridor:
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", self.partition)
         within(self, "margin", 0.0, self.length / 2)
-        if self._frame.spare(self.length, self.doors_per_side) < 0:
+        if self._dimensions.spare(self.length, self.doors_per_side) < 0:
             raise InputError(
                 f"{self.doors_per_side} doors of {self.door_width:g} m with {self.clearance:g} m "
                 f"of wall beside each need more than the corridor's {self.length:g} m"
@@ -65,11 +65,11 @@ class Corridor:
         check_rooms(self.people, self.room_depth, self.door_width)
 
     @property
-    def _frame(self) -> RoomDimensions:
+    def _dimensions(self) -> RoomDimensions:
         return RoomDimensions(self.door_width, self.clearance, self.partition)
 
     def layout(self, rng: np.random.Generator) -> Layout:
-        """Each side has gaps of its own between its doors, and hinges left or right."""
+        """A layout with random door positions and sides of the hinges."""
         plan = self._plan(rng)
         ends = (self.margin, 0.0), (self.length - self.margin, 0.0)
         path = np.array([*ends, ends[0]])
@@ -82,9 +82,9 @@ class Corridor:
         half = self.width / 2
         spaces, doorways = [Rect(0.0, -half, self.length, half)], []
         for side in (1, -1):
-            row = draw_row(rng, self.length, self.doors_per_side, self._frame)
+            row = draw_row(rng, self.length, self.doors_per_side, self._dimensions)
             near = side * half + side * self.wall_thickness
-            site = RowPlacement(True, 0.0, near, near + side * self.room_depth)
-            rooms, doors = build(row, site, 0, len(spaces), self.door_width)
+            placement = RowPlacement(True, 0.0, near, near + side * self.room_depth)
+            rooms, doors = build(row, placement, 0, len(spaces), self.door_width)
             spaces, doorways = spaces + rooms, doorways + doors
         return FloorPlan(tuple(spaces), tuple(doorways), self.door_thickness)

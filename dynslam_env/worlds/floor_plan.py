@@ -1,4 +1,4 @@
-"""FloorPlan: rectangular spaces and the doorways between them. All worlds are made of one."""
+"""FloorPlan: rectangular spaces and the doorways between them, the basis of all worlds."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from slam.errors import InputError
 from slam.geometry import Array
 from slam.validation import instance, number, one_of, positive, positive_number, whole_number
 
-ROUNDING = 1e-9  # m
+ROUNDING_ERROR = 1e-9  # m
 
 
 class Doorway(NamedTuple):
-    """An opening in the wall between two spaces; where they touch, there is no wall to go through.
+    """An opening in the wall between two spaces; the wall has no thickness where they touch.
 
-    spaces     indices of the two, in any order
-    start      m, where the opening begins: its x in a level wall, its y in an upright one
+    spaces     indices of the two spaces, in any order
+    start      m, start of the opening: its x in a level wall, its y in an upright one
     width      m, of the opening
-    opens_to   the space into which its leaf opens; None: no leaf
-    at_start   the leaf is hinged where the opening begins, else where it ends
+    opens_to   index of the space into which the leaf opens; None: no leaf
+    at_start   whether the leaf is hinged at the start of the opening, else at its end
     """
 
     spaces: tuple[int, int]
@@ -36,13 +36,13 @@ class Doorway(NamedTuple):
 
 
 class Wall(NamedTuple):
-    """What lies between two spaces.
+    """The wall between two spaces.
 
-    level      the wall runs along x, else along y
+    level      whether the wall runs along x, else along y
     low, high  m, its two faces: y of a level wall, x of an upright one
     lower      index of the space on the low side
-    start      m along the wall, where both spaces are beside it
-    stop       m
+    start      m along the wall, start of the part that both spaces share
+    stop       m, end of that part
     """
 
     level: bool
@@ -54,7 +54,7 @@ class Wall(NamedTuple):
 
 
 def wall_between(spaces: tuple[Rect, ...], a: int, b: int) -> Wall | None:
-    """The wall that `a` and `b` have on either side; None if they overlap or lie askew."""
+    """The wall between spaces `a` and `b`; None if they overlap or do not face each other."""
     first, second = spaces[a], spaces[b]
     for level in (True, False):
         axis = 1 if level else 0
@@ -70,10 +70,10 @@ def wall_between(spaces: tuple[Rect, ...], a: int, b: int) -> Wall | None:
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """A building's floor, along the axes.
+    """Axis-aligned plan of a floor.
 
     spaces          rooms and passages, m; they do not overlap
-    doorways        the ways from one into the other
+    doorways        openings between spaces
     door_thickness  m, of the leaves; a leaf hangs in the middle of its wall
     """
 
@@ -107,7 +107,11 @@ class FloorPlan:
         positive_number(f"{name}.width", doorway.width)
         wall = wall_between(self.spaces, *doorway.spaces)
         stop = doorway.start + doorway.width
-        if wall is None or doorway.start < wall.start - ROUNDING or stop > wall.stop + ROUNDING:
+        if (
+            wall is None
+            or doorway.start < wall.start - ROUNDING_ERROR
+            or stop > wall.stop + ROUNDING_ERROR
+        ):
             has = "none" if wall is None else f"one from {wall.start:g} to {wall.stop:g} m"
             raise InputError(
                 f"{name} needs a wall between its spaces from {doorway.start:g} to {stop:g} m, "
@@ -120,19 +124,19 @@ class FloorPlan:
             )
 
     def wall(self, doorway: Doorway) -> Wall:
-        """The wall that `doorway` leads through."""
+        """The wall of `doorway`."""
         wall = wall_between(self.spaces, *doorway.spaces)
-        assert wall is not None  # checked when the plan was made
+        assert wall is not None  # checked by __post_init__
         return wall
 
     @cached_property
     def walls(self) -> Array:
-        """(w, 4) segments x1, y1, x2, y2, m, around all that is free."""
+        """(w, 4) segments x1, y1, x2, y2, m, around the free space."""
         return outline([*self.spaces, *(self._opening(each) for each in self.doorways)])
 
     @cached_property
     def doors(self) -> tuple[Door, ...]:
-        """The leaves, in the order of their doorways."""
+        """The doors, in the order of their doorways."""
         return tuple(self.leaf(each) for each in self.doorways if each.opens_to is not None)
 
     def _opening(self, doorway: Doorway) -> Rect:
@@ -142,7 +146,7 @@ class FloorPlan:
         return Rect(wall.low, doorway.start, wall.high, stop)
 
     def leaf(self, doorway: Doorway) -> Door:
-        """The door that hangs in `doorway`, to which it opens."""
+        """The door in `doorway`, which opens to `doorway.opens_to`."""
         wall = self.wall(doorway)
         side = -1 if doorway.opens_to == wall.lower else 1
         across = (wall.low + wall.high + side * self.door_thickness) / 2

@@ -1,4 +1,4 @@
-"""Layout: a world as walls, doors, start, path and people's routes; Generator: what draws one."""
+"""Layout: walls, doors, start, path and people's routes of a world; Generator: draws layouts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slam.geometry import Array, Pose2
 from slam.io.files import AnyPath
 from slam.validation import finite, instance, number, one_of, positive_number
 
-LATCH_GAP = 0.002  # m between a closed leaf and the jamb, so that its outer corner can pass
+LATCH_GAP = 0.002  # m between a closed leaf and the jamb, so that its outer corner passes
 
 
 class Door(NamedTuple):
@@ -23,8 +23,8 @@ class Door(NamedTuple):
     hinge      (x, y) in m, world
     closed     rad, direction from the hinge along the closed leaf, world
     swing      +1 opens counter-clockwise, -1 clockwise
-    width      m, hinge to the free edge
-    thickness  m, away from the side to which it opens
+    width      m, from the hinge to the free edge
+    thickness  m, measured away from the side to which the leaf opens
     """
 
     hinge: tuple[float, float]
@@ -35,22 +35,22 @@ class Door(NamedTuple):
 
     @property
     def corners(self) -> Array:
-        """(4, 2) of the leaf, m, in its own frame: origin at the hinge, x along the leaf."""
+        """(4, 2) corners of the leaf, m, in its frame: origin at the hinge, x along the leaf."""
         w, t = self.width, -self.swing * self.thickness
         return np.array([(0.0, 0.0), (w, 0.0), (w, t), (0.0, t)])
 
 
-@dataclass(frozen=True, eq=False)  # arrays do not compare to one truth: see `plain`
+@dataclass(frozen=True, eq=False)  # == of arrays gives an array; compare `plain()`
 class Layout:
-    """A world that can be driven in.
+    """A world: walls, doors, start pose, path of the robot, routes of the people.
 
     walls   (w, 4) segments x1, y1, x2, y2, m
     doors   hinged leaves
-    start   the robot at the beginning
-    path    (p, 2) waypoints of the drive, m
-    routes  one person each: (k, 2) waypoints, m, k >= 2, that the person walks to and fro
+    start   start pose of the robot
+    path    (p, 2) waypoints of the robot, m
+    routes  per person (k, 2) waypoints, m, k >= 2, between which the person walks back and forth
 
-    Given by hand, lists do for arrays. A Layout is a Generator too: of itself, every time.
+    Lists are converted to arrays. A Layout is also a Generator, which always returns itself.
     """
 
     walls: Array
@@ -88,11 +88,11 @@ class Layout:
                 )
 
     def layout(self, rng: np.random.Generator) -> Layout:
-        """Itself: a world given by hand is the same in every episode."""
+        """Return itself: the same layout in every episode."""
         return self
 
     def plain(self) -> dict[str, Any]:
-        """All of it as plain lists, numbers and dicts: what a world file holds."""
+        """Its content as lists, numbers and dicts: the content of a world file."""
         return {
             "walls": self.walls.tolist(),
             "doors": [_plain(door) for door in self.doors],
@@ -102,12 +102,12 @@ class Layout:
         }
 
     def save(self, path: AnyPath) -> None:
-        """Write to a world file (JSON), which can be edited by hand; see `world_file`."""
+        """Write to a world file (JSON), which can be edited; see `world_file`."""
         world_file.write(path, self.plain())
 
     @staticmethod
     def load(path: AnyPath) -> Layout:
-        """Read a world file, exactly as it was saved. Raises InputError for anything else."""
+        """Read a world file, bit for bit what was saved. Raises InputError for any other file."""
         world = world_file.read(path)
         doors = tuple(Door(**{**door, "hinge": tuple(door["hinge"])}) for door in world["doors"])
         walls = np.array(world["walls"]).reshape(-1, 4)
@@ -139,7 +139,7 @@ def _rows(name: str, values: Array, columns: int) -> Array:
 
 
 def _door(name: str, door: Door) -> Door:
-    """The door, if it is one, with plain numbers."""
+    """Check a door; its hinge becomes two floats."""
     instance(name, door, Door)
     if np.shape(door.hinge) != (2,):
         raise InputError(f"{name}.hinge must be two numbers x, y, got {door.hinge!r}")
@@ -154,8 +154,8 @@ def _door(name: str, door: Door) -> Door:
 
 @runtime_checkable
 class Generator(Protocol):
-    """Anything that draws a layout."""
+    """Draws layouts, one per episode."""
 
     def layout(self, rng: np.random.Generator) -> Layout:
-        """A new layout; the same state of `rng`, the same layout."""
+        """A new layout; the same state of `rng` gives the same layout."""
         ...

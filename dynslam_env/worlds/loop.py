@@ -1,4 +1,4 @@
-"""Loop: four corridors around a block, so that the path closes on itself."""
+"""Loop: four corridors around a block; the path closes a loop."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.validation import positive, whole, within
 
-SOUTH, EAST, NORTH, WEST = range(4)  # the corridors, as spaces
+SOUTH, EAST, NORTH, WEST = range(4)  # indices of the corridors among the spaces
 
 
 @dataclass(frozen=True)
 class Loop:
     """Four corridors around a rectangular block, with rooms outside and in the block.
 
-    length           m, of the ring along x, from outer wall to outer wall
+    length           m, of the ring along x, between its outer walls
     breadth          m, of the ring along y
     width            m, of the corridors
-    outer_doors      on each of the four sides, to a room each outside the ring
-    inner_doors      on the block's southern and on its northern side, to a room each in the block
+    outer_doors      doors on each of the four outer sides, each to a room outside the ring
+    inner_doors      doors on the southern and on the northern side of the block, each to a room
     door_width       m, of the opening between the jambs
     door_thickness   m, of the leaf
     wall_thickness   m, of the walls along the corridors; the leaves hang in the middle of them
     partition        m, thickness of the walls between rooms
     room_depth       m, of the rooms outside
-    clearance        m, wall left and right of an opening at least
-    laps             how often the path leads around
-    people           how many walk to and fro, each between two rooms
+    clearance        m, least length of wall on each side of an opening
+    laps             number of laps of the path
+    people           number of people, each of whom walks back and forth between two rooms
     """
 
     length: float = 14.0
@@ -72,7 +72,7 @@ class Loop:
         shortest = min(self.length, self.breadth) - self.width
         for name, length in (("outer_doors", shortest), ("inner_doors", self._inner_length)):
             count = getattr(self, name)
-            if count and self._frame.spare(length, count) < 0:
+            if count and self._dimensions.spare(length, count) < 0:
                 raise InputError(
                     f"Loop.{name}: {count} doors of {self.door_width:g} m with "
                     f"{self.clearance:g} m of wall beside each need more than a side's "
@@ -93,12 +93,12 @@ class Loop:
         check_rooms(self.people, min(depths), self.door_width)
 
     @property
-    def _frame(self) -> RoomDimensions:
+    def _dimensions(self) -> RoomDimensions:
         return RoomDimensions(self.door_width, self.clearance, self.partition)
 
     @property
     def _block(self) -> Rect:
-        """What the corridors enclose, walls and all."""
+        """The area that the corridors enclose, with its walls."""
         return Rect(self.width, self.width, self.length - self.width, self.breadth - self.width)
 
     @property
@@ -107,12 +107,12 @@ class Loop:
 
     @property
     def _inner_depth(self) -> float:
-        """m, of a room in the block: two rows of them, back to back."""
+        """Depth in m of a room in the block, which has two rows of rooms back to back."""
         inner = self.breadth - 2 * (self.width + self.wall_thickness)
         return (inner - self.partition) / 2
 
     def layout(self, rng: np.random.Generator) -> Layout:
-        """Each side has gaps of its own between its doors, and hinges left or right."""
+        """A layout with random door positions and sides of the hinges."""
         plan = self._plan(rng)
         x1, y1 = self.width / 2, self.width / 2
         x2, y2 = self.length - x1, self.breadth - y1
@@ -124,14 +124,14 @@ class Loop:
     def _plan(self, rng: np.random.Generator) -> FloorPlan:
         """The corridors are spaces 0 to 3, the rooms follow."""
         spaces, doorways = self._ring()
-        for corridor, site, length, count in self._sides():
-            row = draw_row(rng, length, count, self._frame)
-            rooms, doors = build(row, site, corridor, len(spaces), self.door_width)
+        for corridor, placement, length, count in self._sides():
+            row = draw_row(rng, length, count, self._dimensions)
+            rooms, doors = build(row, placement, corridor, len(spaces), self.door_width)
             spaces, doorways = spaces + rooms, doorways + doors
         return FloorPlan(tuple(spaces), tuple(doorways), self.door_thickness)
 
     def _ring(self) -> tuple[list[Rect], list[Doorway]]:
-        """The corridors, each with the corner at which it ends, and where they meet."""
+        """The corridors, each with the corner at its end, and the openings between them."""
         block, x, y = self._block, self.length, self.breadth
         corridors = [
             Rect(0.0, 0.0, block.right, block.bottom),
@@ -147,18 +147,18 @@ class Loop:
         return corridors, joints
 
     def _sides(self) -> list[tuple[int, RowPlacement, float, int]]:
-        """Corridor, site, length in m and number of doors of every row of rooms."""
+        """Corridor, placement, length in m and number of doors of each row of rooms."""
         wall, deep, block = self.wall_thickness, self.wall_thickness + self.room_depth, self._block
         outer, inner = self.outer_doors, self.inner_doors
-        begin, far = block.left + wall, wall + self._inner_depth
+        begin, inner_far = block.left + wall, wall + self._inner_depth
         x, y = self.length, self.breadth
         return [
             (SOUTH, RowPlacement(True, 0.0, -wall, -deep), block.right, outer),
             (EAST, RowPlacement(False, 0.0, x + wall, x + deep), block.top, outer),
             (NORTH, RowPlacement(True, block.left, y + wall, y + deep), x - block.left, outer),
             (WEST, RowPlacement(False, block.bottom, -wall, -deep), y - block.bottom, outer),
-            (SOUTH, RowPlacement(True, begin, block.bottom + wall, block.bottom + far),
+            (SOUTH, RowPlacement(True, begin, block.bottom + wall, block.bottom + inner_far),
              self._inner_length, inner),
-            (NORTH, RowPlacement(True, begin, block.top - wall, block.top - far),
+            (NORTH, RowPlacement(True, begin, block.top - wall, block.top - inner_far),
              self._inner_length, inner),
         ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Office: a floor of rooms and doors, another in each episode."""
+"""Office: a random floor of rooms and doors, drawn anew in each episode."""
 
 from __future__ import annotations
 
@@ -18,27 +18,26 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.validation import positive, whole, within
 
-FLOORS = 100  # drawn at most, until one has doors enough
+MAX_FLOOR_TRIES = 100  # floors drawn until one has enough doors
 
 
 @dataclass(frozen=True)
 class Office:
-    """Rooms, cut at random. Open doorways join them all; doors make short cuts that come and go.
+    """Random rooms, all joined by open doorways; doors are short cuts that open and close.
 
     length           m, of the floor along x, within its outer walls
     breadth          m, of the floor along y
-    room_side        m, shortest side of a room
-    doors            with leaves, in every floor equally many: where fewer fit it is drawn again,
-                     surplus ones are walled up
+    room_side        m, least side of a room
+    doors            number of doors; a floor with fewer is drawn again, surplus ones are left out
     door_width       m, of the openings between the jambs
     door_thickness   m, of the leaves
     wall_thickness   m, of the walls between rooms; the leaves hang in the middle of them
-    clearance        m, wall left and right of an opening at least
-    free_way         m, on either side of the path, and before doorways, where nothing stands and
-                     no leaf swings; the robot's radius and what it strays
-    floor            a number: this floor in every episode; None: another one in each
-    furniture        pieces a room, placed anew in every episode; fewer where no more fit
-    people           how many walk to and fro, each between two rooms
+    clearance        m, least length of wall on each side of an opening
+    free_way         m, distance that furniture and leaves keep from the path and from the ways
+                     through doorways: the robot's radius plus its deviation from the path
+    floor            a seed: the same floor in every episode; None: a new one in each
+    furniture        pieces per room, placed anew in every episode; fewer where no more fit
+    people           number of people, each of whom walks back and forth between two rooms
     """
 
     length: float = 16.0
@@ -82,7 +81,7 @@ class Office:
             )
 
     def layout(self, rng: np.random.Generator) -> Layout:
-        """The robot begins in the middle of a room; its path leads through all, and back."""
+        """A layout whose path leads from the middle of a room through all rooms and back."""
         floor = self._floor(rng if self.floor is None else np.random.default_rng(self.floor))
         plan, path = floor
         (x, y), (x2, y2) = path[:2].tolist()
@@ -93,25 +92,25 @@ class Office:
 
     def _floor(self, rng: np.random.Generator) -> OfficeFloor:
         area = Rect(0.0, 0.0, self.length, self.breadth)
-        sizes = FloorDimensions(area, self.room_side, self.door_width, self.door_thickness,
+        dimensions = FloorDimensions(area, self.room_side, self.door_width, self.door_thickness,
                       self.wall_thickness, self.clearance, self.free_way)  # fmt: skip
-        for _ in range(FLOORS):
-            floor = draw_floor(sizes, rng)
+        for _ in range(MAX_FLOOR_TRIES):
+            floor = draw_floor(dimensions, rng)
             if floor and len(floor.plan.spaces) > 1 and len(floor.plan.doors) >= self.doors:
                 return floor._replace(plan=self._with_doors(floor.plan))
         raise InputError(
-            f"none of {FLOORS} floors of {self.length:g} x {self.breadth:g} m with rooms of at "
-            f"least {self.room_side:g} m had Office.doors = {self.doors} doors whose leaves swing "
-            "clear of the path; make the floor larger, or doors fewer"
+            f"none of {MAX_FLOOR_TRIES} floors of {self.length:g} x {self.breadth:g} m with rooms "
+            f"of at least {self.room_side:g} m had Office.doors = {self.doors} doors whose leaves "
+            "swing clear of the path; make the floor larger, or doors fewer"
         )
 
     def _with_doors(self, plan: FloorPlan) -> FloorPlan:
-        """The plan with as many doors as there are to be; its open doorways come first."""
+        """The plan with `doors` doors; its open doorways come first."""
         kept = plan.doorways[: len(plan.doorways) - len(plan.doors) + self.doors]
         return replace(plan, doorways=kept)
 
     def _furniture(self, floor: OfficeFloor, rng: np.random.Generator) -> list[Solid]:
-        """All pieces, with the rooms in which they stand."""
+        """Outlines of all pieces, with the indices of their rooms."""
         if not self.furniture:
             return []
         plan, solids = floor.plan, []
@@ -123,7 +122,7 @@ class Office:
 
 
 def _crossings(plan: FloorPlan) -> Array:
-    """(n, 4) m, the ways straight through all doorways."""
+    """(n, 4) m, straight ways through all doorways."""
     ends = [
         [*waiting_point(plan, (i, each.spaces[0])), *waiting_point(plan, (i, each.spaces[1]))]
         for i, each in enumerate(plan.doorways)
@@ -132,7 +131,7 @@ def _crossings(plan: FloorPlan) -> Array:
 
 
 def _sweeps(plan: FloorPlan) -> list[list[Array]]:
-    """What leaves sweep in each space."""
+    """Outlines of the areas that leaves sweep in each space."""
     swept: list[list[Array]] = [[] for _ in plan.spaces]
     for doorway in plan.doorways:
         if doorway.opens_to is not None:

@@ -1,4 +1,4 @@
-"""The outline of a union of rectangles, as few segments as there can be."""
+"""The outline of a union of rectangles, with as few segments as possible."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slam.geometry import Array
 
 
 class Rect(NamedTuple):
-    """A rectangle along the axes, m."""
+    """An axis-aligned rectangle, m."""
 
     left: float
     bottom: float
@@ -20,15 +20,15 @@ class Rect(NamedTuple):
 
 
 def outline(rects: Sequence[Rect]) -> Array:
-    """(n, 4) segments x1, y1, x2, y2, m, between what is in any of `rects` and what is in none.
+    """(n, 4) segments x1, y1, x2, y2, m, of the boundary of the union of `rects`.
 
-    The plane is cut along all edges of all rectangles: each cell is free or solid as a whole, and
-    runs of edges between a free and a solid cell are joined.
+    The edges of all rectangles divide the plane into cells that are entirely free or solid. Runs of
+    edges between free and solid cells are joined.
     """
     edges = np.array(rects)
     xs, columns = np.unique(edges[:, 0::2], return_inverse=True)
     ys, rows = np.unique(edges[:, 1::2], return_inverse=True)
-    free = np.zeros((len(xs) + 1, len(ys) + 1), dtype=np.int8)  # a solid cell all around
+    free = np.zeros((len(xs) + 1, len(ys) + 1), dtype=np.int8)  # with a border of solid cells
     spans = np.hstack([columns.reshape(-1, 2), rows.reshape(-1, 2)]).tolist()
     for left, right, bottom, top in spans:
         free[left + 1 : right + 1, bottom + 1 : top + 1] = 1

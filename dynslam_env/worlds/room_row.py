@@ -1,4 +1,4 @@
-"""Row: rooms side by side behind one wall, a door of its own to each."""
+"""RoomRow: rooms side by side along a wall, each with a door in it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from dynslam_env.worlds.outline import Rect
 
 
 class RoomDimensions(NamedTuple):
-    """What the rooms of a row have in common, m.
+    """Dimensions shared by the rooms of a row, m.
 
     door_width  of the openings
-    clearance   wall left and right of an opening at least
+    clearance   least length of wall on each side of an opening
     partition   thickness of the walls between rooms
     """
 
@@ -23,16 +23,16 @@ class RoomDimensions(NamedTuple):
     partition: float
 
     def spare(self, length: float, count: int) -> float:
-        """How much longer a wall of `length` is than what `count` doors need, m."""
+        """Length in m that `count` doors leave of a wall of `length` m."""
         return length - count * (self.door_width + 2 * self.clearance)
 
 
 class RoomRow(NamedTuple):
-    """Rooms along a wall, m from its beginning.
+    """Rooms along a wall, in m from its start.
 
-    starts    where the openings begin
-    at_start  which of their leaves are hinged there
-    rooms     from where to where each room reaches
+    starts    start of each opening
+    at_start  whether the leaf is hinged there, or at the other end
+    rooms     start and end of each room
     """
 
     starts: list[float]
@@ -40,26 +40,28 @@ class RoomRow(NamedTuple):
     rooms: list[tuple[float, float]]
 
 
-def draw_row(rng: np.random.Generator, length: float, count: int, frame: RoomDimensions) -> RoomRow:
-    """Rooms from end to end of a wall, with doors at uneven spacing, hinged at random."""
-    gaps = frame.spare(length, count) * rng.dirichlet(np.full(count + 1, 2.0))[:count]
-    pitch = frame.door_width + 2 * frame.clearance
-    starts = (np.cumsum(gaps) + np.arange(count) * pitch + frame.clearance).tolist()
+def draw_row(
+    rng: np.random.Generator, length: float, count: int, dimensions: RoomDimensions
+) -> RoomRow:
+    """Rooms along a whole wall, with random door positions and sides of the hinges."""
+    gaps = dimensions.spare(length, count) * rng.dirichlet(np.full(count + 1, 2.0))[:count]
+    pitch = dimensions.door_width + 2 * dimensions.clearance
+    starts = (np.cumsum(gaps) + np.arange(count) * pitch + dimensions.clearance).tolist()
     at_start = (rng.random(count) < 0.5).tolist()
-    stops = [start + frame.door_width for start in starts]
+    stops = [start + dimensions.door_width for start in starts]
     middles = [(a + b) / 2 for a, b in zip(stops, starts[1:], strict=False)]
-    lefts = [0.0, *(m + frame.partition / 2 for m in middles)]
-    rights = [*(m - frame.partition / 2 for m in middles), length]
+    lefts = [0.0, *(m + dimensions.partition / 2 for m in middles)]
+    rights = [*(m - dimensions.partition / 2 for m in middles), length]
     return RoomRow(starts, at_start, list(zip(lefts[:count], rights[:count], strict=True)))
 
 
 class RowPlacement(NamedTuple):
-    """Where a row of rooms stands.
+    """Position of a row of rooms.
 
-    level   its wall runs along x, else along y
-    begin   m along the wall, where the row begins
-    near    m across the wall, where the rooms begin
-    far     m across the wall, where they end; less than `near` for rooms on the low side
+    level   whether its wall runs along x, else along y
+    begin   m along the wall, start of the row
+    near    m across the wall, near side of the rooms
+    far     m across the wall, far side; less than `near` for rooms on the low side
     """
 
     level: bool
@@ -69,14 +71,14 @@ class RowPlacement(NamedTuple):
 
 
 def build(
-    row: RoomRow, site: RowPlacement, passage: int, first: int, width: float
+    row: RoomRow, placement: RowPlacement, passage: int, first: int, width: float
 ) -> tuple[list[Rect], list[Doorway]]:
-    """The rooms of a row, numbered from `first`, and their doorways from the space `passage`."""
-    low, high = sorted((site.near, site.far))
-    spans = [(site.begin + left, site.begin + right) for left, right in row.rooms]
-    rooms = [Rect(a, low, b, high) if site.level else Rect(low, a, high, b) for a, b in spans]
+    """Spaces of the rooms, with indices from `first`, and their doorways to the space `passage`."""
+    low, high = sorted((placement.near, placement.far))
+    spans = [(placement.begin + left, placement.begin + right) for left, right in row.rooms]
+    rooms = [Rect(a, low, b, high) if placement.level else Rect(low, a, high, b) for a, b in spans]
     doorways = [
-        Doorway((passage, room), site.begin + start, width, room, hinged)
+        Doorway((passage, room), placement.begin + start, width, room, hinged)
         for room, (start, hinged) in enumerate(zip(row.starts, row.at_start, strict=True), first)
     ]
     return rooms, doorways

@@ -1,4 +1,4 @@
-"""Rooms: a rectangle cut into rooms at random, and the trees of ways that join them."""
+"""Random partition of a rectangle into rooms, and the spanning tree that joins them."""
 
 from __future__ import annotations
 
@@ -9,34 +9,37 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import Wall, wall_between
 from dynslam_env.worlds.outline import Rect
 
-LONG = 1.3  # a room this much longer than wide is cut across
-LARGE = 2.6  # in shortest sides: a room with a longer side is always cut
-KEEP = 0.35  # probability that a smaller one stays whole
+MAX_ASPECT_RATIO = 1.3  # a room that exceeds it is split across its longer side, if possible
+MAX_SIDE_RATIO = 2.6  # a room with a side longer than this times the least side is always split
+KEEP_PROBABILITY = 0.35  # that a smaller room is not split
 
 Pair = tuple[int, int]
 
 
-def cut(whole: Rect, side: float, wall: float, rng: np.random.Generator) -> list[Rect]:
-    """`whole` in rooms with sides of at least `side` m, walls of `wall` m between them.
+def split_into_rooms(whole: Rect, side: float, wall: float, rng: np.random.Generator) -> list[Rect]:
+    """Split `whole` into rooms with sides of at least `side` m and walls of `wall` m between them.
 
-    Random binary space partition: a room is cut in two wherever there is space, and so on.
+    Random binary space partitioning.
     """
     sizes = whole.right - whole.left, whole.top - whole.bottom
     axes = [axis for axis in (0, 1) if sizes[axis] >= 2 * side + wall]
-    if not axes or (max(sizes) < LARGE * side and rng.random() < KEEP):
+    if not axes or (max(sizes) < MAX_SIDE_RATIO * side and rng.random() < KEEP_PROBABILITY):
         return [whole]
     longer = 0 if sizes[0] > sizes[1] else 1
     axis = int(rng.choice(axes))
-    if longer in axes and sizes[longer] > LONG * sizes[1 - longer]:
+    if longer in axes and sizes[longer] > MAX_ASPECT_RATIO * sizes[1 - longer]:
         axis = longer
     end = whole[axis] + rng.uniform(side, sizes[axis] - side - wall)
     first, second = list(whole), list(whole)
     first[axis + 2], second[axis] = end, end + wall
-    return [*cut(Rect(*first), side, wall, rng), *cut(Rect(*second), side, wall, rng)]
+    return [
+        *split_into_rooms(Rect(*first), side, wall, rng),
+        *split_into_rooms(Rect(*second), side, wall, rng),
+    ]
 
 
 def neighbours(rooms: Sequence[Rect], wall: float, shared: float) -> dict[Pair, Wall]:
-    """The pairs of rooms with a wall of `wall` m between them, along at least `shared` m."""
+    """The walls of `wall` m between pairs of rooms that share at least `shared` m of it."""
     pairs = ((i, j) for j in range(len(rooms)) for i in range(j))
     walls = {pair: wall_between(tuple(rooms), *pair) for pair in pairs}
     return {
@@ -47,14 +50,14 @@ def neighbours(rooms: Sequence[Rect], wall: float, shared: float) -> dict[Pair, 
 
 
 def spanning_tree(pairs: Sequence[Pair], count: int) -> list[Pair]:
-    """The first of the `pairs` that join all rooms without a circle (Kruskal 1956).
+    """The first pairs that join all rooms without a cycle (Kruskal 1956).
 
-    Fewer than count - 1 of them if the rooms cannot all be joined.
+    Fewer than count - 1 if the pairs do not join all rooms.
     """
-    group = list(range(count))
+    component = list(range(count))
     tree = []
     for a, b in pairs:
-        if group[a] != group[b]:
+        if component[a] != component[b]:
             tree.append((a, b))
-            group = [group[a] if each == group[b] else each for each in group]
+            component = [component[a] if c == component[b] else c for c in component]
     return tree

@@ -1,4 +1,4 @@
-"""Where a robot may begin: clear of walls, and of leaves whether closed or open."""
+"""Checks of start poses: robot and people must not overlap walls, leaves or each other."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from slam.validation import positive_number
 
 
 def check_start(layout: Layout, start: Pose2, radius: float, open_angle: float) -> None:
-    """A robot of `radius` m at `start` overlaps no wall, and no leaf closed or at `open_angle` rad.
+    """Check that a robot of `radius` m at `start` overlaps no wall, and no leaf closed or open.
 
-    Raises InputError that says where it would stand and in what.
+    Raises InputError that names the pose and what it overlaps.
     """
     positive_number("the robot's radius", radius)
     for what, outline in _near(layout, start, radius, open_angle):
@@ -32,10 +32,10 @@ def check_start(layout: Layout, start: Pose2, radius: float, open_angle: float) 
 
 
 def check_people(layout: Layout, places: Array, radius: float, robot: float) -> None:
-    """People of `radius` m who begin at `places` (p, 2) and walk the layout's routes fit.
+    """Check that people of `radius` m fit at their starts `places` (p, 2) and on their routes.
 
     robot  m, radius of the robot, which is at the layout's start
-    Raises InputError that says who touches what.
+    Raises InputError that names the person and the obstacle.
     """
     for i, (route, place) in enumerate(zip(layout.routes, places, strict=True)):
         away = math.dist(place, layout.start[:2])
@@ -53,7 +53,10 @@ def check_people(layout: Layout, places: Array, radius: float, robot: float) -> 
 
 
 def check_inside(layout: Layout, start: Pose2) -> None:
-    """`start` lies within the walls' extent if the layout's own start does, or InputError."""
+    """Check that `start` is within the extent of the walls if the layout's own start is.
+
+    Raises InputError that names the extent.
+    """
     ends = layout.walls.reshape(-1, 2)
     if len(ends) and _within(layout.start, ends) and not _within(start, ends):
         raise InputError(
@@ -70,7 +73,7 @@ def _within(start: Pose2, ends: Array) -> bool:
 def _near(
     layout: Layout, start: Pose2, radius: float, open_angle: float
 ) -> Iterator[tuple[str, Array]]:
-    """Names and outlines of what may touch the robot."""
+    """Names and outlines of the walls and leaves near the robot."""
     if len(layout.walls) and _distance(start, layout.walls) < radius:
         for i, wall in enumerate(layout.walls):
             x1, y1, x2, y2 = wall

@@ -1,4 +1,4 @@
-"""Tour: a way through all rooms that doorways join in a tree, and back."""
+"""Tour: a path through all rooms of a tree of doorways, and back."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from itertools import pairwise
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.routes import Point, Stop, waiting_point
 
-SHORT = 1.0  # m, a leg from doorway to doorway too short to steer on
-TURN = -1  # in place of a doorway: the middle of the space
+MIN_LEG = 1.0  # m, from doorway to doorway; a shorter one is too short to steer on
+MIDDLE = -1  # in place of a doorway: the middle of the space
 
 
 def tour(plan: FloorPlan, root: int) -> list[Point]:
     """Waypoints, m, from the middle of the space `root` through all spaces and back to there.
 
-    Every doorway is crossed straight, from a point before it to one behind it, once there and once
-    back. Where a space leads no further, the tour turns in its middle. The doorways make a tree.
+    Each doorway is crossed straight, from a point before it to one behind it, once in each
+    direction. In a space with one doorway the tour turns in the middle. The doorways form a tree.
     """
-    stops = [(TURN, root), *_visit(plan, root, None)]
-    if stops[-1] != (TURN, root):
-        stops.append((TURN, root))
+    stops = [(MIDDLE, root), *_visit(plan, root, None)]
+    if stops[-1] != (MIDDLE, root):
+        stops.append((MIDDLE, root))
     points = [_at(plan, stops[0])]
     for before, stop in pairwise(stops):
         corner = _corner(plan, before, stop)
@@ -34,7 +34,7 @@ def _visit(plan: FloorPlan, space: int, entrance: int | None) -> list[Stop]:
     for i in _others(plan, space, entrance):
         beyond = sum(plan.doorways[i].spaces) - space
         way += [(i, space), (i, beyond), *_visit(plan, beyond, i), (i, beyond), (i, space)]
-    return way or [(TURN, space)]
+    return way or [(MIDDLE, space)]
 
 
 def _others(plan: FloorPlan, space: int, entrance: int | None) -> Iterator[int]:
@@ -45,18 +45,18 @@ def _others(plan: FloorPlan, space: int, entrance: int | None) -> Iterator[int]:
 
 def _at(plan: FloorPlan, stop: Stop) -> Point:
     doorway, space = stop
-    if doorway != TURN:
+    if doorway != MIDDLE:
         return waiting_point(plan, stop)
     left, bottom, right, top = plan.spaces[space]
     return (left + right) / 2, (bottom + top) / 2
 
 
 def _corner(plan: FloorPlan, before: Stop, stop: Stop) -> Point | None:
-    """Where the axes of two near doorways around a corner of a room meet, m: one turn for two."""
-    if TURN in (before[0], stop[0]) or before[1] != stop[1]:
+    """Intersection of the axes of two close doorways, m, which replaces the points before both."""
+    if MIDDLE in (before[0], stop[0]) or before[1] != stop[1]:
         return None
     here, there = _at(plan, before), _at(plan, stop)
     level = [plan.wall(plan.doorways[each[0]]).level for each in (before, stop)]
-    if math.dist(here, there) >= SHORT or level[0] == level[1]:
+    if math.dist(here, there) >= MIN_LEG or level[0] == level[1]:
         return None
     return (here[0], there[1]) if level[0] else (there[0], here[1])

@@ -1,4 +1,4 @@
-"""World files: a world by hand, as JSON with one wall, door or waypoint a line.
+"""World files: a `Layout` as JSON, with one wall, door or waypoint per line.
 
     {
       "format": "dynslam-world-1",
@@ -16,7 +16,7 @@
       "routes": []
     }
 
-Numbers are in m and rad, as in `layout.Layout` and `layout.Door`; "routes" may be left out.
+Units and fields are those of `layout.Layout` and `layout.Door`; "routes" is optional.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from slam.errors import InputError
 from slam.io.files import AnyPath, reading, replacing
 
 FORMAT = "dynslam-world-1"
-DOOR = ("hinge", "closed", "swing", "width", "thickness")
+DOOR_KEYS = ("hinge", "closed", "swing", "width", "thickness")
 
 
 def write(path: AnyPath, world: Mapping[str, Any]) -> None:
     """Write a world (plain data, as `read` returns) through a temporary file.
 
-    Raises InputError where it cannot be written.
+    Raises InputError if it cannot be written.
     """
     start = json.dumps(world["start"])
     blocks = {key: _block(world[key]) for key in ("walls", "doors", "path", "routes")}
@@ -50,7 +50,7 @@ def write(path: AnyPath, world: Mapping[str, Any]) -> None:
 
 
 def _block(items: Iterable[Any]) -> str:
-    """A list, one item a line."""
+    """A list in JSON, one item per line."""
     rows = ",\n".join(f"    {json.dumps(item, allow_nan=False)}" for item in items)
     return f"[\n{rows}\n  ]" if rows else "[]"
 
@@ -58,7 +58,7 @@ def _block(items: Iterable[Any]) -> str:
 def read(path: AnyPath) -> dict[str, Any]:
     """The world in a file as plain data: walls, doors, start, path, routes.
 
-    Raises InputError, with the file and the place in it, for whatever has another shape.
+    Raises InputError with the file and the position in it for any other content.
     """
     world = _parsed(path)
     _check_keys(f"{path}:", world, ("format", "walls", "doors", "start", "path"), ("routes",))
@@ -83,7 +83,7 @@ def _parsed(path: AnyPath) -> Any:
     with reading(path) as file:
         raw = file.read()
     try:
-        return json.loads(raw.decode("utf-8-sig"), object_pairs_hook=_once)
+        return json.loads(raw.decode("utf-8-sig"), object_pairs_hook=_unique_keys)
     except json.JSONDecodeError as error:
         place = f"{path}:{error.lineno}:{error.colno}"
         raise InputError(f"{place}: expected JSON, but {error.msg}") from None
@@ -95,8 +95,8 @@ def _parsed(path: AnyPath) -> Any:
         raise InputError(f"{path}: expected a world in JSON ({error})") from None
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object in which no key is given twice."""
+def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object as a dict; raises ValueError for a repeated key."""
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
@@ -105,21 +105,21 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _check_keys(place: str, found: Any, needed: tuple[str, ...], more: tuple[str, ...]) -> None:
-    """`found` is an object with all keys of `needed` and none but those and `more`."""
-    allowed = ", ".join((*needed, *more))
+def _check_keys(place: str, found: Any, needed: tuple[str, ...], optional: tuple[str, ...]) -> None:
+    """Check that `found` is an object with all keys `needed`, and no others but `optional`."""
+    allowed = ", ".join((*needed, *optional))
     if not isinstance(found, dict):
         raise InputError(f"{place} must be an object with the keys {allowed}, got {_short(found)}")
     for key in needed:
         if key not in found:
             raise InputError(f'{place} the key "{key}" is missing; needed are {", ".join(needed)}')
     for key in found:
-        if key not in (*needed, *more):
+        if key not in (*needed, *optional):
             raise InputError(f'{place} there is no key "{key}"; allowed are {allowed}')
 
 
 def _door(place: str, door: Any) -> dict[str, Any]:
-    _check_keys(f"{place}:", door, DOOR, ())
+    _check_keys(f"{place}:", door, DOOR_KEYS, ())
     swing = door["swing"]
     if isinstance(swing, bool) or swing not in (1, -1):
         raise InputError(f"{place}.swing must be 1 or -1, got {_short(swing)}")
@@ -139,7 +139,7 @@ def _list(place: str, value: Any) -> list[Any]:
 
 
 def _numbers(place: str, values: Any, names: str) -> list[float]:
-    """As many finite numbers as there are `names`."""
+    """A list of finite numbers, one for each of the `names`."""
     if not isinstance(values, list) or len(values) != len(names.split(", ")):
         raise InputError(f"{place} must be a list of the numbers {names}, got {_short(values)}")
     return [_number(f"{place}[{i}]", value) for i, value in enumerate(values)]
@@ -150,7 +150,7 @@ def _number(place: str, value: Any) -> float:
         try:
             if math.isfinite(value):
                 return float(value)
-        except OverflowError:  # an integer beyond all floats
+        except OverflowError:  # an integer too large for a float
             pass
     raise InputError(f"{place} must be a finite number, got {_short(value)}")
 

@@ -10,7 +10,7 @@ import numpy as np
 from dynslam_env import DoorWorldEnv
 from dynslam_env.drawing.colours import SOLID
 from dynslam_env.drawing.picture import Painter
-from dynslam_env.drawing.render import LIVE
+from dynslam_env.drawing.render import WINDOW_SUPERSAMPLING
 from dynslam_env.drawing.scene import Belief, Scene, belief_between, scene_between
 
 from . import overlay
@@ -37,7 +37,7 @@ class Cockpit:
         world = env.unwrapped
         assert isinstance(world, DoorWorldEnv)
         self._env, self._world = env, world
-        self._painter = Painter(LIVE)
+        self._painter = Painter(WINDOW_SUPERSAMPLING)
         self._lens = Lens()
         self.running, self.paused = True, False
         self._help, self._map = False, True

@@ -14,7 +14,7 @@ from rich.box import HORIZONTALS
 from rich.table import Table
 
 from dynslam_env import Corridor, DoorWorldEnv, DoorWorldVectorEnv, Laser, Layout
-from dynslam_env.simulation.chipmunk import States
+from dynslam_env.simulation.chipmunk import BodyStates
 from dynslam_env.simulation.world import World
 from slam.benchmark.results import Result
 
@@ -120,15 +120,15 @@ def _against_floor(
     }
 
 
-class PhysicsTimer(States):
+class PhysicsTimer(BodyStates):
     """Lets time pass by pymunk's own `Space.step`, and adds up what that takes."""
 
-    def __init__(self, states: States):
+    def __init__(self, states: BodyStates):
         self._states, self.spent = states, 0.0
         self.space, self.rows = states.space, states.rows
 
     def advance(self, steps: int, dt: float) -> None:
-        """See `States.advance`."""
+        """See `BodyStates.advance`."""
         step = self.space.step
         start = time.perf_counter()
         for _ in range(steps):

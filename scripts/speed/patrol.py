@@ -81,16 +81,16 @@ def _learning_rows() -> list[Result]:
     """Two rollouts of PPO as `dynslam train` makes them, with one process and with two."""
     from stable_baselines3 import PPO
 
-    from agents.training.cores import lay_out, use_cores
     from agents.training.settings import arguments, read_settings
+    from agents.training.torch_setup import configure_torch, use_channels_last
     from agents.training.workers import Workers
 
-    use_cores()
+    configure_torch()
     settings, rows = read_settings("ppo", "DoorPatrol-v0"), []
     for workers in (1, 2):
         env = Workers("DoorPatrol-v0", settings["n_envs"], workers, {})
         model = PPO(settings["policy"], env, seed=0, device="cpu", **arguments(settings))
-        lay_out(model)
+        use_channels_last(model)
         rollout = settings["n_envs"] * settings["n_steps"]
         model.learn(rollout)  # everything is compiled
         start = time.perf_counter()

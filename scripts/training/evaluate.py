@@ -10,7 +10,6 @@ import tyro
 
 import agents
 import slam
-from dynslam_env.simulation.registry import NAMED_WORLDS
 from slam.benchmark.results import Result
 from slam.validation import number, whole_number
 
@@ -25,41 +24,43 @@ from ..trials.batch import missing, run_batch
 from ..trials.jobs import file_name
 from ..trials.pool import check_workers, here
 from ..trials.results import read_rows
-from .patrol_jobs import BUDGETS, STEPS, SUITE, Patrol
-from .summary import told
+from .patrol_jobs import SUITE, Patrol
+from .registered import pack_registered
+from .summary import print_summary
+from .worlds import parse_worlds, steps_of
 
 
 @dataclass
 class EvaluateCommand:
-    """Let agents patrol the same worlds; write results.jsonl, report.html and films.
+    """Compare agents on the same patrols; write results.jsonl, report.html and films.
 
-    Agents: those of `agents.names()`, or files of policies that `dynslam train` wrote (best.zip).
-    Each episode is held out: no agent was tuned or trained on its seed.
+    Every episode is held out: no agent was tuned or trained on its seed.
     """
 
     agents: tyro.conf.Positional[tuple[str, ...]] = ("all",)
-    """Names of agents, files of trained policies, or FILE.py:NAME of your own; all: every one that
-    is known by name. The first is what the others are compared with."""
+    """Names of agents, policies of `dynslam train` (best.zip), or FILE.py:NAME of your own; all:
+    every registered agent. The others are compared with the first."""
     worlds: str = "corridor"
-    """Some of corridor, loop, office, crowd and registered worlds, with commas between, or all."""
+    """corridor, loop, office, crowd, any other registered world, a world file (.json), or
+    FILE.py:NAME of your own, with commas between; all: every registered world."""
     slam: str = "hmm-ml"
     """SLAM variants, with commas between."""
     episodes: int = 100
-    """Number of episodes of each agent in each world with each SLAM."""
+    """Episodes of each agent in each world with each SLAM."""
     first: int = 7000
-    """The first seed; agents were tuned on 1000 to 1023 and 900000 on, and trained on others."""
+    """First seed; agents were tuned on 1000 to 1023 and 900000 on, and trained on others."""
     steps: int | None = None
-    """Steps of 0.4 s of an episode; if none are given, the world's own (corridor 250)."""
+    """Steps of 0.4 s of an episode; by default loop 500, office 750, any other world 250."""
     jobs: int = -1
-    """Episodes at the same time, each in a process of one thread; -1: one a core."""
+    """Parallel episodes, each in a process of one thread; -1: one per core."""
     out: Path = Path("out/evaluate")
     """Directory to write to."""
     films: bool = True
     """Write a film of each agent in each world (the first SLAM, the first seed)."""
     resume: bool = False
-    """Go on with what is in the directory: only what is missing is run."""
+    """Continue the evaluation in the directory: run only what is missing."""
     limit: float = 900.0
-    """s, after which an episode counts as hanging."""
+    """s, after which an episode is stopped."""
 
     def __call__(self) -> int:
         """Run, write, print."""
@@ -80,14 +81,14 @@ class EvaluateCommand:
         return EXIT_MISTAKE if nothing and not status else status
 
     def _names(self) -> list[str]:
-        """The agents, each once; what is not there is told now."""
+        """The agents, each once; raises InputError for an unknown one."""
         asked = agents.names() if self.agents == ("all",) else list(dict.fromkeys(self.agents))
         for name in asked:
             agents.check(name)
         return asked
 
     def _patrols(self, names: list[str]) -> list[Patrol]:
-        worlds = parse_selection("world", self.worlds, list(NAMED_WORLDS.names()))
+        worlds = parse_worlds(self.worlds)
         systems = parse_selection("variant", self.slam, slam.variants())
         whole_number("episodes", self.episodes, 1)
         whole_number("first", self.first, 0)
@@ -95,10 +96,12 @@ class EvaluateCommand:
         if self.steps is not None:
             whole_number("steps", self.steps, 1)
         check_workers(self.jobs)
+        registered = pack_registered(names, worlds, systems)
         return [
             Patrol(
-                world, system, name, seed, self.steps or BUDGETS.get(world, STEPS), self.limit,
+                world, system, name, seed, self.steps or steps_of(world), self.limit,
                 pictured=seed == self.first, film=self._film(world, system, systems, name, seed),
+                registered=registered,
             )
             for seed in range(self.first, self.first + self.episodes)
             for world in worlds
@@ -111,10 +114,10 @@ class EvaluateCommand:
     ) -> Path | None:
         if not self.films or seed != self.first or system != systems[0]:
             return None
-        return self.out / "films" / f"{file_name(name)}-{world}{suffix()}"
+        return self.out / "films" / f"{file_name(name)}-{file_name(world)}{suffix()}"
 
     def _tell(self, rows: list[Result], names: list[str], out: Path) -> None:
         for row in [row for row in rows if row["error"] is not None][:5]:
             print(f"failed: {row['variant']}, seed {row['seed']}: {row['error']}", file=sys.stderr)
-        told(rows, names)
+        print_summary(rows, names)
         print(f"{len(rows)} patrols; look at {out / 'report.html'}")

@@ -1,4 +1,4 @@
-"""A patrol as a job: one agent, one world, one SLAM, one seed."""
+"""Patrol jobs: one agent in one world with one SLAM and one seed."""
 
 from __future__ import annotations
 
@@ -15,32 +15,34 @@ from PIL import Image
 import agents
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.record import RecordingWrapper
+from dynslam_env.simulation.find_world import find_world
 from slam.benchmark.results import Result, origin
 
 from ..figures.film import write_film
 from ..trials.jobs import Done, failure, file_name
 from ..trials.recorded_run import RecordedRun, record_run
 from ..trials.sources import digest, sparser
-from .patrol_scorer import MAP_EVERY, PatrolJudge
+from .patrol_scorer import MAP_PERIOD, PatrolScorer
+from .registered import register_all
+from .worlds import content_of
 
 SUITE = "evaluate"
-SPEED = 5.0  # of a film, times as fast as it was
-BUDGETS = {"corridor": 250, "loop": 500, "office": 750, "crowd": 250}
-"""Steps of 0.4 s that a patrol of each world has."""
-STEPS = 250  # of 0.4 s, in any other world
+FILM_SPEED = 5.0  # times real time
 
 
 @dataclass(frozen=True)
 class Patrol:
     """One agent on one patrol.
 
-    world, slam  what it is compared under
-    agent        its name, or the file of a trained policy
-    seed         of the world, and of the agent
-    steps        its budget of time
-    limit        s, after which it counts as hanging
-    pictured     whether to keep the run to be looked at
-    film         where to write a film, if anywhere
+    world       a registered name, a world file (.json), or FILE.py:NAME
+    slam        name of the variant
+    agent       its name, a policy's file, or FILE.py:NAME
+    seed        of the world and of the agent
+    steps       of the episode, 0.4 s each
+    limit       s, after which it counts as hanging
+    pictured    whether to keep the run for the report
+    film        file to write a film to; None: no film
+    registered  what the user registered in the process that made this job; see `registered`
     """
 
     world: str
@@ -51,41 +53,43 @@ class Patrol:
     limit: float = 600.0
     pictured: bool = False
     film: Path | None = None
+    registered: bytes | None = None
 
     def __call__(self) -> Done:
-        """Run and judge it; an exception is a result."""
+        """Run and score it; an exception becomes a result."""
         try:
+            register_all(self.registered)
             row, seen = self._run()
             json.dumps(row, allow_nan=False)
-        except Exception as error:  # whatever an agent raises is its result
+        except Exception as error:  # an agent may raise anything
             return Done(self.row() | failure(error))
         return Done(row, seen)
 
     def _run(self) -> tuple[Result, RecordedRun | None]:
         env = DoorPatrolEnv(
-            world=self.world, slam=self.slam, score_every=MAP_EVERY,
+            world=find_world(self.world), slam=self.slam, score_every=MAP_PERIOD,
             render_mode="rgb_array" if self.film else None,
         )  # fmt: skip
         observation, _ = env.reset(seed=self.seed)
         agent = agents.make(self.agent, env, self.seed)
-        judge, recorded = PatrolJudge(env), RecordingWrapper(env.place) if self.pictured else None
+        scorer, recorded = PatrolScorer(env), RecordingWrapper(env.place) if self.pictured else None
         if recorded is not None:
             env.wrapped.env = recorded  # an action is held for several steps of the world
         frames: list[Image.Image] = []
-        state, start, thinking = None, np.ones(1, dtype=bool), 0.0
+        state, start, seconds = None, np.ones(1, dtype=bool), 0.0
         for _ in range(self.steps):
             before = time.perf_counter()
             action, state = agent.predict(observation, state, start, deterministic=True)
-            thinking += time.perf_counter() - before
+            seconds += time.perf_counter() - before
             observation, reward, *_, info = env.step(action)
             start = np.zeros(1, dtype=bool)
-            judge.step(reward, info)
+            scorer.step(reward, info)
             if self.film is not None:
                 frames.append(Image.fromarray(np.asarray(env.render())))
         if self.film is not None:
             self.film.parent.mkdir(parents=True, exist_ok=True)
-            write_film(frames, self.film, SPEED / env.period)
-        row = self.row() | judge.scores() | {"ms_per_step": 1e3 * thinking / self.steps}
+            write_film(frames, self.film, FILM_SPEED / env.period)
+        row = self.row() | scorer.scores() | {"ms_per_step": 1e3 * seconds / self.steps}
         row["duration"] = self.steps * env.period
         seen = None
         if recorded is not None:
@@ -95,7 +99,7 @@ class Patrol:
         return row, seen
 
     def row(self) -> Result:
-        """What is known without running it."""
+        """The part of the result that is known before it runs."""
         return {
             "run": self.name,
             "suite": SUITE,
@@ -110,16 +114,16 @@ class Patrol:
 
     @property
     def condition(self) -> Mapping[str, str | float]:
-        """The factors that agents are compared under."""
+        """The factors under which agents are compared."""
         return {"world": self.world, "slam": self.slam}
 
     @property
     def episode(self) -> str:
-        """A name of the place and of all that happens there by itself."""
+        """A name of the episode without the agent: world, seed, steps, and a world file's text."""
         plain: dict[str, Any] = {"world": self.world, "seed": self.seed, "steps": self.steps}
-        return digest(plain)
+        return digest(plain | content_of(self.world))
 
     @property
     def name(self) -> str:
-        """Of this run, in every evaluation."""
+        """A name of this run, the same in every evaluation."""
         return f"{self.episode}-{file_name(self.slam)}-{file_name(self.agent)}"

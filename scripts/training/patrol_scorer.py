@@ -1,4 +1,4 @@
-"""What a patrol is judged by: scores over its whole time, by the truth."""
+"""Scores of a patrol over its whole time, by the truth."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from slam.grid import GridSpec, OccupancyGrid
 from slam.metrics.raster import rasterise
 from slam.metrics.trajectory import FAILURE_ATE
 
-MAP_EVERY = 100  # control steps between two scorings of the SLAM's map: 10 s
+MAP_PERIOD = 100  # control steps between two scorings of the SLAM's map: 10 s
 
 
-class PatrolJudge:
-    """Takes down a patrol step by step.
+class PatrolScorer:
+    """Accumulates the scores of a patrol step by step.
 
     door_brier    squared difference between P(closed) by the dynamic map and the truth, mean over
                   doors and time
     f1_over_time  F1 at 5 cm of the SLAM's map, mean over the time
     slam_brier    the SLAM's map against the cells of doors as they stand, mean over the time
-    ate           m, RMS of the position's error, of each estimate when it was made
-    coverage      share of the floor that can be reached with all doors open that the SLAM's map
-                  has seen in the end
+    ate           m, RMS error of the position, of each estimate when it was made
+    coverage      share of the floor reachable with all doors open that the SLAM's final map has
+                  observed
     path_length   m, driven
-    contact       s in which something was touched
-    reward        sum
+    contact       s in which the robot touched something
+    reward        sum of the rewards
     """
 
     def __init__(self, env: DoorPatrolEnv):
@@ -39,13 +39,13 @@ class PatrolJudge:
         self._briers: list[float] = []
         self._errors: list[float] = []
         self._maps: list[dict[str, Any]] = []
-        self._at = env.place.pose
+        self._last = env.place.pose
 
     def step(self, reward: float, info: dict[str, Any]) -> None:
-        """Take down a step."""
+        """Add a step."""
         pose = self._env.place.pose
-        self._length += math.hypot(pose.x - self._at.x, pose.y - self._at.y)
-        self._at = pose
+        self._length += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
+        self._last = pose
         self._reward += reward
         self._contact += info["collision"] * self._period
         self._briers.append(info["door_brier"])
@@ -54,7 +54,7 @@ class PatrolJudge:
             self._maps.append(info["slam"])
 
     def scores(self) -> dict[str, Any]:
-        """Flat, for JSON."""
+        """The scores as plain data for JSON."""
         ate = math.sqrt(float(np.mean(np.square(self._errors))))
         return {
             "door_brier": _mean(self._briers),
@@ -70,7 +70,7 @@ class PatrolJudge:
 
 
 def coverage(grid: OccupancyGrid, layout: Layout) -> float:
-    """Share of the floor that can be reached from the start, all doors open, that was observed."""
+    """Observed share of the floor that is reachable from the start with all doors open."""
     walls = layout.walls.reshape(-1, 2)
     low, high = walls.min(axis=0), walls.max(axis=0)
     spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), grid.spec.resolution)
@@ -83,6 +83,6 @@ def coverage(grid: OccupancyGrid, layout: Layout) -> float:
 
 
 def _mean(values: Sequence[float | None]) -> float | None:
-    """Of those that there are; None without any."""
+    """Mean of the finite values; None without any."""
     known = [value for value in values if value is not None and math.isfinite(value)]
     return float(np.mean(known)) if known else None

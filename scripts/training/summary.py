@@ -1,4 +1,4 @@
-"""The table of an evaluation in a terminal; the page tells more."""
+"""Summary of an evaluation as tables in the terminal."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from slam.benchmark.results import Result
 from ..report.scores import DOORS, F1_OVER_TIME, QUALITY, Score, present
 from ..report.summary import Summary
 
-SHOWN = (DOORS, F1_OVER_TIME)
+MAIN_SCORES = (DOORS, F1_OVER_TIME)
 
 
-def told(rows: Sequence[Result], order: Sequence[str]) -> None:
-    """Print a table for each condition: medians, intervals for what counts most, and against the
-    first agent on the same episodes."""
+def print_summary(rows: Sequence[Result], order: Sequence[str]) -> None:
+    """Print medians for each condition, with intervals of the main scores, and the differences from
+    the first agent on the same episodes."""
     summary = Summary(rows, order)
-    others = [score for score in present(QUALITY, rows) if score not in SHOWN]
+    others = [score for score in present(QUALITY, rows) if score not in MAIN_SCORES]
     for condition in summary.conditions:
         table = Table(box=HORIZONTALS, title=str(condition), padding=(0, 1, 0, 0))
         table.add_column("agent", overflow="fold")
-        for score in (*SHOWN, *others):
+        for score in (*MAIN_SCORES, *others):
             table.add_column(score.heading, justify="right", overflow="fold")
         for group in summary.of(condition):
-            cells = [_interval(score, *group.median(score)) for score in SHOWN]
+            cells = [_interval(score, *group.median(score)) for score in MAIN_SCORES]
             cells += [score.told(group.median(score).value) for score in others]
             table.add_row(group.variant, *cells)
         Console().print(table)

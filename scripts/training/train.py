@@ -14,42 +14,45 @@ from gymnasium.envs.registration import load_env_creator
 import slam
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
+from dynslam_env.simulation.find_world import find_world
 from slam.errors import InputError
 from slam.validation import number, one_of, whole_number
 
 from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import output_directory
 from ..console.progress import progress_bar
+from ..trials.jobs import file_name
 
 
 @dataclass
 class TrainCommand:
     """Train a policy by PPO; the same seed gives the same policy, interrupted or not.
 
-    Writes progress.jsonl (a line for each evaluation, on worlds that nothing is learned on),
-    best.zip, checkpoint.zip and TensorBoard's files. `dynslam evaluate DIR/best.zip` compares it.
+    Writes progress.jsonl (a line per evaluation, on worlds held out from training), best.zip,
+    checkpoint.zip and TensorBoard's files. `dynslam evaluate DIR/best.zip` compares the policy.
     """
 
     env: str = "DoorPatrol-v0"
     """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own."""
     world: str = "corridor"
-    """corridor, loop, office, crowd, or a registered world."""
+    """corridor, loop, office, crowd, any other registered world, a world file (.json), or
+    FILE.py:NAME of your own."""
     slam: str = "hmm-ml"
-    """SLAM variant that runs inside."""
+    """SLAM variant of the patrol."""
     algo: str = "ppo"
     """ppo or recurrent-ppo."""
     seed: int = 0
-    """Of all that is random."""
+    """Seed of all random numbers."""
     steps: int | None = None
-    """Of all worlds together; if none are given, the hyperparameters' n_timesteps."""
+    """Steps of all environments together; by default the hyperparameters' n_timesteps."""
     hyperparameters: Path | None = None
-    """YAML as rl_zoo3 reads it; if none is given, dynslam's own of the algorithm."""
+    """YAML as rl_zoo3 reads it; by default dynslam's own of the algorithm."""
     workers: int = 2
-    """Processes that share the worlds; the policy does not depend on it."""
+    """Processes that share the environments; the policy does not depend on it."""
     out: Path | None = None
-    """Directory to write to; if none is given, out/train/ENV-WORLD-ALGO-SEED."""
+    """Directory to write to; by default out/train/ENV-WORLD-ALGO-SEED."""
     resume: bool = False
-    """Go on where the training in the directory was broken off."""
+    """Continue the interrupted training in the directory."""
 
     def __call__(self) -> int:
         """Train."""
@@ -60,18 +63,19 @@ class TrainCommand:
             raise InputError(f"training needs {error.name}: install dynslam[train]") from None
         one_of("algo", self.algo, ALGORITHMS)
         slam.make(self.slam)
+        find_world(self.world)
         whole_number("workers", self.workers, 1)
         _check_env(self.env)
         settings = read_settings(self.algo, self.env, self.hyperparameters)
         steps = _timesteps(settings) if self.steps is None else self.steps
         parameters = {"world": self.world, "slam": self.slam}
-        what = Training(self.env, self.algo, settings, self.seed, steps, parameters)
-        name = f"{self.env}-{self.world}-{self.algo}-{self.seed}"
+        training = Training(self.env, self.algo, settings, self.seed, steps, parameters)
+        name = f"{self.env}-{file_name(self.world)}-{self.algo}-{self.seed}"
         out = output_directory(self.out or Path("out") / "train" / name)
         with progress_bar() as bar:
             task = bar.add_task("training", total=steps)
 
-            def tell(row: dict[str, Any]) -> None:
+            def report(row: dict[str, Any]) -> None:
                 bar.update(task, completed=min(row["steps"], steps))
                 bar.console.print(
                     f"{row['steps']:>9,} steps  reward {row['reward']:.2f}  "
@@ -79,10 +83,10 @@ class TrainCommand:
                 )
 
             try:
-                train(what, out, resume=self.resume, workers=self.workers, tell=tell)
+                train(training, out, resume=self.resume, workers=self.workers, report=report)
             except KeyboardInterrupt:
                 print(
-                    "train: interrupted; the same command with --resume goes on from the last "
+                    "train: interrupted; the same command with --resume continues from the last "
                     "evaluation",
                     file=sys.stderr,
                 )
@@ -94,7 +98,7 @@ class TrainCommand:
 
 
 def _check_env(name: str) -> None:
-    """There is such an environment, and it can be trained here."""
+    """Raises InputError for an unknown environment, and for one that is no patrol."""
     try:
         spec = gym.spec(name)
     except gym.error.Error as error:
@@ -102,8 +106,8 @@ def _check_env(name: str) -> None:
     made = spec.vector_entry_point or spec.entry_point
     if not _is_patrol(load_env_creator(made) if isinstance(made, str) else made):
         raise InputError(
-            f"{name} is no patrol, and has no SLAM to be trained with: train in it with "
-            f"stable-baselines3 and agents.vec_env.NativeVecEnv"
+            f"{name} is no patrol and has no SLAM to train with: use stable-baselines3 and "
+            f"agents.vec_env.NativeVecEnv"
         )
 
 

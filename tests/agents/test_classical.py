@@ -7,7 +7,7 @@ import pytest
 import agents
 import dynslam_env
 from dynslam_env import DoorWorldEnv, Layout
-from slam import InputError, Pose2
+from slam import Pose2
 
 BOX: Any = [(0, 0, 6, 0), (6, 0, 6, 4), (6, 4, 0, 4), (0, 4, 0, 0), (3, 0, 3, 1.5), (3, 2.5, 3, 4)]
 WAY: Any = [(1.5, 2.0), (4.5, 2.0)]
@@ -85,8 +85,68 @@ def trap(key, asked, thinking):
     return property(get)
 
 
-def test_an_unknown_name_lists_those_known():
-    with pytest.raises(
-        InputError, match=r"unknown agent .nobody.; allowed .* random, scripted-path"
-    ):
-        agents.make("nobody", patrol()[0])
+READS = {"random": [], "ppo": [], "oracle": ["place", "snapshot"]}
+
+
+class Recorded:
+    """Records what is read of an environment."""
+
+    def __init__(self, env):
+        self.env, self.reads = env, []
+
+    def __getattr__(self, name):
+        self.reads.append(name)
+        return getattr(self.env, name)
+
+
+@pytest.mark.parametrize("name", agents.names())
+def test_a_decision_reads_one_snapshot_of_the_environment(name):
+    env, observation = patrol("crowd")
+    seen = Recorded(env.unwrapped)
+    agent: Any = agents.make(name, Shown(seen), 0)
+    every = set()
+    for _ in range(60):
+        seen.reads.clear()
+        action, _ = agent.predict(observation)
+        assert seen.reads.count("snapshot") == ("snapshot" in READS.get(name, ["snapshot"]))
+        every.update(seen.reads)
+        assert len(seen.reads) == len(set(seen.reads))
+        observation, *_ = env.step(action)
+    assert sorted(every) == READS.get(name, ["snapshot"])
+
+
+class Shown:
+    """An environment whose `unwrapped` is recorded."""
+
+    def __init__(self, recorded):
+        self.unwrapped = recorded
+        self.observation_space = recorded.env.observation_space
+        self.action_space = recorded.env.action_space
+
+
+def test_the_maps_of_a_snapshot_are_read_before_the_next_step():
+    env: Any = patrol()[0].unwrapped
+    snapshot, early = env.snapshot(), env.snapshot()
+    assert early.map is early.map
+    env.step(np.zeros(2, np.float32))
+    assert early.map is not None  # it was read in time
+    for read in (lambda: snapshot.map, lambda: snapshot.beliefs):
+        with pytest.raises(RuntimeError, match="before the environment's step"):
+            read()
+    with pytest.raises(AttributeError):
+        snapshot.time = 1.0
+
+
+def test_a_snapshot_is_what_the_slam_and_the_dynamic_map_hold():
+    env: Any = patrol(seed=3)[0].unwrapped
+    for _ in range(5):
+        env.step(np.array([0.5, 0.3], np.float32))
+    snapshot, grid = env.snapshot(), env.slam.map()
+    beliefs = env.patroller.memory.beliefs(env.time)
+    assert snapshot.time == env.time == pytest.approx(2.0)
+    assert snapshot.pose == Pose2.of(env.slam.pose)
+    assert snapshot.covariance is env.patroller.estimate.covariance
+    assert (snapshot.limits, snapshot.period) == ((0.8, 1.5), 0.4)
+    np.testing.assert_array_equal(snapshot.scan.ranges, env.place.scan.ranges)
+    np.testing.assert_array_equal(snapshot.map.occupied, grid.occupied)
+    np.testing.assert_array_equal(snapshot.beliefs.age, beliefs.age)

@@ -9,7 +9,7 @@ import pytest
 
 from dynslam_env import Doors, DoorWorldEnv, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
-from dynslam_env.slam_wrapper import crop, ego_points
+from dynslam_env.slam_wrapper import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
 from slam.metrics.change import TrueOccupancy
 
@@ -233,14 +233,14 @@ def test_the_observation_carries_map_and_pose_if_asked():
 
 
 def test_in_the_crop_ahead_is_up_and_left_is_left():
-    points = ego_points(2.0, 0.05)
+    points = crop_points(2.0, 0.05)
     assert points.shape == (40, 40, 2)
     grid = Fixed(Pose2(), np.random.default_rng(0)).map()
-    ahead = crop(grid, Pose2(0, 0, 0), points)  # the wall at x = 0.45 .. 0.5 m is 9 cells ahead
+    ahead = crop_map(grid, Pose2(0, 0, 0), points)  # the wall at x = 0.45 .. 0.5 m is 9 cells ahead
     assert (ahead[10] == 255).all()
     assert (ahead[:10] == 128).all()
     assert (ahead[11:] == 0).all()
-    left = crop(grid, Pose2(0, 0, -math.pi / 2), points)
+    left = crop_map(grid, Pose2(0, 0, -math.pi / 2), points)
     assert (left[:, 10] == 255).all()
     assert (left[:, :10] == 128).all()
 

@@ -3,19 +3,19 @@ import math
 import numpy as np
 import pytest
 
-from agents.goal_choosers.doors import DoorChooser, LongestUnseen, Look, RoundRobin
+from agents.goal_choosers.doors import DoorChooser, DoorVisit, LongestUnseen, RoundRobin
 from agents.goal_choosers.frontiers import ExploreLite, FrontierChooser, nearest
 from agents.goal_choosers.oracle import believed_closed
 from agents.goal_choosers.pose_information import PoseInformation
 from agents.path_patrol import PathPatrol
-from agents.wall_follower import DISTANCE, WallFollower
+from agents.wall_follower import WALL_DISTANCE, WallFollower
 from dynslam_env import Door
-from dynslam_env.navigation.blacklist import FORGET
+from dynslam_env.navigation.blacklist import BLACKLIST_TIME
 from dynslam_env.navigation.doors_found import FoundDoor
 from dynslam_env.navigation.frontiers import Frontier
 from dynslam_env.navigation.goal import Goal
 from dynslam_env.navigation.planner import plan
-from dynslam_env.navigation.survey import PlanningSnapshot
+from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from slam import InputError, Pose2
 from tests.dynslam_env.navigation.car import Car
 from tests.dynslam_env.navigation.drawn import believed, drawn
@@ -35,7 +35,7 @@ TWO_GAPS = """
 
 def surveyed(text, x, y, time=0.0):
     costmap, pose = drawn(text), Pose2(x, y, 0.0)
-    return PlanningSnapshot(time, pose, believed("."), costmap, plan(costmap, pose))
+    return PlanningSnapshot(time, pose, np.eye(3), believed("."), costmap, plan(costmap, pose))
 
 
 def frontier(size, length):
@@ -44,8 +44,8 @@ def frontier(size, length):
 
 def test_the_nearest_frontier_and_the_largest_are_not_the_same():
     seen = surveyed(TWO_GAPS, 0.55, 0.45)
-    near = FrontierChooser(nearest, smallest=2).goal(seen)
-    large = FrontierChooser(ExploreLite(), smallest=2).goal(seen)
+    near = FrontierChooser(nearest, min_cells=2).goal(seen)
+    large = FrontierChooser(ExploreLite(), min_cells=2).goal(seen)
     assert near is not None
     assert large is not None
     assert near.target == pytest.approx((0.6, 0.75), abs=0.06)
@@ -60,7 +60,7 @@ def test_explore_lites_cost():
 
 
 def test_where_no_frontier_is_left_it_stands_still_and_behind_a_wall_it_waits():
-    choice = FrontierChooser(nearest, smallest=1)
+    choice = FrontierChooser(nearest, min_cells=1)
     assert choice.goal(surveyed("#####\n#...#\n#####", 0.25, 0.15)) is None
     waiting = choice.goal(surveyed("######....   \n#....#....   \n######....   ", 0.25, 0.15))
     assert waiting is not None
@@ -68,11 +68,11 @@ def test_where_no_frontier_is_left_it_stands_still_and_behind_a_wall_it_waits():
 
 
 def test_a_place_on_the_blacklist_is_tried_again_later():
-    seen, choice = surveyed(TWO_GAPS, 0.55, 0.45), FrontierChooser(nearest, smallest=2)
+    seen, choice = surveyed(TWO_GAPS, 0.55, 0.45), FrontierChooser(nearest, min_cells=2)
     first = choice.goal(seen)
     assert first is not None
     choice.ended(first, False, 0.0)
-    second, later = choice.goal(seen), choice.goal(seen._replace(time=FORGET + 1.0))
+    second, later = choice.goal(seen), choice.goal(seen._replace(time=BLACKLIST_TIME + 1.0))
     assert second is not None
     assert later is not None
     assert math.dist(second.target, first.target) > 1.0
@@ -80,7 +80,7 @@ def test_a_place_on_the_blacklist_is_tried_again_later():
 
 def looks(*rows):
     return [
-        Look(FoundDoor(np.array(place), 0.5, age, 0.1, 6), Goal((0, 0), 0.0, place), time)
+        DoorVisit(FoundDoor(np.array(place), 0.5, age, 0.1, 6), Goal((0, 0), 0.0, place), time)
         for place, age, time in rows
     ]
 
@@ -112,8 +112,8 @@ def test_a_door_that_is_taken_for_want_of_a_frontier_counts_as_looked_at(monkeyp
     order = RoundRobin()
     choice, seen = DoorChooser(order), surveyed("..\n..", 0.05, 0.05)
     (only,) = looks(((3.0, 0.0), 9, 5))
-    monkeypatch.setattr(choice, "_looks", lambda survey: [only])
-    monkeypatch.setattr(choice._explore, "goal", lambda survey: None)
+    monkeypatch.setattr(choice, "_visits", lambda planning: [only])
+    monkeypatch.setattr(choice._explorer, "goal", lambda planning: None)
     assert choice.goal(seen) == only.goal
     choice.ended(only.goal, True, 5.0)
     assert choice._blacklist.holds(only.goal.target, 5.1)
@@ -121,11 +121,10 @@ def test_a_door_that_is_taken_for_want_of_a_frontier_counts_as_looked_at(monkeyp
 
 
 def test_a_revisit_makes_the_pose_surer_and_a_new_place_does_not():
-    car = Car()
-    term, text = PoseInformation(car), "." * 400
+    term, text = PoseInformation(), "." * 400
     for x in np.arange(0.5, 30.0, 0.5):
-        car.covariance = np.eye(3) * 1e-4 * x
-        term.follow(surveyed(text, float(x), 0.05))
+        seen = surveyed(text, float(x), 0.05)
+        term.follow(seen._replace(covariance=np.eye(3) * 1e-4 * x))
     begin, end = np.array([(1.0, 0.05)]), np.array([(35.0, 0.05)])
     assert term.bits(begin, np.array([28.0]))[0] > 0.0
     assert term.bits(end, np.array([6.0]))[0] == 0.0
@@ -165,4 +164,4 @@ def test_the_wall_follower_keeps_its_distance():
         action, _ = agent.predict()
         car.drive(*(action * car.limits))
     assert car.pose.x > 4.0
-    assert 0.8 - abs(car.pose.y) == pytest.approx(DISTANCE, abs=0.12)
+    assert 0.8 - abs(car.pose.y) == pytest.approx(WALL_DISTANCE, abs=0.12)

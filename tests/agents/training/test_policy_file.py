@@ -12,8 +12,14 @@ pytest.importorskip("stable_baselines3")
 import torch
 
 from agents.trained import Trained
-from agents.training.policy_file import TOLD, WEIGHTS, read_policy, save_model, slim
-from agents.training.train import KINDS
+from agents.training.policy_file import (
+    TRAINING_MEMBER,
+    WEIGHTS_MEMBER,
+    read_policy,
+    save_model,
+    write_slim,
+)
+from agents.training.train import ALGORITHMS
 from agents.vec_env import NativeVecEnv
 from dynslam_env import DoorWorldEnv
 from dynslam_env.patrol.env import DoorPatrolEnv
@@ -31,14 +37,14 @@ def told(algorithm):
     return {"env": "DoorPatrol-v0", "algorithm": algorithm, "settings": settings}
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module", params=ALGORITHMS)
 def saved(request, tmp_path_factory) -> Any:
     """A model with weights of its own, what was told, and its file."""
     kwargs = {"net_arch": {"pi": [8], "vf": [8]}}
     if request.param != "ppo":
         kwargs["lstm_hidden_size"] = 8  # type: ignore[assignment]
     env = NativeVecEnv.make("DoorPatrol-v0", 2)
-    kind: Any = KINDS[request.param]
+    kind: Any = ALGORITHMS[request.param]
     model = kind(POLICIES[request.param], env, seed=5, policy_kwargs=kwargs)
     path = tmp_path_factory.mktemp(request.param) / "best.zip"
     save_model(model, told(request.param), path)
@@ -55,19 +61,19 @@ def test_what_is_written_is_read(saved):
 
 def test_stable_baselines3_reads_it_as_well(saved):
     model, expected, path = saved
-    again = KINDS[expected["algorithm"]].load(path, device="cpu")
+    again = ALGORITHMS[expected["algorithm"]].load(path, device="cpu")
     for a, b in zip(model.policy.parameters(), again.policy.parameters(), strict=True):
         assert torch.equal(a, b)
 
 
 def test_a_slim_one_acts_the_same_and_is_smaller(saved, tmp_path):
     _, expected, path = saved
-    slim(path, tmp_path / "slim.zip")
+    write_slim(path, tmp_path / "slim.zip")
     found, weights = read_policy(tmp_path / "slim.zip")
     assert found == expected
     assert all(torch.equal(weights[k], v) for k, v in read_policy(path)[1].items())
     assert (tmp_path / "slim.zip").stat().st_size < path.stat().st_size
-    slim(path, tmp_path / "again.zip")
+    write_slim(path, tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == (tmp_path / "slim.zip").read_bytes()
 
 
@@ -86,7 +92,7 @@ def test_a_trained_agent_acts_as_the_model_does(saved):
 
 
 def test_what_was_trained_on_other_observations_is_refused(saved):
-    with pytest.raises(InputError, match="learned in DoorPatrol-v0, whose observations or actions"):
+    with pytest.raises(InputError, match="trained in DoorPatrol-v0, which has other observations"):
         Trained(saved[2], DoorWorldEnv())
 
 
@@ -103,7 +109,7 @@ class Malicious:
 def archive(path, **members):
     with zipfile.ZipFile(path, "w") as out:
         for name, content in members.items():
-            out.writestr({"told": TOLD, "weights": WEIGHTS}[name], content)
+            out.writestr({"told": TRAINING_MEMBER, "weights": WEIGHTS_MEMBER}[name], content)
     return path
 
 
@@ -115,7 +121,7 @@ def test_a_malicious_pickle_is_refused_and_nothing_runs(tmp_path, way):
     else:
         file.write(pickle.dumps(Malicious(touched)))
     path = archive(tmp_path / "bad.zip", told=json.dumps(told("ppo")), weights=file.getvalue())
-    with pytest.raises(InputError, match=r"bad.zip: not a policy that dynslam train wrote"):
+    with pytest.raises(InputError, match=r"bad.zip: not a policy of dynslam train"):
         Trained(path, DoorPatrolEnv())
     assert not touched.exists()
     pickle.loads(pickle.dumps(Malicious(touched)))  # it would have

@@ -9,7 +9,7 @@ import yaml
 
 import agents
 from agents.training.settings import ALGORITHMS, arguments, read_settings
-from agents.training.train import KINDS
+from agents.training.train import ALGORITHMS as CLASSES
 from agents.vec_env import NativeVecEnv
 from slam import InputError
 
@@ -128,7 +128,7 @@ def test_our_own_are_what_rl_zoo3_reads(algorithm):
 def test_an_algorithm_takes_our_own(algorithm):
     settings = read_settings(algorithm, "DoorPatrol-v0")
     env = NativeVecEnv.make("DoorPatrol-v0", settings["n_envs"])
-    kind: Any = KINDS[algorithm]
+    kind: Any = CLASSES[algorithm]
     model = kind(settings["policy"], env, **arguments(settings))
     assert model.n_steps == settings["n_steps"]
-    assert set(KINDS) == set(ALGORITHMS)
+    assert set(CLASSES) == set(ALGORITHMS)

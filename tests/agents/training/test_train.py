@@ -14,7 +14,7 @@ import torch
 
 from agents.random_agent import RandomAgent
 from agents.trained import Trained
-from agents.training import legs
+from agents.training import segments
 from agents.training.policy_file import read_policy
 from agents.training.train import BEST, CHECKPOINT, CONFIG, PROGRESS, Training, train
 from agents.vec_env import NativeVecEnv
@@ -30,7 +30,7 @@ TINY = {
 }  # fmt: skip
 PARAMETERS = {"max_episode_steps": 8, "slam": "odometry"}
 ROLLOUT = 64
-STEPS = 5 * ROLLOUT  # two legs of two rollouts, and half of a third one
+STEPS = 5 * ROLLOUT  # two segments of two rollouts, and half of a third one
 
 
 def numpy_state() -> str:
@@ -39,7 +39,7 @@ def numpy_state() -> str:
 
 def training(**changes) -> Training:
     given = {"env": "DoorPatrol-v0", "algorithm": "ppo", "settings": TINY, "seed": 1,
-             "steps": STEPS, "parameters": PARAMETERS, "leg": 2}  # fmt: skip
+             "steps": STEPS, "parameters": PARAMETERS, "segment": 2}  # fmt: skip
     return Training(**(given | changes))
 
 
@@ -67,7 +67,7 @@ def whole(tmp_path_factory) -> Path:
     return folder
 
 
-def test_a_line_for_each_leg_and_the_end(whole):
+def test_a_line_for_each_segment_and_the_end(whole):
     rows = progress(whole)
     assert [row["steps"] for row in rows] == [0, 128, 256, 320]
     terms = {"information", "freshness", "pose", "distance", "collision"}
@@ -80,7 +80,7 @@ def test_a_line_for_each_leg_and_the_end(whole):
 def test_who_chooses_goals_is_trained_too_whatever_the_workers(tmp_path):
     """Its decisions take various times, so its worlds do not end together."""
     parameters = {"slam": "odometry", "budget": 12.0}
-    what = training(env="DoorPatrolGoals-v0", parameters=parameters, steps=ROLLOUT, leg=1)
+    what = training(env="DoorPatrolGoals-v0", parameters=parameters, steps=ROLLOUT, segment=1)
     for workers in (1, 2):
         train(what, tmp_path / str(workers), workers=workers)
     alike(tmp_path / "1", tmp_path / "2")
@@ -89,22 +89,22 @@ def test_who_chooses_goals_is_trained_too_whatever_the_workers(tmp_path):
 
 def test_the_best_is_that_of_the_best_line(tmp_path, monkeypatch):
     rewards, kept = iter([3.0, 7.0, 1.0, 2.0]), []
-    monkeypatch.setattr(legs, "evaluated", lambda model: {"reward": next(rewards)})
-    train(training(), tmp_path, tell=lambda row: kept.append(weights(tmp_path)))
+    monkeypatch.setattr(segments, "evaluation", lambda model: {"reward": next(rewards)})
+    train(training(), tmp_path, report=lambda row: kept.append(weights(tmp_path)))
     assert len(set(kept)) > 2
     assert weights(tmp_path, BEST) == kept[1]
 
 
-def test_each_leg_has_worlds_of_its_own(tmp_path, monkeypatch):
+def test_each_segment_has_worlds_of_its_own(tmp_path, monkeypatch):
     seeds, seed = [], NativeVecEnv.seed
     monkeypatch.setattr(
         NativeVecEnv, "seed", lambda self, value=None: seeds.append(value) or seed(self, value)
     )
     for k in (1, 2):
         train(training(seed=k), tmp_path / str(k))
-    begun = [value for value in seeds if value not in (1, 2, legs.EVALUATED)]
+    begun = [value for value in seeds if value not in (1, 2, segments.EVALUATION_SEED)]
     assert len(begun) == len(set(begun)) == 2 * 3
-    assert seeds.count(legs.EVALUATED) == 2 * 4
+    assert seeds.count(segments.EVALUATION_SEED) == 2 * 4
 
 
 def test_something_was_learned_and_its_file_says_what(whole, tmp_path):
@@ -142,13 +142,13 @@ def test_nothing_is_drawn_from_who_calls(tmp_path):
 
 
 @pytest.mark.parametrize("lines", [1, 3])
-def test_broken_off_between_two_legs_it_goes_on_as_if_nothing_was(whole, tmp_path, lines):
+def test_broken_off_between_two_segments_it_goes_on_as_if_nothing_was(whole, tmp_path, lines):
     def ctrl_c(row):
         if len(progress(tmp_path)) == lines:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(training(), tmp_path, tell=ctrl_c)
+        train(training(), tmp_path, report=ctrl_c)
     assert len(progress(tmp_path)) == lines
     assert (tmp_path / CHECKPOINT).exists()
     train(training(), tmp_path, resume=True)
@@ -156,8 +156,8 @@ def test_broken_off_between_two_legs_it_goes_on_as_if_nothing_was(whole, tmp_pat
 
 
 @pytest.mark.parametrize("moment", [1, 13, 60, 84, 100])
-def test_broken_off_anywhere_it_goes_on_from_the_last_leg(whole, tmp_path, monkeypatch, moment):
-    """Within evaluations and within legs, before the first checkpoint and after."""
+def test_broken_off_anywhere_it_resumes_from_the_last_segment(whole, tmp_path, monkeypatch, moment):
+    """Within evaluations and within segments, before the first checkpoint and after."""
     step, left = NativeVecEnv.step_wait, moment
 
     def broken(self):
@@ -183,7 +183,7 @@ def test_without_its_last_line_it_goes_on(whole, tmp_path, left):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(training(), tmp_path, tell=kill)
+        train(training(), tmp_path, report=kill)
     path = tmp_path / PROGRESS
     first, last = path.read_text().splitlines(keepends=True)
     path.write_text(first + last[:left])
@@ -203,14 +203,14 @@ def test_the_time_of_a_training_that_goes_on_is_that_of_all_its_parts(tmp_path):
 
 @pytest.mark.parametrize("name", [BEST, CHECKPOINT])
 def test_killed_while_it_saves_it_goes_on(whole, tmp_path, monkeypatch, name):
-    save = legs.save_model
+    save = segments.save_model
 
     def killed(model, told, path):
         if path.name == name and model.num_timesteps == 256:
             raise KeyboardInterrupt
         save(model, told, path)
 
-    monkeypatch.setattr(legs, "save_model", killed)
+    monkeypatch.setattr(segments, "save_model", killed)
     with pytest.raises(KeyboardInterrupt):
         train(training(), tmp_path)
     monkeypatch.undo()
@@ -226,7 +226,7 @@ def test_a_training_that_is_done_stays_as_it_is(whole):
 
 def test_a_folder_that_holds_a_training_is_not_written_to(whole):
     before = weights(whole)
-    with pytest.raises(InputError, match="holds a training: --resume goes on"):
+    with pytest.raises(InputError, match="holds a training: continue it by --resume"):
         train(training(), whole)
     assert weights(whole) == before
 
@@ -237,7 +237,7 @@ def test_a_folder_that_holds_a_training_is_not_written_to(whole):
         ({"seed": 9}, "another training: seed is 1 there, not 9"),
         ({"parameters": {"world": "office"}}, "parameters is .* there, not {'world': 'office'}"),
         ({"settings": TINY | {"gamma": 0.5}}, "settings is .*'gamma': 0.5"),
-        ({"leg": 3}, "leg is 2 there, not 3"),
+        ({"segment": 3}, "segment is 2 there, not 3"),
     ],
 )
 def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, message):
@@ -252,7 +252,7 @@ def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, mess
     [
         (CONFIG, "{", "not what a training writes"),
         (CONFIG, "3", "not what a training writes"),
-        (CHECKPOINT, "PK", "no checkpoint to go on from"),
+        (CHECKPOINT, "PK", "no checkpoint to resume from"),
     ],
 )
 def test_a_broken_folder_is_told(whole, tmp_path, name, text, message):
@@ -264,7 +264,9 @@ def test_a_broken_folder_is_told(whole, tmp_path, name, text, message):
 
 
 def test_a_rollout_takes_what_is_said_where_the_settings_do_not(tmp_path):
-    what = training(settings={k: v for k, v in TINY.items() if k != "n_steps"}, leg=1, steps=300)
+    what = training(
+        settings={k: v for k, v in TINY.items() if k != "n_steps"}, segment=1, steps=300
+    )
     train(what, tmp_path)
     assert [row["steps"] for row in progress(tmp_path)] == [0, what.rollout, 2 * what.rollout]
 
@@ -292,7 +294,7 @@ def test_mistakes_are_told_and_can_be_put_right_in_the_same_folder(
         ({"algorithm": "dqn"}, "algo must be one of 'ppo', 'recurrent-ppo'"),
         ({"seed": -1}, "seed must be a whole number"),
         ({"steps": 0}, "steps must be a whole number of at least 1"),
-        ({"leg": 0}, "leg must be a whole number of at least 1"),
+        ({"segment": 0}, "segment must be a whole number of at least 1"),
     ],
 )
 def test_wrong_trainings_are_refused(wrong, message):
@@ -311,7 +313,7 @@ def test_recurrent_ppo_goes_on_as_well(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(what, tmp_path / "broken", tell=kill)
+        train(what, tmp_path / "broken", report=kill)
     train(what, tmp_path / "broken", resume=True)
     alike(tmp_path / "broken", tmp_path / "whole")
 
@@ -339,7 +341,7 @@ def rewarded(agent_of, seeds=range(5000, 5006)) -> float:
 
 def test_ppo_finds_the_door(tmp_path):
     """Who looks at the door and stays there knows most; the robot begins looking away."""
-    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=8640, leg=9)
+    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=8640, segment=9)
     train(what, tmp_path)
     trained = rewarded(lambda env, seed: Trained(tmp_path / CHECKPOINT, env))
     at_random = rewarded(lambda env, seed: RandomAgent(env.action_space, seed))
@@ -347,4 +349,4 @@ def test_ppo_finds_the_door(tmp_path):
     assert trained > 1.3 * at_random
     assert trained > untrained + 10.0
     assert progress(tmp_path)[-1]["reward"] > untrained + 10.0
-    assert legs.EVALUATED > 5006
+    assert segments.EVALUATION_SEED > 5006

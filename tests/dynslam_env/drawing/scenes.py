@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dynslam_env.drawing.captions import TITLE
+from dynslam_env.drawing.captions import TITLE_HEIGHT
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import Belief, Scene
 from slam.geometry import Pose2
@@ -53,4 +53,4 @@ def pixel(frame, view, x, y, panel=0, place=None) -> tuple[int, ...]:
     size = view.panel(place.walls)
     projection = view.projection(place.walls, (place.pose.x, place.pose.y), size)
     right, down = projection.at(x, y)
-    return tuple(frame[int(down) + TITLE, int(right) + panel * size[0]].tolist())
+    return tuple(frame[int(down) + TITLE_HEIGHT, int(right) + panel * size[0]].tolist())

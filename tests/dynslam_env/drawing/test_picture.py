@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dynslam_env.drawing.captions import TITLE, bar_length, shortened, width_of
+from dynslam_env.drawing.captions import TITLE_HEIGHT, bar_length, shortened, width_of
 from dynslam_env.drawing.colours import (
     BLUE,
     FACE,
@@ -59,16 +59,17 @@ def test_a_block_and_all_beyond_the_walls_is_solid():
 @pytest.mark.parametrize("pose", [ROBOT, Pose2(0.9, 2.1, 2.0)])
 def test_followed_the_robot_is_in_the_middle(scale, pose):
     frame = draw(View(scale, follow=True, size=(400, 300)), pose=pose)
-    assert frame.shape == (300 + TITLE, 400, 3)
+    assert frame.shape == (300 + TITLE_HEIGHT, 400, 3)
     behind = pose @ Pose2(-0.1, 0.0, 0.0)
     dx, dy = (behind.x - pose.x) * scale, (behind.y - pose.y) * scale
-    assert tuple(frame[TITLE + 150 - round(dy), 200 + round(dx)]) == BLUE
+    assert tuple(frame[TITLE_HEIGHT + 150 - round(dy), 200 + round(dx)]) == BLUE
 
 
 def test_edges_are_smooth():
     """Across the robot's rim there are colours between its own and the white around it."""
     frame = draw(View(150.0, follow=True, size=(400, 300)))
-    rim = frame[TITLE + 150 - 45 : TITLE + 150 + 45, 200 - 45 : 200 + 45].reshape(-1, 3)
+    middle = TITLE_HEIGHT + 150
+    rim = frame[middle - 45 : middle + 45, 200 - 45 : 200 + 45].reshape(-1, 3)
     red = rim[:, 0]
     assert np.count_nonzero((red > BLUE[0] + 10) & (red < PAPER[0] - 10)) > 50
     assert len(np.unique(red)) > 8
@@ -78,13 +79,13 @@ def test_a_slanting_wall_has_many_shades():
     walls = np.vstack([scene().walls, [(0.3, 0.3, 1.3, 0.5)]])
     view = View(60.0, centre=(0.8, 0.4), size=(60, 32))
     frame = draw(view, walls=walls)
-    assert len(np.unique(frame[TITLE:, :, 0])) > 8
+    assert len(np.unique(frame[TITLE_HEIGHT:, :, 0])) > 8
 
 
 @pytest.mark.parametrize("scale", [11.0, 60.0, 333.3])
 def test_lines_keep_their_width(scale):
     view = View(scale, centre=(4.0, 0.5), size=(200, 40))
-    row = draw(view)[TITLE + 20, :, 0].astype(float)
+    row = draw(view)[TITLE_HEIGHT + 20, :, 0].astype(float)
     dark = (PAPER[0] - row[80:100]).sum() + (SOLID[0] - row[100:120]).clip(0).sum()
     assert 1.5 < dark / (PAPER[0] - FACE[0]) < 3.5
 
@@ -102,10 +103,11 @@ def test_beside_the_world_is_the_map_with_both_robots():
     assert pixel(frame, view, 2.1, 2.1, panel=1) == VERMILION
     assert pixel(frame, view, ROBOT.x, ROBOT.y, panel=1) != VERMILION
     left = frame.shape[1] // 2
-    assert (frame[TITLE:, left:] == BLUE).all(axis=2).sum() > 50  # the ring of the true robot
-    outlined = frame[TITLE:, left:, 0].astype(int) < (UNKNOWN[0] + SKY[0]) // 2 + 10
+    ring = (frame[TITLE_HEIGHT:, left:] == BLUE).all(axis=2)  # of the true robot
+    assert ring.sum() > 50
+    outlined = frame[TITLE_HEIGHT:, left:, 0].astype(int) < (UNKNOWN[0] + SKY[0]) // 2 + 10
     assert outlined.sum() > 500  # the true walls
-    legend = frame[:TITLE, left:]
+    legend = frame[:TITLE_HEIGHT, left:]
     for colour in (BLUE, VERMILION):
         assert (legend == colour).all(axis=2).sum() > 10
 
@@ -119,7 +121,7 @@ def test_the_map_is_drawn_at_any_zoom(scale):
 @pytest.mark.parametrize("scale", [0.1, 40.0, 2000.0])
 def test_far_from_the_map_nothing_is_known(scale):
     view = View(scale, centre=(3e5, -3e5), size=(200, 100), stacked=False)
-    assert (with_map(view)[TITLE:, 201:] == UNKNOWN).all()
+    assert (with_map(view)[TITLE_HEIGHT:, 201:] == UNKNOWN).all()
 
 
 def with_map(view):
@@ -173,7 +175,7 @@ def test_a_title_that_is_too_long_is_cut():
     assert cut.endswith(" ...")
     assert width_of(cut) <= 100
     frame = draw(title="truth " * 40)
-    assert (frame[:TITLE, -20:] != PAPER).any()  # the scale bar still stands at the end
+    assert (frame[:TITLE_HEIGHT, -20:] != PAPER).any()  # the scale bar still stands at the end
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dynslam_env.drawing.view import LARGEST, SMALLEST, View, extent
+from dynslam_env.drawing.view import MAX_PANEL, MIN_PANEL, View, extent
 from slam.errors import InputError
 
 
@@ -15,8 +15,8 @@ def test_the_whole_world_fits_a_panel_of_a_sensible_and_even_size(size):
     walls, view = room(*size), View()
     width, height = view.panel(walls)
     assert width % 2 == height % 2 == 0
-    assert SMALLEST[0] <= width <= LARGEST[0]
-    assert SMALLEST[1] <= height <= LARGEST[1]
+    assert MIN_PANEL[0] <= width <= MAX_PANEL[0]
+    assert MIN_PANEL[1] <= height <= MAX_PANEL[1]
     projection = view.projection(walls, (1.0, 1.0), (width, height))
     assert projection.scale <= 60
     pixels = projection.points(np.array(extent(walls)))

@@ -1,4 +1,4 @@
-"""A robot without inertia in a room of points, as a `Site` for what drives it."""
+"""A robot without inertia in a room of points, as a `PatrolView`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from dynslam_env import Robot
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from slam import Pose2, Scan
 from slam.geometry import transform_points
 
@@ -27,11 +28,12 @@ class Car:
         self.pose, self.time, self.robot = pose, 0.0, Robot()
         self._obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 2)
         self.closest = np.inf
-        self.covariance = np.zeros((3, 3))
 
-    @property
-    def slam(self) -> Any:
-        return self
+    def snapshot(self) -> PatrolSnapshot:
+        return PatrolSnapshot(
+            self.time, self.pose, np.zeros((3, 3)), self.scan, self.robot, self.limits,
+            self.period, self._no_map, self._no_map,
+        )  # fmt: skip
 
     @property
     def scan(self) -> Scan:
@@ -44,8 +46,8 @@ class Car:
                 ranges[beam] = min(ranges[beam], r)
         return Scan(ranges, ANGLES, 8.0, 0.0, self.time)
 
-    def beliefs(self) -> Any:
-        raise AssertionError("what only drives asks for no beliefs")
+    def _no_map(self) -> Any:
+        raise AssertionError("following a path needs no map")
 
     def drive(self, v: float, omega: float) -> None:
         for _ in range(8):

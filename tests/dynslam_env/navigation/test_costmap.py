@@ -72,7 +72,7 @@ def test_where_the_task_saw_changes_its_prediction_holds():
     assert closed.kinds[there] == OCCUPIED
 
 
-@pytest.mark.parametrize("wrong", [{"margin": -1.0}, {"falloff": 0.0}, {"occupied": 1.5}])
+@pytest.mark.parametrize("wrong", [{"margin": -1.0}, {"falloff": 0.0}, {"occupied_threshold": 1.5}])
 def test_wrong_inflations_are_refused(wrong):
     with pytest.raises(InputError, match=f"Inflation.{next(iter(wrong))}"):
         Inflation(**wrong)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from dynslam_env.navigation.follower import FACED, REACH, Follower, State
-from dynslam_env.navigation.guard import MARGIN, free_length, guarded, pressed
+from dynslam_env.navigation.follower import GOAL_TOLERANCE, HEADING_TOLERANCE, Follower, State
+from dynslam_env.navigation.guard import ECHO_MARGIN, contact_ahead, free_length, guarded
 from dynslam_env.navigation.pursuit import Command, PathProgress, arc_to
 from slam import Pose2
 from tests.dynslam_env.navigation.car import Car
@@ -18,9 +18,9 @@ WIDE = np.full(100, 2.0)
 def drive(car, follower, steps=200):
     trail = [car.pose]
     for _ in range(steps):
-        if follower.arrived:
+        if follower.arrived(car.pose):
             break
-        car.drive(*follower.command())
+        car.drive(*follower.command(car.snapshot()))
         trail.append(car.pose)
     return np.array(trail)
 
@@ -29,12 +29,12 @@ def drive(car, follower, steps=200):
 def test_it_follows_a_path_round_a_corner_and_looks_where_it_is_to(theta):
     path = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)])
     car = Car(Pose2(0.0, 0.0, theta))
-    follower = Follower(car)
+    follower = Follower()
     follower.follow(path, -1.0, WIDE)
     trail = drive(car, follower)
-    assert follower.arrived
-    assert math.dist(car.pose[:2], (2.0, 2.0)) < 2 * REACH
-    assert abs(math.remainder(car.pose.theta + 1.0, math.tau)) < FACED
+    assert follower.arrived(car.pose)
+    assert math.dist(car.pose[:2], (2.0, 2.0)) < 2 * GOAL_TOLERANCE
+    assert abs(math.remainder(car.pose.theta + 1.0, math.tau)) < HEADING_TOLERANCE
     off_first, off_second = np.abs(trail[:, 1]), np.abs(trail[:, 0] - 2.0)
     assert np.minimum(off_first, off_second).max() < 0.25
 
@@ -42,35 +42,35 @@ def test_it_follows_a_path_round_a_corner_and_looks_where_it_is_to(theta):
 @given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_a_turn_on_the_spot_never_overshoots_to_and_fro(begin, end):
     car = Car(Pose2(0.0, 0.0, begin))
-    follower = Follower(car)
+    follower = Follower()
     follower.follow(np.zeros((1, 2)), end, WIDE)
     left = [abs(math.remainder(theta - end, math.tau)) for theta in drive(car, follower, 40)[:, 2]]
-    assert follower.arrived
+    assert follower.arrived(car.pose)
     assert all(later <= sooner + 1e-9 for sooner, later in pairwise(left))
 
 
 def test_it_stops_before_what_the_map_does_not_know():
     wall = [(1.5, y) for y in np.arange(-1.0, 1.0, 0.02)]
     car = Car(Pose2(), wall)
-    follower = Follower(car)
+    follower = Follower()
     follower.follow(np.array([(0.0, 0.0), (3.0, 0.0)]), None, WIDE)
     drive(car, follower, 60)
-    assert not follower.arrived
+    assert not follower.arrived(car.pose)
     assert follower.state is State.DRIVING
     assert car.closest >= car.robot.radius
     assert car.pose.x > 1.0
 
 
 def test_without_a_path_it_stands_still():
-    follower = Follower(Car())
-    assert follower.command() == (0.0, 0.0)
+    follower = Follower()
+    assert follower.command(Car().snapshot()) == (0.0, 0.0)
     assert follower.state is State.STANDING
 
 
 def test_beside_obstacles_it_drives_slowly():
     fast, slow = Car(), Car()
     for car, clearance in ((fast, 2.0), (slow, 0.3)):
-        follower = Follower(car)
+        follower = Follower()
         follower.follow(np.array([(0.0, 0.0), (9.0, 0.0)]), None, np.full(2, clearance))
         drive(car, follower, 5)
     assert slow.pose.x < fast.pose.x / 2
@@ -112,15 +112,15 @@ def test_a_guarded_command_can_be_stopped_in_time(distance, v):
     car = Car(Pose2(), [(distance, 0.0)])
     command = guarded(Command(v, 0.0), car.scan, car.robot, car.period)
     stopping = command.v * car.period + command.v**2 / (2 * car.robot.acceleration)
-    assert stopping <= max(distance - car.robot.radius - MARGIN, 0.0) + 1e-6
+    assert stopping <= max(distance - car.robot.radius - ECHO_MARGIN, 0.0) + 1e-6
     assert command.v <= v
 
 
 def test_a_leaf_against_its_front_presses_the_robot():
     robot = Car().robot
-    assert pressed(Car(Pose2(), [(0.23, 0.0)]).scan, robot)
-    assert not pressed(Car(Pose2(), [(0.0, 0.23)]).scan, robot)
-    assert not pressed(Car(Pose2(), [(0.5, 0.0)]).scan, robot)
+    assert contact_ahead(Car(Pose2(), [(0.23, 0.0)]).scan, robot)
+    assert not contact_ahead(Car(Pose2(), [(0.0, 0.23)]).scan, robot)
+    assert not contact_ahead(Car(Pose2(), [(0.5, 0.0)]).scan, robot)
 
 
 def test_an_arc_passes_through_its_target():
@@ -129,10 +129,10 @@ def test_an_arc_passes_through_its_target():
     assert math.dist((0.0, radius), (0.4, 0.2)) == pytest.approx(radius)
 
 
-def test_the_carrot_never_goes_back():
-    way = PathProgress(np.array([(0.0, 0.0), (5.0, 0.0)]))
-    assert way.carrot(Pose2(1.0, 0.1), 0.9) == pytest.approx((1.8, 0.0), abs=0.11)
-    before = way.at
-    way.carrot(Pose2(0.0, 0.0), 0.9)
-    assert way.at == before
-    assert way.left == pytest.approx(5.0 - before)
+def test_the_lookahead_point_never_moves_back():
+    path = PathProgress(np.array([(0.0, 0.0), (5.0, 0.0)]))
+    assert path.lookahead_point(Pose2(1.0, 0.1), 0.9) == pytest.approx((1.8, 0.0), abs=0.11)
+    before = path.travelled
+    path.lookahead_point(Pose2(0.0, 0.0), 0.9)
+    assert path.travelled == before
+    assert path.remaining == pytest.approx(5.0 - before)

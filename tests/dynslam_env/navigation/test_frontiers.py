@@ -24,7 +24,7 @@ def seen(text, x=0.25, y=0.25):
 
 def test_a_gap_in_the_wall_is_the_one_frontier():
     costmap, ways = seen(ROOM)
-    (gap,) = frontiers(costmap, ways, (0.25, 0.25), smallest=3)
+    (gap,) = frontiers(costmap, ways, (0.25, 0.25), min_cells=3)
     assert gap.size == 3
     assert gap.centroid == pytest.approx([0.85, 0.35])
     assert gap.beyond == pytest.approx([1.85, 0.35])
@@ -35,12 +35,12 @@ def test_a_gap_in_the_wall_is_the_one_frontier():
 
 def test_a_small_one_does_not_count():
     costmap, ways = seen(ROOM)
-    assert frontiers(costmap, ways, (0.25, 0.25), smallest=4) == []
+    assert frontiers(costmap, ways, (0.25, 0.25), min_cells=4) == []
 
 
 def test_one_behind_a_wall_has_no_cell():
     costmap, ways = seen("....#......    ", x=0.05, y=0.05)
-    (far,) = frontiers(costmap, ways, (0.05, 0.05), smallest=1)
+    (far,) = frontiers(costmap, ways, (0.05, 0.05), min_cells=1)
     assert far.cell is None
     assert far.length == np.inf
 

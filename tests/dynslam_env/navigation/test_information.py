@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.navigation.information import FAINT, RAYS, UNSEEN, entropy, expected_bits
+from dynslam_env.navigation.information import (
+    MIN_RAY_PROBABILITY,
+    RAYS,
+    UNSEEN_OCCUPANCY,
+    entropy,
+    expected_bits,
+)
 from slam.grid import GridSpec
 from tests.dynslam_env.navigation.drawn import believed
 
@@ -37,8 +43,8 @@ def naive(beliefs, point, field_of_view, max_range):
                 seen.add(cell)
             elif not inside:
                 gain += reach
-            reach *= 1.0 - (beliefs.occupied[cell] if known else UNSEEN)
-            if inside and reach < FAINT:
+            reach *= 1.0 - (beliefs.occupied[cell] if known else UNSEEN_OCCUPANCY)
+            if inside and reach < MIN_RAY_PROBABILITY:
                 break
         gains.append(gain)
     width = round(RAYS * field_of_view / math.tau)

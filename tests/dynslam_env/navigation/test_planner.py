@@ -6,7 +6,7 @@ from scipy.sparse import lil_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from dynslam_env.navigation.costmap import OCCUPIED, OPEN, TIGHT, UNKNOWN, Inflation, inflated
-from dynslam_env.navigation.planner import ESCAPE, plan
+from dynslam_env.navigation.planner import TIGHT_COST_FACTOR, plan
 from slam import Pose2
 from slam.grid import GridSpec
 from tests.dynslam_env.navigation.drawn import drawn
@@ -29,7 +29,7 @@ def naive(costmap, row, col):
                 continue
             if kinds[i, j] == OPEN or (kinds[i, j] == TIGHT and kinds[r, c] == TIGHT):
                 prices = [
-                    costmap.cost[k] * (ESCAPE if kinds[k] == TIGHT else 1.0)
+                    costmap.cost[k] * (TIGHT_COST_FACTOR if kinds[k] == TIGHT else 1.0)
                     for k in ((r, c), (i, j))
                 ]
                 step = costmap.spec.resolution * np.hypot(r - i, c - j)

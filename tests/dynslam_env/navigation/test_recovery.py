@@ -1,18 +1,18 @@
 import numpy as np
 
 from dynslam_env.navigation.follower import State
-from dynslam_env.navigation.recovery import BACK, PATIENCE, Recovery
+from dynslam_env.navigation.recovery import BACK_UP, STUCK_TIME, Recovery
 from slam import Pose2
 
 
 def test_recovery_backs_off_then_turns_then_ends():
     recovery, pose = Recovery(np.random.default_rng(0)), Pose2()
     assert not recovery.stuck(0.0, pose, State.DRIVING)
-    assert not recovery.stuck(PATIENCE, pose, State.DRIVING)
-    assert recovery.stuck(PATIENCE + 0.1, pose, State.DRIVING)
-    assert recovery.begin(5.0) == BACK
+    assert not recovery.stuck(STUCK_TIME, pose, State.DRIVING)
+    assert recovery.stuck(STUCK_TIME + 0.1, pose, State.DRIVING)
+    assert recovery.begin(5.0) == BACK_UP
     commands = [recovery.command(t) for t in np.arange(5.0, 10.0, 0.1)]
-    kinds = ["back" if c == BACK else "turn" if c else "over" for c in commands]
+    kinds = ["back" if c == BACK_UP else "turn" if c else "over" for c in commands]
     assert list(dict.fromkeys(kinds)) == ["back", "turn", "over"]
 
 

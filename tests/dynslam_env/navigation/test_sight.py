@@ -17,7 +17,7 @@ CORNER = """
 def test_behind_a_corner_the_first_cell_that_sees_it_is_taken():
     costmap = drawn(CORNER)
     ways, target = plan(costmap, Pose2(0.05, 0.05, 0.0)), np.array([0.15, 0.45])
-    cell = viewpoint(costmap, ways, target, around=0.1, nearest=0.3, farthest=3.0)
+    cell = viewpoint(costmap, ways, target, hidden_radius=0.1, min_distance=0.3, max_distance=3.0)
     assert cell is not None
     assert in_sight(costmap, cell, target, 0.1)
     others = [

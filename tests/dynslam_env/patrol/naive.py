@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dynslam_env.patrol.memory import (
-    ASIDE,
-    BEYOND,
-    BOTH,
-    CELL,
-    CHANGES,
-    DWELL,
+    CELL_SIZE,
     EVIDENCE,
-    FADES,
-    STANDS,
+    FRESHNESS_SCALE,
+    FULL_WEIGHT_TIME,
+    PASS_DISTANCE,
+    PASS_OFFSET,
+    PRIOR_CHANGES,
+    PRIOR_DWELL,
+    STATIC_WEIGHT,
 )
 from slam.maps.cells import Cells
 from slam.maps.rays import Rays
@@ -35,11 +35,11 @@ class Cell:
 
     @property
     def closing(self) -> float:
-        return (CHANGES + self.counts[OCCUPIED]) / (DWELL / 2 + self.times[FREE])
+        return (PRIOR_CHANGES + self.counts[OCCUPIED]) / (PRIOR_DWELL / 2 + self.times[FREE])
 
     @property
     def opening(self) -> float:
-        return (CHANGES + self.counts[FREE]) / (DWELL / 2 + self.times[OCCUPIED])
+        return (PRIOR_CHANGES + self.counts[FREE]) / (PRIOR_DWELL / 2 + self.times[OCCUPIED])
 
     def predicted(self, now: float) -> float:
         rate = self.closing + self.opening
@@ -66,12 +66,12 @@ class Cell:
 class NaiveMemory:
     def __init__(self):
         self.cells: dict[tuple[int, int], Cell] = {}
-        self._rays = Cells(CELL, 0.5, Rays())  # which cells beams cross has tests of its own
+        self._rays = Cells(CELL_SIZE, 0.5, Rays())  # which cells beams cross has tests of its own
 
     def look(self, scan, pose) -> float:
         seen, tiles = self._rays.trace(scan, pose), self._rays.tiles
         for x, y in seen.echoes:
-            self._at(math.floor(y / CELL), math.floor(x / CELL)).echoes.append((x, y))
+            self._at(math.floor(y / CELL_SIZE), math.floor(x / CELL_SIZE)).echoes.append((x, y))
         told = []
         for id_, hit in zip(seen.cells.tolist(), seen.hit.tolist(), strict=True):
             row, col = tiles.places[id_ // AREA] * TILE + divmod(id_ % AREA, TILE)
@@ -90,8 +90,12 @@ class NaiveMemory:
         total = 0.0
         for cell in self.cells.values():
             if cell.known:
-                weight = STANDS + (min(*cell.times, BOTH) / BOTH if any(cell.counts) else 0.0)
-                total += weight * math.exp((cell.last - now) / FADES)
+                weight = STATIC_WEIGHT + (
+                    min(*cell.times, FULL_WEIGHT_TIME) / FULL_WEIGHT_TIME
+                    if any(cell.counts)
+                    else 0.0
+                )
+                total += weight * math.exp((cell.last - now) / FRESHNESS_SCALE)
         return total
 
     def _at(self, row: int, col: int) -> Cell:
@@ -111,4 +115,4 @@ def went_through(echoes, scan, sensor) -> bool:
     away = math.hypot(x, y)
     if beam == 0 and off[0] < 0:
         return False  # a place right of all beams is left alone
-    return away * abs(off[beam]) <= ASIDE and scan.ranges[beam] >= away + BEYOND
+    return away * abs(off[beam]) <= PASS_OFFSET and scan.ranges[beam] >= away + PASS_DISTANCE

@@ -17,7 +17,7 @@ ROBOT = Robot()
         ({"hold": 2.0}, "hold must be a whole number of at least 1"),
         ({"scan_every": 0}, "scan_every must be a whole number of at least 1"),
         ({"scan_every": 3}, "hold must be a multiple of scan_every, got 4 and 3"),
-        ({"pay": {"pose": 1.0}}, "pay must be a Pay"),
+        ({"pay": {"pose": 1.0}}, "pay must be a RewardWeights"),
     ],
 )
 def test_wrong_orders_are_refused(wrong, message):

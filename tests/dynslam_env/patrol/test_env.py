@@ -190,7 +190,7 @@ def test_an_action_that_is_no_number_is_refused_and_changes_nothing():
 
 def test_there_is_no_patrol_before_a_reset():
     env = DoorPatrolEnv()
-    for call in (env.beliefs, lambda: env.slam, lambda: env.step(np.zeros(2, np.float32))):
+    for call in (env.snapshot, lambda: env.slam, lambda: env.step(np.zeros(2, np.float32))):
         with pytest.raises(gym.error.ResetNeeded):
             call()
 

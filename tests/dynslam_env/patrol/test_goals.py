@@ -7,9 +7,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from dynslam_env import DoorWorldEnv
-from dynslam_env.navigation.follower import FACED, REACH
+from dynslam_env.navigation.follower import GOAL_TOLERANCE, HEADING_TOLERANCE
 from dynslam_env.patrol.env import DoorPatrolEnv
-from dynslam_env.patrol.goal_options import FRONTIERS, SLOTS
+from dynslam_env.patrol.goal_options import FRONTIER_SLOTS, SLOTS
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
 from slam import InputError
 
@@ -37,7 +37,7 @@ def driven(env, observation, choose):
 
 def door_first(observation):
     """The door unseen longest, else the nearest frontier, else a look around."""
-    return next((a for a in (1 + FRONTIERS, 1) if observation["action_mask"][a]), 0)
+    return next((a for a in (1 + FRONTIER_SLOTS, 1) if observation["action_mask"][a]), 0)
 
 
 def test_gymnasiums_checks():
@@ -62,7 +62,7 @@ def test_to_look_around_turns_on_the_spot():
     assert info["reached"]
     assert math.dist(before[:2], after[:2]) < 0.1
     turned = math.remainder(after.theta - before.theta, math.tau) % math.tau
-    assert turned == pytest.approx(math.radians(170), abs=FACED + 0.1)
+    assert turned == pytest.approx(math.radians(170), abs=HEADING_TOLERANCE + 0.1)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -71,13 +71,15 @@ def test_a_frontier_or_a_door_that_was_reached_is_stood_at_and_looked_at(seed):
     kinds = set()
     for _ in range(25):
         action = door_first(observation)
-        menu, door = env.menu, action > FRONTIERS
-        goal = menu.chosen(action).goal
+        options, door = env.options, action > FRONTIER_SLOTS
+        goal = options.chosen(action).goal
         observation, _, _, over, info = env.step(action)
         if info["reached"] and action:
-            pose, (x, y) = env.patrol.slam.pose, menu.survey.centre(goal.cell)
-            assert math.dist(pose[:2], (x, y)) < REACH + 0.3
-            assert abs(math.remainder(pose.theta - goal.heading, math.tau)) < FACED + 0.1
+            pose, (x, y) = env.patrol.slam.pose, options.planning.centre(goal.cell)
+            assert math.dist(pose[:2], (x, y)) < GOAL_TOLERANCE + 0.3
+            assert (
+                abs(math.remainder(pose.theta - goal.heading, math.tau)) < HEADING_TOLERANCE + 0.1
+            )
             kinds.add(door)
             if door:
                 away = np.subtract(goal.target, pose[:2])

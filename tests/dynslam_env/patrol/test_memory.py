@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.memory import BOTH, FADES, STANDS, DynamicMap
+from dynslam_env.patrol.memory import FRESHNESS_SCALE, FULL_WEIGHT_TIME, STATIC_WEIGHT, DynamicMap
 from slam import Pose2
 
 from .drawn import UP, fan, wall
@@ -136,7 +136,7 @@ def test_what_was_seen_lately_fades():
     memory, time = opened_and_closed()
     now = memory.freshness(time)
     assert now > 5.0
-    assert memory.freshness(time + FADES) == pytest.approx(now / math.e)
+    assert memory.freshness(time + FRESHNESS_SCALE) == pytest.approx(now / math.e)
 
 
 def test_looking_again_is_worth_something_where_doors_are_alone():
@@ -157,17 +157,17 @@ def test_a_cell_counts_in_full_when_it_was_watched_long_enough_in_both_states():
     still = min(fresh.values())  # all that it sees, and none of it known to change
     more = {t: value - still for t, value in fresh.items()}
     first = max(t for t, value in more.items() if value < 0.5)  # the change itself
-    full = more[round(first + 2 * BOTH, 3)]
+    full = more[round(first + 2 * FULL_WEIGHT_TIME, 3)]
     assert full > 5.0
-    assert more[round(first + BOTH / 3, 3)] == pytest.approx(full / 3, rel=0.2)
-    assert more[round(first + BOTH, 3)] == pytest.approx(full, rel=0.1)
+    assert more[round(first + FULL_WEIGHT_TIME / 3, 3)] == pytest.approx(full / 3, rel=0.2)
+    assert more[round(first + FULL_WEIGHT_TIME, 3)] == pytest.approx(full, rel=0.1)
 
 
 def test_what_never_changed_counts_a_little():
     memory = DynamicMap()
     memory.look(wall(2.03), STRAIGHT)
     echoed = int((memory.map.cells.grid().occupied > 0.5).sum())
-    assert memory.freshness(0.0) == pytest.approx(STANDS * echoed)
+    assert memory.freshness(0.0) == pytest.approx(STATIC_WEIGHT * echoed)
 
 
 def test_it_is_not_known_where_nothing_was_seen():

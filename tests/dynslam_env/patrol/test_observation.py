@@ -3,14 +3,14 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.memory import WATCHED, DynamicMap
+from dynslam_env.patrol.memory import MIN_WATCH_TIME, DynamicMap
 from dynslam_env.patrol.observation import (
-    FADES,
+    AGE_SCALE,
     LAYERS,
-    OFTEN,
-    PIXEL,
-    SECTORS,
-    SIDE,
+    MAP_PIXELS,
+    MAX_FLIP_RATE,
+    PIXEL_SIZE,
+    SCAN_SECTORS,
     certainty,
     draw_map,
     observation_space,
@@ -22,11 +22,11 @@ from slam.geometry import transform_points, turned
 
 from .drawn import fan, wall
 
-NOWHERE = [128, 0, 255, 0]  # what is drawn where nothing was seen
+UNSEEN_PIXEL = [128, 0, 255, 0]  # what is drawn where nothing was seen
 
 
 def drawn(memory, pose, time):
-    image = np.full((len(LAYERS), SIDE, SIDE), 77, np.uint8)
+    image = np.full((len(LAYERS), MAP_PIXELS, MAP_PIXELS), 77, np.uint8)
     draw_map(memory, pose, time, image)
     return image
 
@@ -40,21 +40,26 @@ def sample(memory, point, time):
         return None
     changes = int(tiles.dense(known.counts)[row, col].sum())
     occupied = (ahead if changes else grid).occupied[row, col]
-    watched = max(tiles.dense(known.times)[row, col].sum(), WATCHED)
+    watched = max(tiles.dense(known.times)[row, col].sum(), MIN_WATCH_TIME)
     return occupied, time - tiles.dense(known.last)[row, col], changes / watched
 
 
 def pixel(memory, pose, time, row, col):
     """By the table in `DoorPatrolEnv`: a pixel is four samples."""
-    x, y = ((SIDE - 1) / 2 - row) * PIXEL, ((SIDE - 1) / 2 - col) * PIXEL
-    quarter = PIXEL / 4
+    x, y = ((MAP_PIXELS - 1) / 2 - row) * PIXEL_SIZE, ((MAP_PIXELS - 1) / 2 - col) * PIXEL_SIZE
+    quarter = PIXEL_SIZE / 4
     corners = [(x + a, y + b) for a in (-quarter, quarter) for b in (-quarter, quarter)]
     found = [sample(memory, transform_points(pose, np.array(c)), time) for c in corners]
     found = [one for one in found if one is not None]
     if not found:
-        return NOWHERE
+        return UNSEEN_PIXEL
     occupied, age, flips = (max(values) for values in zip(*found, strict=True))
-    shown = [occupied, len(found) / 4, 1 - math.exp(-age / FADES), min(flips / OFTEN, 1)]
+    shown = [
+        occupied,
+        len(found) / 4,
+        1 - math.exp(-age / AGE_SCALE),
+        min(flips / MAX_FLIP_RATE, 1),
+    ]
     return [int(255 * value) for value in shown]
 
 
@@ -78,7 +83,10 @@ def test_the_map_is_what_a_slow_look_at_each_pixel_finds(walked, seed):
     image = drawn(walked, pose, 33.0)
     seen = image[1] > 0
     assert 0.05 < seen.mean() < 0.95
-    at = rng.permutation(np.argwhere(seen))[:30].tolist() + rng.integers(0, SIDE, (30, 2)).tolist()
+    at = (
+        rng.permutation(np.argwhere(seen))[:30].tolist()
+        + rng.integers(0, MAP_PIXELS, (30, 2)).tolist()
+    )
     for row, col in at:
         expected = pixel(walked, pose, 33.0, row, col)
         np.testing.assert_allclose(image[:, row, col].astype(int), expected, atol=1)
@@ -102,15 +110,15 @@ def test_ahead_is_up_and_left_is_left():
 def test_outside_of_all_that_was_seen_nothing_is_known(walked):
     for pose in (Pose2(300.0, -200.0, 1.0), Pose2(-1e5, 1e5, 0.0)):
         image = drawn(walked, pose, 33.0)
-        assert (image == np.array(NOWHERE)[:, None, None]).all()
+        assert (image == np.array(UNSEEN_PIXEL)[:, None, None]).all()
 
 
 def test_each_sector_has_its_nearest_echo_right_to_left():
-    ranges = np.full(2 * SECTORS, 6.0)
+    ranges = np.full(2 * SCAN_SECTORS, 6.0)
     ranges[0], ranges[3], ranges[-1] = 1.0, 2.0, 4.0
     found = sectors(fan(ranges))
     assert found.dtype == np.float32
-    expected = np.full(SECTORS, 6.0 / 8.0)
+    expected = np.full(SCAN_SECTORS, 6.0 / 8.0)
     expected[[0, 1, -1]] = 1 / 8, 2 / 8, 4 / 8
     assert found == pytest.approx(expected)
 

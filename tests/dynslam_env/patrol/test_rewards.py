@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dynslam_env.patrol.patroller import Patroller
-from dynslam_env.patrol.rewards import SURE, RewardTerms, RewardWeights, pose_bits
+from dynslam_env.patrol.rewards import COVARIANCE_FLOOR, RewardTerms, RewardWeights, pose_bits
 from slam import Estimate, InputError, Pose2
 
 from .drawn import wall
@@ -31,10 +31,13 @@ def test_every_gain_is_paid_by_default():
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
-        ({"speed": 1.0}, "a name in Pay.weights must be one of 'information', 'freshness', 'pose'"),
-        ({"pose": math.nan}, r"Pay.weights\['pose'\] must be a finite number"),
-        ({"pose": "much"}, r"Pay.weights\['pose'\] must be a finite number"),
-        ([1.0], "Pay.weights must be a Mapping"),
+        (
+            {"speed": 1.0},
+            "a name in RewardWeights.weights must be one of 'information', 'freshness'",
+        ),
+        ({"pose": math.nan}, r"RewardWeights.weights\['pose'\] must be a finite number"),
+        ({"pose": "much"}, r"RewardWeights.weights\['pose'\] must be a finite number"),
+        ([1.0], "RewardWeights.weights must be a Mapping"),
     ],
 )
 def test_wrong_weights_are_refused(weights, message):
@@ -55,7 +58,8 @@ def test_a_deviation_twice_as_large_is_a_bit():
 
 
 def test_no_pose_is_surer_than_need_be():
-    assert pose_bits(np.zeros((3, 3))) == pytest.approx(math.log2(math.sqrt(np.linalg.det(SURE))))
+    floor = math.log2(math.sqrt(np.linalg.det(COVARIANCE_FLOOR)))
+    assert pose_bits(np.zeros((3, 3))) == pytest.approx(floor)
     assert pose_bits(np.zeros((3, 3))) - pose_bits(1e-12 * np.eye(3)) == pytest.approx(0, abs=1e-4)
 
 

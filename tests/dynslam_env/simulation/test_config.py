@@ -26,8 +26,9 @@ from dynslam_env import (
 from dynslam_env.patrol.config import PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
-from dynslam_env.patrol.vector import DoorPatrolVectorEnv
+from dynslam_env.patrol.vector import DoorPatrolVectorEnv, PatrolVectorKeywords
 from dynslam_env.simulation.config import PlaceKeywords, WorldConfig, WorldKeywords
+from dynslam_env.vector import VectorConfig, VectorKeywords, WorldVectorKeywords
 from slam import InputError, Pose2
 
 LAWS = (Uniform(), Exponential(), Periodic())
@@ -78,11 +79,12 @@ def test_layouts_are_finite(wrong, message):
         replace(LAYOUT, **wrong)
 
 
+COLLECTED = ("parts", "keywords")
 KINDS = [
     (DoorWorldEnv, WorldKeywords),
-    (DoorWorldVectorEnv, WorldKeywords),
+    (DoorWorldVectorEnv, WorldVectorKeywords),
     (DoorPatrolEnv, PatrolKeywords),
-    (DoorPatrolVectorEnv, PatrolKeywords),
+    (DoorPatrolVectorEnv, PatrolVectorKeywords),
     (DoorPatrolGoalsEnv, PatrolKeywords),
 ]
 
@@ -93,7 +95,7 @@ def test_an_unknown_keyword_is_answered_with_all_allowed_ones(env, keywords):
         env(dors="static")
     told, _, listed = str(refused.value).partition("; allowed are ")
     assert told == f"{env.__name__}() got an unexpected keyword argument 'dors'"
-    named = [name for name in inspect.signature(env).parameters if name != "parts"]
+    named = [name for name in inspect.signature(env).parameters if name not in COLLECTED]
     assert listed.split(", ") == [*named, *keywords.__annotations__]
     assert {"world", "doors", "people", "render_mode"} < set(listed.split(", "))
 
@@ -112,6 +114,8 @@ def test_keywords_and_configurations_name_the_same_parts():
     assert set(WorldKeywords.__annotations__) == {field.name for field in fields(WorldConfig)}
     patrol = set(PatrolKeywords.__annotations__) - set(PlaceKeywords.__annotations__)
     assert patrol == {field.name for field in fields(PatrolConfig)}
+    vector = {field.name for field in fields(VectorConfig)}
+    assert vector == set(VectorKeywords.__annotations__)
 
 
 @pytest.mark.parametrize(("env", "keywords"), KINDS)
@@ -120,7 +124,7 @@ def test_every_keyword_is_documented(env, keywords):
     owners = {DoorWorldEnv: (), DoorPatrolEnv: (DoorWorldEnv,)}
     owners[DoorPatrolGoalsEnv] = (DoorPatrolEnv, DoorWorldEnv)
     text = "".join(inspect.getdoc(cls) or "" for cls in (env, first, *owners[first]))
-    named = {name for name in inspect.signature(env).parameters if name != "parts"}
+    named = {name for name in inspect.signature(env).parameters if name not in COLLECTED}
     for name in named | set(keywords.__annotations__):
         assert f"`{name}`" in text, name
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dynslam_env import Corridor, Coupled, Doors, Fixed, Scripted
-from dynslam_env.simulation.doors import Motors
+from dynslam_env.simulation.doors import DoorMotors
 from slam import InputError
 from tests.dynslam_env import naive
 
@@ -66,7 +66,7 @@ def ends():
 
 def test_motors_begin_at_rest_where_the_doors_are():
     is_open = np.arange(8) % 3 == 0
-    motors = Motors(DOORS, Doors(), is_open)
+    motors = DoorMotors(DOORS, Doors(), is_open)
     closed, opened = ends()
     assert motors.targets == pytest.approx(np.where(is_open, opened, closed))
     assert motors.openings == pytest.approx(np.where(is_open, math.pi / 2, 0.0))
@@ -77,7 +77,7 @@ def test_motors_begin_at_rest_where_the_doors_are():
 
 
 def test_a_flipped_door_is_driven_the_other_way_and_back():
-    motors = Motors(DOORS, Doors(), np.zeros(8, dtype=bool))
+    motors = DoorMotors(DOORS, Doors(), np.zeros(8, dtype=bool))
     closed, opened = ends()
     motors.flip(2)
     assert motors.targets[2] == pytest.approx(opened[2])
@@ -90,7 +90,7 @@ def test_a_flipped_door_is_driven_the_other_way_and_back():
 
 
 def test_openings_are_zero_when_closed_and_positive_when_open():
-    motors = Motors(DOORS, Doors(), np.zeros(8, dtype=bool))
+    motors = DoorMotors(DOORS, Doors(), np.zeros(8, dtype=bool))
     shares = np.random.default_rng(0).uniform(-0.1, 1.1, 8)
     closed, opened = ends()
     motors.drive(leaves(closed + shares * (opened - closed)), DT)
@@ -103,7 +103,7 @@ def test_a_motor_is_never_too_fast_to_stop_at_the_end():
     closed, opened = ends()
     slowest = doors.torque / doors.inertia(DOORS[0])  # rad/s^2 that the torque can brake
     for far in (1.5, 0.3, 0.1, 0.03, 0.01, 1e-4):
-        motors = Motors(DOORS, doors, np.zeros(8, dtype=bool))
+        motors = DoorMotors(DOORS, doors, np.zeros(8, dtype=bool))
         for i in range(8):
             motors.flip(i)
         motors.drive(leaves(opened - far * np.sign(opened - closed)), DT)

@@ -3,7 +3,7 @@ import pytest
 
 from dynslam_env import Doors, DoorWorldEnv, Laser, Layout, Uniform
 from dynslam_env.simulation import occupancy_history
-from dynslam_env.simulation.occupancy_history import CELL, OccupancyHistory
+from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
 from slam import InputError, Pose2, Truth
 from slam.metrics.change import TrueOccupancy
 
@@ -23,7 +23,7 @@ def same(states):
 def seen(places, walls=WALLS):
     record = OccupancyHistory(walls, same)
     for x in places:
-        record.see(edges(x))
+        record.add(edges(x))
     return record
 
 
@@ -36,20 +36,20 @@ def cells(raster):
 
 def test_the_share_is_that_of_the_moments_and_now_is_the_last():
     record = seen([0.0, 0.0, 1.0])
-    raster = record.occupancy(CELL)
+    raster = record.occupancy(DEFAULT_CELL)
     assert set(raster.share[raster.share > 0].round(6)) == {round(1 / 3, 6), round(2 / 3, 6), 1.0}
     walls = OccupancyHistory(WALLS, same)
-    walls.see(edges(1.0))
+    walls.add(edges(1.0))
     assert (raster.share > 0).sum() > (raster.now).sum()
-    assert cells(raster).keys() > cells(walls.occupancy(CELL)).keys()
+    assert cells(raster).keys() > cells(walls.occupancy(DEFAULT_CELL)).keys()
 
 
-@pytest.mark.parametrize("cell", [CELL, 0.1])
+@pytest.mark.parametrize("cell", [DEFAULT_CELL, 0.1])
 def test_asking_in_between_changes_nothing(cell):
     places = np.linspace(0.0, 1.5, 12)
     once, often = seen(places), OccupancyHistory(WALLS, same)
     for x in places:
-        often.see(edges(x))
+        often.add(edges(x))
         often.occupancy(cell)
     for _ in range(2):  # and asking twice neither
         assert cells(often.occupancy(cell)) == pytest.approx(cells(once.occupancy(cell)))
@@ -58,18 +58,18 @@ def test_asking_in_between_changes_nothing(cell):
 
 def test_it_is_the_same_in_small_parts(monkeypatch):
     places = np.linspace(0.0, 1.5, 23)
-    whole = cells(seen(places).occupancy(CELL))
-    monkeypatch.setattr(occupancy_history, "CHUNK", 5)
-    assert cells(seen(places).occupancy(CELL)) == pytest.approx(whole)
+    whole = cells(seen(places).occupancy(DEFAULT_CELL))
+    monkeypatch.setattr(occupancy_history, "STATES_PER_BATCH", 5)
+    assert cells(seen(places).occupancy(DEFAULT_CELL)) == pytest.approx(whole)
 
 
 def test_what_was_given_does_not_change_later():
     record = seen([0.0, 0.0])
-    first = record.occupancy(CELL)
+    first = record.occupancy(DEFAULT_CELL)
     share, now = first.share.copy(), first.now.copy()
     for x in (1.0, 5.0):
-        record.see(edges(x))
-        record.occupancy(CELL)
+        record.add(edges(x))
+        record.occupancy(DEFAULT_CELL)
     assert first.share.tobytes() == share.tobytes()
     assert first.now.tobytes() == now.tobytes()
 
@@ -107,7 +107,7 @@ def test_the_environment_gives_the_share_of_all_steps():
 
 def test_without_anything_that_moves_there_are_the_walls():
     record = OccupancyHistory(WALLS, same)
-    record.see(np.empty((0, 4)))
-    raster = record.occupancy(CELL)
+    record.add(np.empty((0, 4)))
+    raster = record.occupancy(DEFAULT_CELL)
     assert (raster.now == (raster.share == 1.0)).all()
     assert raster.now.any()

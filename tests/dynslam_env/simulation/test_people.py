@@ -195,7 +195,7 @@ def test_who_cannot_get_past_turns_around():
 
 def test_who_would_stand_on_anothers_feet_begins_beside():
     route = np.array([(0.0, 0.0), (4.0, 0.0)])
-    places = Walkers(People(), place([], (), FAR_OFF, [route] * 9), rng()).beginnings()
+    places = Walkers(People(), place([], (), FAR_OFF, [route] * 9), rng()).starts()
     apart = np.linalg.norm(places[:, None] - places[None], axis=2) + 9 * np.eye(9)
     assert apart.min() >= 2 * People().radius
 

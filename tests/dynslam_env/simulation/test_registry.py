@@ -113,7 +113,8 @@ def test_wrong_registrations_are_refused(own_names, register, part, keyword):
 def test_an_unknown_name_is_answered_with_all_known_ones(own_names):
     register_world("room", Room())
     register_law("together", Together())
-    for wrong in ({"world": "rooms"}, {"doors": "togethre"}):
+    wrongs: list[dict[str, Any]] = [{"world": "rooms"}, {"doors": "togethre"}]
+    for wrong in wrongs:
         with pytest.raises(InputError) as refused:
             dynslam_env.DoorWorldEnv(**wrong)
         for name in (

@@ -1,12 +1,12 @@
 """Variants that go wrong, each in its own way; each is what a user might register."""
 
+import ctypes
 import os
 import sys
 import time
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from slam.algorithms.variants import BUILDERS
 from slam.geometry import Pose2
@@ -76,15 +76,9 @@ def sleeps() -> None:
     time.sleep(60)
 
 
-@njit
-def _forever(n):
-    while n > 0:
-        n = max(n, 1)
-    return n
-
-
-def spins() -> None:
-    _forever(1)
+def holds() -> None:
+    """In a call that does not give back the interpreter's lock, as one of numba does not."""
+    ctypes.PyDLL(None).sleep(60)
 
 
 def leaves() -> None:
@@ -109,7 +103,7 @@ BROKEN = {
     "raises": builder(raises),
     "lost": builder(talks, Lost),
     "sleeps": builder(sleeps),
-    "spins": builder(spins),
+    "holds": builder(holds),
     "leaves": builder(leaves),
     "crashes": builder(crashes),
     "talks": builder(talks),

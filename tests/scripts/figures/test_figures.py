@@ -148,7 +148,7 @@ def test_overview_has_a_panel_a_map_all_of_one_shape(panel, moving):
 
 class TestDoorHistogram:
     def test_bars_are_the_counts_of_a_cell_that_a_door_sweeps(self, moving):
-        remembered = mapped("dynamic-ml", moving).grid
+        remembered = mapped("dynamic-ml", moving).map_model
         assert isinstance(remembered, Histogram)
         spec = remembered.cells.tiles.spec
         truth = TrueOccupancy(moving.truth, spec.resolution)

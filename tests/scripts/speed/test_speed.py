@@ -1,11 +1,12 @@
 # pyright: reportMissingImports=false
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.speed import environment as speed_env
-from dynslam_cli.speed import measurements, speed
+from dynslam_cli.speed import measurements
 from dynslam_cli.speed import patrol as speed_patrol
 
 import slam
@@ -24,12 +25,13 @@ def small(monkeypatch):
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
     monkeypatch.setattr(speed_patrol, "WORLDS", 2)
     monkeypatch.setattr(speed_patrol, "STEPS", 2)
-    monkeypatch.setattr(speed, "SIDE", 20.0)
+    monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
 
 
 @pytest.fixture
 def short(monkeypatch, short_episode):
-    monkeypatch.setattr(measurements, "record_corridor", lambda seed, doors: short_episode)
+    episode = replace(short_episode, scans=short_episode.scans[:20])
+    monkeypatch.setattr(measurements, "record_corridor", lambda seed, doors: episode)
 
 
 def printed_rows(capsys, *arguments: str) -> list[dict]:
@@ -84,7 +86,6 @@ def test_it_prints_tables(small, short, monkeypatch, capsys):
     pytest.importorskip("stable_baselines3")
     settings = "agents.training.settings.read_settings"
     monkeypatch.setattr(settings, lambda algorithm, env: TINY)
-    monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
     assert status(["speed", "--what", "all", "--variants", "static-ml", "--rounds", "1"]) == 0
     printed = capsys.readouterr().out
     for part in (

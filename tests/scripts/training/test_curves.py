@@ -28,7 +28,7 @@ def test_what_all_had_learned_is_told_and_drawn(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("rows", "message"),
-    [([], "no evaluations of a training"), ([(50, 1.0)], "never evaluated after equally many")],
+    [([], "no evaluations of a training"), ([(50, 1.0)], "no number of steps at which")],
 )
 def test_what_cannot_be_drawn_is_told(tmp_path, rows, message, capsys):
     folders = [trained(tmp_path / "a", [(0, 1.0)]), trained(tmp_path / "b", rows)]

@@ -1,20 +1,23 @@
 # pyright: reportMissingImports=false
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from dynslam_cli import main
-from dynslam_cli.training.patrol_jobs import BUDGETS, Patrol
-from dynslam_cli.training.patrol_scorer import PatrolJudge, coverage
-from dynslam_cli.training.summary import told
+from dynslam_cli.training.patrol_jobs import Patrol
+from dynslam_cli.training.patrol_scorer import PatrolScorer, coverage
+from dynslam_cli.training.summary import print_summary
+from dynslam_cli.training.worlds import EPISODE_STEPS
 from PIL import Image
 
 import agents
 from agents import registry
-from dynslam_env import Layout
+from dynslam_env import Corridor, Layout
 from dynslam_env.patrol.env import DoorPatrolEnv
+from dynslam_env.simulation.registry import NAMED_WORLDS, register_world
 from slam import GridSpec, OccupancyGrid, Pose2
 
 SMALL = ("random", "scripted-path", "--steps", "20", "--first", "7000", "--jobs", "1")
@@ -90,7 +93,7 @@ def test_the_table_tells_whole_names(capsys, monkeypatch):
     rows = [Patrol("corridor", "hmm-ml", name, 7000, 20).row() for name in names]
     scores = ("door_brier", "f1_over_time", "ate", "slam_brier", "coverage", "path_length",
               "contact", "reward")  # fmt: skip
-    told([row | dict.fromkeys(scores, 0.1) for row in rows], names)
+    print_summary([row | dict.fromkeys(scores, 0.1) for row in rows], names)
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     first = "".join(words[0] for words in lines if words)
     assert all(name in first for name in names)
@@ -115,15 +118,22 @@ def test_the_run_that_is_pictured_is_the_one_that_was_judged():
 def test_an_unknown_agent_is_told_with_the_known_ones(tmp_path, capsys):
     assert evaluate(tmp_path / "out", "random", "wizard") == 2
     told = capsys.readouterr().err
-    assert "unknown agent 'wizard'" in told
-    assert all(name in told for name in agents.names())
+    assert "unknown agent 'wizard'; known: random, scripted-path" in told
+    assert "or a policy's file, or FILE.py:NAME" in told
+    assert evaluate(tmp_path / "out", "random", "lookuot") == 2
+    assert "unknown agent 'lookuot'; did you mean lookout?" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--worlds", "moon"), "unknown world 'moon'; known: all, corridor, loop, office, crowd"),
+        (
+            ("--worlds", "moon"),
+            "unknown world 'moon'; known: corridor, loop, office, crowd; or a",
+        ),
+        (("--worlds", "corridr"), "unknown world 'corridr'; did you mean corridor?"),
+        (("--worlds", ","), "no world named; known: all, corridor"),
         (("--slam", "magic"), "unknown variant 'magic'"),
         (("--episodes", "0"), "episodes must be a whole number of at least 1"),
         (("--first", "-1"), "first must be a whole number"),
@@ -150,7 +160,7 @@ class Lost:
 
 @pytest.mark.parametrize(("agent", "told"), [(Raises, "nothing to divide by"), (Lost, "finite")])
 def test_an_agent_that_fails_is_a_row(monkeypatch, agent, told):
-    monkeypatch.setitem(registry._AGENTS, "broken", lambda env, seed: agent())
+    monkeypatch.setitem(registry._BUILDERS, "broken", lambda env, seed: agent())
     row = Patrol("corridor", "odometry", "broken", 7000, 5)().row
     assert row["failed"]
     assert told in row["error"]
@@ -196,7 +206,7 @@ def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
     )
     patrols = asked._patrols([*names, "random"])
     filmed = [patrol for patrol in patrols if patrol.film]
-    assert len(filmed) == 3 * len(BUDGETS)
+    assert len(filmed) == 3 * len(EPISODE_STEPS)
     assert {(patrol.seed, patrol.slam) for patrol in filmed} == {(7000, "odometry")}
     assert len({patrol.film for patrol in filmed}) == len(filmed)
     assert len({patrol.name for patrol in patrols}) == len(patrols)
@@ -232,7 +242,7 @@ def test_coverage_counts_what_a_small_map_holds():
 def test_a_judge_adds_up():
     env = DoorPatrolEnv(slam="odometry")
     env.reset(seed=0)
-    judge = PatrolJudge(env)
+    judge = PatrolScorer(env)
     for k, (brier, error) in enumerate([(0.1, 3.0), (0.3, 4.0)]):
         info = {"collision": 0.5 * k, "door_brier": brier, "slam": {"position_error": error}}
         judge.step(2.0, info)
@@ -249,7 +259,67 @@ def test_a_judge_adds_up():
 def test_a_place_without_doors_has_no_score_of_doors():
     env = DoorPatrolEnv(slam="odometry", world=boxed(4.0))
     _, info = env.reset(seed=0)
-    judge = PatrolJudge(env)
+    judge = PatrolScorer(env)
     judge.step(0.0, {**info, "collision": 0.0})
     assert judge.scores()["door_brier"] is None
     json.dumps(judge.scores(), allow_nan=False)
+
+
+OWN_WORLD = """
+from dynslam_env import Corridor
+
+class Narrow:
+    def layout(self, rng):
+        return Corridor(length=8.0, doors_per_side=2).layout(rng)
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """An agent and a world registered in this process alone, and worlds in files."""
+    corridor = Corridor(length=6.0, doors_per_side=2)
+
+    class Short:
+        def layout(self, rng):
+            return corridor.layout(rng)
+
+    class Still:
+        def __init__(self, env, seed):
+            pass
+
+        def predict(self, observation, state=None, episode_start=None, deterministic=True):
+            return np.zeros(2, np.float32), state
+
+    monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
+    monkeypatch.setattr(NAMED_WORLDS, "_parts", dict(NAMED_WORLDS._parts))
+    agents.register("still", Still)
+    register_world("short", Short())
+    (tmp_path / "own.py").write_text(OWN_WORLD)
+    corridor.layout(np.random.default_rng(0)).save(tmp_path / "own.json")
+    return ["short", f"{tmp_path}/own.json", f"{tmp_path}/own.py:Narrow"]
+
+
+def test_agents_and_worlds_of_ones_own_reach_the_worker_processes(own, tmp_path):
+    arguments = ("--worlds", ",".join(own), "--slam", "odometry", "--steps", "3", "--episodes", "1")
+    out = tmp_path / "out"
+    assert evaluate(out, "still", *arguments, "--jobs", "1") == 0
+    rows = rows_of(out)
+    assert [row["error"] for row in rows] == [None] * 3
+    assert {row["world"] for row in rows} == set(own)
+    assert {row["variant"] for row in rows} == {"still"}
+    assert len({row["episode"] for row in rows}) == 3
+    assert len(list((out / "films").iterdir())) == 3
+
+
+def test_another_text_of_a_world_file_is_another_episode(own):
+    patrol = Patrol(own[1], "odometry", "random", 7000, 3)
+    before = patrol.episode
+    Corridor(length=7.0, doors_per_side=2).layout(np.random.default_rng(0)).save(own[1])
+    assert patrol.episode != before
+
+
+def test_what_cannot_be_sent_to_a_worker_is_told(own, monkeypatch, tmp_path, capsys):
+    lock = threading.Lock()
+    monkeypatch.setitem(registry._BUILDERS, "locked", lambda env, seed: lock)
+    assert evaluate(tmp_path / "out", "locked") == 2
+    assert "cannot be sent to another process" in capsys.readouterr().err

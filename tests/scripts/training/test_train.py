@@ -52,7 +52,7 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
         assert (out / name).stat().st_size > 100
     assert list(out.glob("tensorboard*/events*"))
     assert tiny() == 2
-    assert "--resume goes on, --out takes another" in capsys.readouterr().err
+    assert "continue it by --resume, or choose another --out" in capsys.readouterr().err
     assert tiny("--resume", "--seed", "3") == 2
     assert "seed is 0 there, not 3" in capsys.readouterr().err
     assert tiny("--resume", "--steps", "64") == 0
@@ -67,7 +67,9 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
         (("--algo", "dqn"), "algo must be one of 'ppo', 'recurrent-ppo', got 'dqn'"),
         (("--env", "DoorPatrols-v0"), "DoorPatrols"),
         (("--env", "DoorCorridor-v0"), "DoorCorridor-v0 is no patrol"),
-        (("--world", "moon"), "moon"),
+        (("--world", "moon"), "unknown world 'moon'; known: corridor, loop, office, crowd"),
+        (("--world", "loup"), "unknown world 'loup'; did you mean loop?"),
+        (("--world", "no.json"), "no.json"),
         (("--slam", "magic"), "unknown SLAM variant 'magic'"),
         (("--workers", "0"), "workers must be a whole number of at least 1"),
         (("--workers", "3"), "num_envs must be a multiple of workers, got 2 and 3"),
@@ -89,8 +91,8 @@ def test_mistakes_are_told_in_one_line_and_nothing_is_written(
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("normalize: true", "no ppo can be made of its settings"),
-        ("policy_kwargs: dict(many=1)", "no ppo can be made of its settings"),
+        ("normalize: true", "ppo does not take these hyperparameters"),
+        ("policy_kwargs: dict(many=1)", "ppo does not take these hyperparameters"),
         ("n_steps: 1.5", "n_steps must be a whole number"),
         ("n_timesteps: many", "n_timesteps must be a finite number of at least 1"),
     ],
@@ -120,8 +122,24 @@ def test_ctrl_c_is_told_and_keeps_what_is_there(tiny, tmp_path, monkeypatch, cap
 
     monkeypatch.setattr(NativeVecEnv, "step_wait", interrupted)
     assert tiny() == 130
-    assert "with --resume goes on" in capsys.readouterr().err
+    assert "with --resume continues" in capsys.readouterr().err
     assert (tmp_path / "out" / "checkpoint.zip").exists()
     assert [row["steps"] for row in lines(tmp_path / "out")] == [0]
     assert tiny("--resume") == 0
+    assert [row["steps"] for row in lines(tmp_path / "out")] == [0, 32]
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_world_of_ones_own_is_trained_in(tiny, tmp_path, workers):
+    path = tmp_path / "own_world.py"
+    path.write_text(
+        "from dynslam_env import Corridor\n"
+        "class Short:\n"
+        "    def layout(self, rng):\n"
+        "        return Corridor(length=6.0, doors_per_side=2).layout(rng)\n"
+    )
+    world = f"{path}:Short"
+    assert tiny("--world", world, "--workers", workers, "--steps", "32") == 0
+    config = json.loads((tmp_path / "out" / "config.json").read_text())
+    assert config["parameters"]["world"] == world
     assert [row["steps"] for row in lines(tmp_path / "out")] == [0, 32]

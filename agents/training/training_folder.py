@@ -1,4 +1,4 @@
-"""The folder of a training: what is trained there, and what there is to go on from."""
+"""The folder of a training: its configuration, and the checkpoint to resume from."""
 
 from __future__ import annotations
 
@@ -7,23 +7,27 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from agents.training.legs import CHECKPOINT, PROGRESS, read_progress
+from agents.training.segments import CHECKPOINT, PROGRESS, read_progress
 from slam.errors import InputError
 from slam.io.files import replacing
 
 CONFIG = "config.json"
 
 
-def checkpoint_of(plain: Mapping[str, Any], folder: Path, resume: bool) -> Path | None:
-    """The checkpoint to go on from, if there is one; nothing is written.
+def find_checkpoint(plain: Mapping[str, Any], folder: Path, resume: bool) -> Path | None:
+    """The checkpoint to resume from; None without one. Nothing is written.
 
-    plain   what is trained, as JSON gives it back
-    resume  whether there may be a training already: the same, but for its `steps`
+    plain   the training's configuration, as JSON reads it back
+    resume  whether the folder may hold a training, which may differ in `steps` only
+
+    Raises InputError for a folder that holds another training.
     """
     config, checkpoint = folder / CONFIG, folder / CHECKPOINT
     if config.exists():
         if not resume:
-            raise InputError(f"{folder} holds a training: --resume goes on, --out takes another")
+            raise InputError(
+                f"{folder} holds a training: continue it by --resume, or choose another --out"
+            )
         known = _read(config)
         others = [key for key in plain if key != "steps" and known.get(key) != plain[key]]
         if others:
@@ -34,9 +38,8 @@ def checkpoint_of(plain: Mapping[str, Any], folder: Path, resume: bool) -> Path 
     return checkpoint if checkpoint.exists() else None
 
 
-def make_ready(plain: Mapping[str, Any], folder: Path) -> None:
-    """Take down what is trained; a line of progress that was cut off when the training was broken
-    off is left out."""
+def write_config(plain: Mapping[str, Any], folder: Path) -> None:
+    """Write the configuration; remove a last line of progress that an interruption cut off."""
     folder.mkdir(parents=True, exist_ok=True)
     with replacing(folder / CONFIG) as file:
         file.write(json.dumps(plain, indent=2).encode())
@@ -49,4 +52,4 @@ def _read(config: Path) -> dict[str, Any]:
     try:
         return dict(json.loads(config.read_text(encoding="utf-8")))
     except (TypeError, ValueError) as error:
-        raise InputError(f"{config}: not what a training writes ({error})") from None
+        raise InputError(f"{config}: not a configuration of a training ({error})") from None

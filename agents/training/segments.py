@@ -1,4 +1,4 @@
-"""Legs: a training that is the same whether or not it was interrupted between two of them."""
+"""Segments of a training: after each an evaluation and a checkpoint from which it can resume."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.training.policy_file import save_model
 
-EVALUATED = 900_000  # seeds from here on are those of the evaluations on the way
+EVALUATION_SEED = 900_000  # the first seed of the evaluations during training
 CHECKPOINT = "checkpoint.zip"
 BEST = "best.zip"
 PROGRESS = "progress.jsonl"
 
 
-class Legs(BaseCallback):
-    """Begins every `steps` steps anew: evaluates, saves, and then draws all randomness, that of the
-    worlds too, from the seed and the number of the leg alone. Whoever goes on from a checkpoint
-    therefore learns what would have been learned without the break.
+class Segments(BaseCallback):
+    """Divides a training into segments of `steps` steps. Between two it evaluates and saves the
+    policy, then seeds all random generators, the environments' too, by the training's seed and the
+    segment's number alone. A resumed training therefore equals an uninterrupted one.
 
-    folder  where the checkpoint, the best policy and a line for each evaluation go
-    seed    of the training
-    steps   of a leg; a multiple of what a rollout takes
-    told    what is trained, to be kept in the policies' files
-    tell    is told each line
+    folder    of the checkpoint, the best policy and the evaluations
+    seed      of the training
+    steps     of a segment; a multiple of the steps of a rollout
+    training  its configuration, to be kept in the policies' files
+    report    is called with each evaluation
     """
 
     def __init__(
@@ -38,18 +38,18 @@ class Legs(BaseCallback):
         folder: Path,
         seed: int,
         steps: int,
-        told: Mapping[str, Any],
-        tell: Callable[[dict[str, Any]], None],
+        training: Mapping[str, Any],
+        report: Callable[[dict[str, Any]], None],
     ):
         super().__init__()
         self._folder, self._seed, self._steps = folder, seed, steps
-        self._told, self._tell = told, tell
+        self._training, self._report = training, report
         before = read_progress(folder)
         self._began = time.perf_counter() - (before[-1]["seconds"] if before else 0.0)
 
     @property
     def algorithm(self) -> OnPolicyAlgorithm:
-        """What learns."""
+        """The model in training."""
         assert isinstance(self.model, OnPolicyAlgorithm)
         return self.model
 
@@ -58,16 +58,16 @@ class Legs(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         if self.model.num_timesteps % self._steps == 0:
-            self._report()
+            self._evaluate()
             self._begin(self.model.num_timesteps // self._steps)
 
     def _on_training_end(self) -> None:
-        self._report()
+        self._evaluate()
 
-    def _begin(self, leg: int) -> None:
-        """All randomness anew."""
+    def _begin(self, segment: int) -> None:
+        """Seed all random generators, and reset the environments."""
         model = self.algorithm
-        draws = np.random.SeedSequence((self._seed, leg)).generate_state(3) >> 1
+        draws = np.random.SeedSequence((self._seed, segment)).generate_state(3) >> 1
         torch.manual_seed(int(draws[0]))
         np.random.seed(int(draws[1]))  # noqa: NPY002 - stable-baselines3 draws from it
         env = model.get_env()
@@ -76,27 +76,27 @@ class Legs(BaseCallback):
         model._last_obs = env.reset()  # type: ignore[assignment]
         model._last_episode_starts = np.ones(env.num_envs, dtype=bool)
 
-    def _report(self) -> None:
-        """Evaluate, once for each state; keep the policy."""
+    def _evaluate(self) -> None:
+        """Evaluate and save the policy, once for each number of steps."""
         done = read_progress(self._folder)
         model = self.algorithm
         if done and done[-1]["steps"] >= model.num_timesteps:
             return
-        line = {"steps": model.num_timesteps, **evaluated(model)}
+        line = {"steps": model.num_timesteps, **evaluation(model)}
         line["seconds"] = time.perf_counter() - self._began
         for name, value in line.items():
             self.logger.record(f"evaluation/{name}", value)
         best = max((row["reward"] for row in done), default=-np.inf)
         if line["reward"] > best:
-            save_model(model, self._told, self._folder / BEST)
-        save_model(model, self._told, self._folder / CHECKPOINT)
+            save_model(model, self._training, self._folder / BEST)
+        save_model(model, self._training, self._folder / CHECKPOINT)
         with (self._folder / PROGRESS).open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
-        self._tell(line)
+        self._report(line)
 
 
 def read_progress(folder: Path) -> list[dict[str, Any]]:
-    """The lines of evaluation so far; one that was cut off is left out."""
+    """The evaluations so far; a line that was cut off is left out."""
     path, rows = folder / PROGRESS, []
     for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
         try:
@@ -106,12 +106,12 @@ def read_progress(folder: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def evaluated(model: OnPolicyAlgorithm) -> dict[str, float]:
-    """One deterministic episode in each world, of seeds that nothing is learned on: the mean of the
-    sum of rewards, of each of its terms, and of the doors' Brier score over the time."""
+def evaluation(model: OnPolicyAlgorithm) -> dict[str, float]:
+    """Mean sum of rewards, of each reward term, and mean Brier score of the doors, over one
+    deterministic episode in each environment; the seeds are held out from training."""
     env = model.get_env()
     assert env is not None
-    env.seed(EVALUATED)
+    env.seed(EVALUATION_SEED)
     observation, state, start = env.reset(), None, np.ones(env.num_envs, dtype=bool)
     sums: dict[str, float] = {}
     running = np.ones(env.num_envs, dtype=bool)

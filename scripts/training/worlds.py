@@ -1,0 +1,45 @@
+"""The worlds that `dynslam evaluate` and `dynslam train` take: by name, or by file."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from dynslam_env.simulation.find_world import find_world
+from dynslam_env.simulation.registry import NAMED_WORLDS
+from slam.errors import InputError
+
+from ..console.selection import ALL
+
+EPISODE_STEPS = {"corridor": 250, "loop": 500, "office": 750, "crowd": 250}
+"""Steps of 0.4 s of a patrol in each of dynslam's own worlds."""
+DEFAULT_STEPS = 250  # in any other world
+
+
+def steps_of(world: str) -> int:
+    """Steps of 0.4 s of a patrol in a world."""
+    return EPISODE_STEPS.get(world, DEFAULT_STEPS)
+
+
+def parse_worlds(text: str) -> list[str]:
+    """Names and files with commas between, each once; `all` registered names if that is all.
+
+    Raises InputError for an unknown name, with the nearest known ones, for a wrong file, and for
+    none.
+    """
+    if text.strip() == ALL:
+        return list(NAMED_WORLDS.names())
+    listed = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not listed:
+        raise InputError(f"no world named; known: {', '.join([ALL, *NAMED_WORLDS.names()])}")
+    for name in listed:
+        find_world(name)
+    return listed
+
+
+def content_of(world: str) -> dict[str, str]:
+    """A digest of the file that defines a world; empty for a registered name."""
+    path = Path(world.rpartition(":")[0] if ".py:" in world else world)
+    if world in NAMED_WORLDS.names() or not path.is_file():
+        return {}
+    return {"content": hashlib.sha256(path.read_bytes()).hexdigest()}
