@@ -6,12 +6,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import matplotlib
 import pytest
 import tyro
 from dynslam_cli import main
 
 import agents.registry
+import dynslam_env
 import slam
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from slam import registry
@@ -59,8 +61,10 @@ def status(words: list[str]) -> int | str | None:
 
 @pytest.mark.parametrize("page", WITH_PYTHON + DOCSTRINGS, ids=name)
 def test_the_code_runs(page: Path, elsewhere, capsys):
-    """All blocks of a page, one after the other, in one namespace."""
-    namespace: dict[str, Any] = {}
+    """All blocks of a page, one after the other, in one namespace; examples in docstrings assume
+    `import dynslam_env` and `import gymnasium as gym`."""
+    assumed = {"dynslam_env": dynslam_env, "gym": gym} if page in DOCSTRINGS else {}
+    namespace: dict[str, Any] = dict(assumed)
     for block in blocks(page):
         if block.language == "python":
             exec(compile(block.text, name(page), "exec"), namespace)
