@@ -16,19 +16,19 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 
-LOOKAHEAD = 0.5  # m, distance of the point on the path that is steered to
-REACH = 0.1  # m, so near a waypoint counts as there
+LOOKAHEAD_DISTANCE = 0.5  # m, along the path, to the point that is steered to
+WAYPOINT_TOLERANCE = 0.1  # m
 
 
 class ScriptedPath:
-    """Pure pursuit (Coulter 1992) along a polyline, leg by leg; stands still at its end.
+    """Pure pursuit (Coulter 1992) along a polyline, segment by segment; stands still at its end.
 
-    It looks at no observation: two worlds in which nothing touches the robot see the same drive.
+    It uses no observation: the drive is the same in all worlds where nothing touches the robot.
 
     waypoints  (p, 2) m, world
-    pose       gives the true pose
+    pose       returns the true pose
     robot      its limits; actions are normalised by them (default: Pioneer 3-DX)
-    speed      m/s, on the way
+    speed      m/s
     """
 
     def __init__(
@@ -56,44 +56,44 @@ class ScriptedPath:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[np.float32], Any]:
-        """The next action (2,), in -1 .. 1; `state` is handed through."""
+        """The next action (2,), in -1 .. 1; `state` is returned unchanged."""
         v, omega = self._command(self._pose())
         action = v / self._robot.max_speed, omega / self._robot.max_turn
         return np.array(action, dtype=np.float32), state
 
     def _command(self, pose: Pose2) -> tuple[float, float]:
-        while not self.finished and self._there(pose):
+        while not self.finished and self._at_waypoint(pose):
             self._next += 1
         if self.finished:
             return 0.0, 0.0
-        v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._away(pose)))
-        return arc_to(pose, self._carrot(pose), v, LOOKAHEAD)
+        v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._distance(pose)))
+        return arc_to(pose, self._lookahead_point(pose), v, LOOKAHEAD_DISTANCE)
 
-    def _there(self, pose: Pose2) -> bool:
-        """Within REACH of the next waypoint, or just past the end of the leg that leads to it."""
-        away = self._away(pose)
-        if away >= LOOKAHEAD or away < REACH:
-            return away < REACH
-        start, leg, length = self._leg()
-        return length > 0.0 and float((pose[:2] - start) @ leg) > length**2
+    def _at_waypoint(self, pose: Pose2) -> bool:
+        """Within WAYPOINT_TOLERANCE of the next waypoint, or near it and past the segment's end."""
+        distance = self._distance(pose)
+        if distance >= LOOKAHEAD_DISTANCE or distance < WAYPOINT_TOLERANCE:
+            return distance < WAYPOINT_TOLERANCE
+        start, segment, length = self._segment()
+        return length > 0.0 and float((pose[:2] - start) @ segment) > length**2
 
-    def _leg(self) -> tuple[Array, Array, float]:
-        """Where the present leg begins, the way to its end, and its length, m."""
+    def _segment(self) -> tuple[Array, Array, float]:
+        """Start of the present segment, vector to its end, and length, m."""
         start = self._waypoints[max(self._next - 1, 0)]
-        leg = self._waypoints[self._next] - start
-        return start, leg, float(np.hypot(*leg))
+        segment = self._waypoints[self._next] - start
+        return start, segment, float(np.hypot(*segment))
 
-    def _away(self, pose: Pose2) -> float:
+    def _distance(self, pose: Pose2) -> float:
         x, y = self._waypoints[self._next]
         return math.hypot(x - pose.x, y - pose.y)
 
-    def _carrot(self, pose: Pose2) -> tuple[float, float]:
-        """The point of the present leg LOOKAHEAD m beyond the foot of the perpendicular."""
-        start, leg, length = self._leg()
+    def _lookahead_point(self, pose: Pose2) -> tuple[float, float]:
+        """The point of the segment LOOKAHEAD_DISTANCE beyond the foot of the perpendicular."""
+        start, segment, length = self._segment()
         if length == 0.0:
             return start[0], start[1]
-        along = float((np.array([pose.x, pose.y]) - start) @ leg) / length
-        x, y = start + leg * ((along + LOOKAHEAD) / length)
+        along = float((np.array([pose.x, pose.y]) - start) @ segment) / length
+        x, y = start + segment * ((along + LOOKAHEAD_DISTANCE) / length)
         return x, y
 
 
@@ -102,13 +102,15 @@ def record_path(
 ) -> Episode:
     """One drive along the path of the world `env_id`, such as DoorLoop-v0, recorded.
 
-    `doors` are the world's own where none are given; `parameters` are the environment's,
-    `max_episode_steps` among them. With the same seed, `doors="static"` and `doors="moving"` give a
-    pair: the same place, drive, and noise; the doors alone differ.
+    doors       default: the world's own
+    parameters  of the environment, `max_episode_steps` among them
+
+    With the same seed, `doors="static"` and `doors="moving"` give a pair that differs only in the
+    doors: place, drive and noise are the same.
     """
     given = parameters if doors is None else {"doors": doors, **parameters}
     env = gym.make(f"dynslam_env:{env_id}", **given)
-    env.reset(seed=seed)  # to learn the path; `record` begins this very episode again
+    env.reset(seed=seed)  # to read the path; `record` begins the same episode again
     place = env.unwrapped
     assert isinstance(place, DoorWorldEnv)
     driver = ScriptedPath(place.layout.path, lambda: place.pose, place.robot, speed)

@@ -29,7 +29,7 @@ SHARED = "the worlds share one object, the vector environment `env`"
 class NativeVecEnv(VecEnv):
     """A Gymnasium vector environment with SameStep autoreset as a stable-baselines3 VecEnv.
 
-    Step by step what stable-baselines3's DummyVecEnv of as many single environments gives.
+    Its results equal those of stable-baselines3's DummyVecEnv of as many single environments.
 
     ```python
     from stable_baselines3 import PPO
@@ -60,7 +60,7 @@ class NativeVecEnv(VecEnv):
     def make(id: str, num_envs: int, **parameters: Any) -> NativeVecEnv:
         """`num_envs` environments named `id`, with the parameters of the environment.
 
-        Where there is no native vector environment, they are stepped one after the other.
+        Without a native vector environment, they are stepped one after the other.
         """
         if gym.spec(id).vector_entry_point is not None:
             parameters["autoreset_mode"] = "SameStep"
@@ -69,11 +69,11 @@ class NativeVecEnv(VecEnv):
         return NativeVecEnv(gym.make_vec(id, num_envs, "sync", vector_kwargs=mode, **parameters))
 
     def reset(self) -> VecEnvObs:
-        """Begin new episodes; with the seeds that `seed()` set, if it did."""
+        """Begin new episodes, with the seeds set by `seed()`, if any."""
         if any(self._options):
-            raise InputError("options are those of one world; reset them through `env`")
+            raise InputError("options belong to a single world: reset through `env`")
         observations, infos = self.env.reset(seed=self._seeds)
-        self.reset_infos = [_alone(infos, i) for i in range(self.num_envs)]
+        self.reset_infos = [_single_info(infos, i) for i in range(self.num_envs)]
         self._reset_seeds()
         return observations
 
@@ -86,7 +86,7 @@ class NativeVecEnv(VecEnv):
         observations, rewards, terminated, truncated, batch = self.env.step(self._actions)
         over, infos = terminated | truncated, []
         for i in range(self.num_envs):
-            info = _alone(batch, i)
+            info = _single_info(batch, i)
             if over[i]:
                 self.reset_infos[i] = {k: v for k, v in info.items() if not k.startswith("final_")}
                 info = info["final_info"] | {"terminal_observation": info["final_obs"]}
@@ -123,12 +123,12 @@ class NativeVecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
-def _alone(infos: dict[str, Any], i: int) -> dict[str, Any]:
+def _single_info(infos: dict[str, Any], i: int) -> dict[str, Any]:
     """The info of world `i`, as its single environment would give it."""
     mine = {}
     for key, rows in infos.items():
         if key.startswith("_") or not infos[f"_{key}"][i]:
             continue
-        value = _alone(rows, i) if isinstance(rows, dict) else rows[i]
+        value = _single_info(rows, i) if isinstance(rows, dict) else rows[i]
         mine[key] = value.item() if isinstance(value, np.generic) else value
     return mine

@@ -22,8 +22,8 @@ from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import WorldBatch, actions_of
 from dynslam_env.worlds.layout import Layout
 from slam.geometry import Array, Pose2
-from slam.metrics.bound import Bound
 from slam.metrics.change import TrueOccupancy
+from slam.metrics.cramer_rao import Bound
 from slam.scan import Scan
 from slam.validation import one_of
 
@@ -268,7 +268,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         return self._viewer.draw(self.scene(), belief, self.view)
 
     def scene(self) -> Scene:
-        """What is to be drawn; the trail is kept with a `render_mode` only."""
+        """The content of a picture; it has a trail only with a `render_mode`."""
         return scene(self._begun, 0, tuple(self._trail))
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ from slam.scan import Scan
 
 
 class Estimate(NamedTuple):
-    """What a SLAM believes after an update.
+    """The estimate of a SLAM after an update.
 
     pose        the robot in the world
     covariance  (3, 3) of x, y in m and theta in rad, in the world
@@ -49,7 +49,7 @@ class Slam(Protocol):
 
 @runtime_checkable
 class Revising(Slam, Protocol):
-    """A SLAM that may come to believe another past, as when a loop closes."""
+    """A SLAM that may revise earlier poses, as when a loop closes."""
 
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, as believed now: the smoothed trajectory, beside
@@ -57,12 +57,12 @@ class Revising(Slam, Protocol):
         ...
 
     def finish(self) -> None:
-        """No more scans come: do what was put off."""
+        """Complete pending work after the last scan."""
         ...
 
 
 class MapModel(Protocol):
-    """One way to remember what the cells have been."""
+    """A map model: the memory of what the cells have been."""
 
     cells: Cells
 
@@ -88,21 +88,21 @@ class Slope(NamedTuple):
 
 
 class SensorModel(Protocol):
-    """One reading of log p(scan | pose, h).
+    """A sensor model: log p(scan | pose, h).
 
-    levels  how many resolutions it can be read at; 0 is the finest, the reading itself
+    levels  how many resolutions it can be evaluated at; 0 is the finest, the model itself
     """
 
     levels: int
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
-        """Take notice that `changed` cells (ids) of the map have a new h."""
+        """Update cached fields for the `changed` cells (ids) of the map."""
         ...
 
     def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
         """(n,) log p(scan | pose, h) of each of the poses (n, 3).
 
-        Where it is below `floor`, -inf will do: who asks has no use for it.
+        May return -inf below `floor`.
         """
         ...
 
@@ -139,19 +139,19 @@ class Posterior:
 
 
 class MotionModel(Protocol):
-    """What the odometry says, and how far it may be off."""
+    """The motion model p(s | u, s'): a displacement by the odometry, and its error."""
 
     def corrected(self, displacement: Pose2) -> Pose2:
-        """What was probably moved where the odometry says `displacement`."""
+        """The expected displacement where the odometry measured `displacement`."""
         ...
 
     def deviations(self, displacement: Pose2) -> Array:
-        """(3,) standard deviations of what is wrong then, in the frame that it leads to."""
+        """(3,) standard deviations of its error, in the frame of the pose that it leads to."""
         ...
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
-        """Take notice that the robot moved `found`, as far as (3, 3) `covariance` tells, where the
-        odometry said `displacement`."""
+        """Learn from a match: the robot moved `found`, with (3, 3) `covariance`, where the odometry
+        measured `displacement`."""
         ...
 
 

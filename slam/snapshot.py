@@ -1,4 +1,4 @@
-"""Stages: what a SLAM believed on the way, kept so small that hundreds of a long run fit."""
+"""Compressed snapshots of a SLAM's map and trajectory, small enough to keep hundreds of a run."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid
 
-FAST = 1  # the level of compression: a map of 100 x 60 m is packed in some 10 ms
+COMPRESSION_LEVEL = 1  # the fastest: a map of 100 x 60 m takes some 10 ms
 UNSEEN = -1
 
 
 @dataclass(frozen=True)
 class MapSnapshot:
-    """A SLAM's belief after one of its scans.
+    """The map and the trajectory after one of the scans.
 
     poses   (scan + 1, 3) at each scan up to this one, as believed then
     spec    the map's cells
@@ -29,9 +29,9 @@ class MapSnapshot:
 
     @staticmethod
     def of(poses: Array, grid: OccupancyGrid) -> MapSnapshot:
-        """Pack a map that was believed together with poses (n, 3), n >= 1."""
+        """Compress a map, with the poses (n, 3), n >= 1, estimated at the same time."""
         percent = np.where(grid.observed, np.rint(100.0 * grid.occupied), UNSEEN).astype(np.int8)
-        return MapSnapshot(poses, grid.spec, zlib.compress(percent.tobytes(), FAST))
+        return MapSnapshot(poses, grid.spec, zlib.compress(percent.tobytes(), COMPRESSION_LEVEL))
 
     @property
     def scan(self) -> int:

@@ -37,7 +37,7 @@ class DoorOrder(Protocol):
         ...
 
     def ended(self, goal: Goal, time: float) -> None:
-        """The robot reached the goal, or was stuck on the way."""
+        """The robot reached the goal, or was stuck before."""
         ...
 
 

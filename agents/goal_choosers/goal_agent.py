@@ -22,7 +22,7 @@ class GoalChooser(Protocol):
         ...
 
     def ended(self, goal: Goal, reached: bool, time: float) -> None:
-        """The robot reached the goal and its heading, or was stuck on the way, at `time` s."""
+        """The robot reached the goal and its heading, or was stuck before, at `time` s."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Information gain: the viewpoint whose scan brings the most bits per second of the way there."""
+"""Information gain: the viewpoint whose scan brings the most bits per second of driving."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class NoPoseTerm:
 
 
 class InformationChooser:
-    """Chooses, of sampled viewpoints, the one with the most expected bits per second of the way.
+    """Chooses, of sampled viewpoints, the one with the most expected bits per second of driving.
 
     A next-best view (Gonzalez-Banos and Latombe 2002) with the expected information of a scan as
     its gain. The entropy of changing cells grows while they are not seen, so that it returns to the

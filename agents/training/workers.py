@@ -71,9 +71,9 @@ class Workers(VecEnv):
         super().__init__(num_envs, space, first.action_space)
 
     def reset(self) -> VecEnvObs:
-        """Begin new episodes; with the seeds that `seed()` set, if it did."""
+        """Begin new episodes, with the seeds set by `seed()`, if any."""
         if any(self._options):
-            raise InputError(f"options are those of one world: {SHARED}")
+            raise InputError(f"options belong to a single world: {SHARED}")
         self._send("reset", self._divided(self._seeds))
         self.reset_infos = [info for infos in self._receive() for info in infos]
         self._reset_seeds()

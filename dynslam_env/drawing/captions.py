@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 TITLE_HEIGHT = 30  # pixels, of the strip above a panel
 FONT_SIZE = 20  # of pygame's default font
-MARGIN = 10  # pixels
+TEXT_MARGIN = 10  # pixels
 MAX_SCALE_BAR = 110  # pixels, longest scale bar
 
 
@@ -41,8 +41,8 @@ def shortened(words: str, room: int) -> str:
 def title(strip: pygame.Surface, words: str, taken: int) -> None:
     """Write a title on an empty strip, except on its last `taken` pixels."""
     strip.fill(PAPER)
-    room = strip.get_width() - taken - 2 * MARGIN
-    text(strip, shortened(words, room), MARGIN, TITLE_HEIGHT // 2)
+    room = strip.get_width() - taken - 2 * TEXT_MARGIN
+    text(strip, shortened(words, room), TEXT_MARGIN, TITLE_HEIGHT // 2)
 
 
 def scale_bar(strip: pygame.Surface, pixels_per_metre: float) -> None:
@@ -50,7 +50,7 @@ def scale_bar(strip: pygame.Surface, pixels_per_metre: float) -> None:
     import pygame
 
     metres = bar_length(pixels_per_metre)
-    right, y = strip.get_width() - MARGIN - 2, TITLE_HEIGHT // 2
+    right, y = strip.get_width() - TEXT_MARGIN - 2, TITLE_HEIGHT // 2
     left = right - round(metres * pixels_per_metre)
     pygame.draw.line(strip, INK, (left, y), (right, y), 2)
     for x in (left, right):

@@ -93,7 +93,7 @@ def _belief(scene: Scene, belief: Belief, projection: Projection, canvas: Canvas
     canvas.robot(belief.pose, scene.radius, colours.VERMILION)
     canvas.robot(scene.pose, scene.radius, colours.BLUE, filled=False)
     panel, strip = _panel(canvas)
-    captions.title(strip, belief.title, captions.LEGEND_WIDTH + captions.MARGIN)
+    captions.title(strip, belief.title, captions.LEGEND_WIDTH + captions.TEXT_MARGIN)
     captions.legend(strip)
     return panel
 

@@ -15,9 +15,9 @@ DEFAULT_SCALE = 60.0  # pixels per metre, unless the world is too large for it
 SCALE_LIMITS = (0.1, 2000.0)  # pixels per metre
 MAX_PANEL = (1100, 700)  # pixels, of a panel of automatic size
 MIN_PANEL = (460, 160)  # pixels, of a panel of automatic size: its texts fit
-MIN_SIDE = 32  # pixels, of a panel of given size
+MIN_PANEL_SIDE = 32  # pixels, if the size is given
 BORDER = 0.35  # m, shown around the world
-MAX_ASPECT_RATIO = 1.6  # of a panel with the map beside it; wider ones have it below
+STACKED_ASPECT_RATIO = 1.6  # of a panel; a wider one has the map below, not beside it
 
 
 class Projection(NamedTuple):
@@ -69,7 +69,7 @@ class View:
         if self.size is not None:
             _pair("View.size", self.size)
             for side in self.size:
-                whole_number("View.size", side, MIN_SIDE)
+                whole_number("View.size", side, MIN_PANEL_SIDE)
 
     def panel(self, walls: Array) -> tuple[int, int]:
         """Even width and height, pixels, of a panel for a world of `walls` (w, 4), m."""
@@ -91,7 +91,7 @@ class View:
 
     def below(self, panel: tuple[int, int]) -> bool:
         """Whether the map is below the truth."""
-        return panel[0] > MAX_ASPECT_RATIO * panel[1] if self.stacked is None else self.stacked
+        return panel[0] > STACKED_ASPECT_RATIO * panel[1] if self.stacked is None else self.stacked
 
     def _scale(self, walls: Array, room: tuple[int, int]) -> float:
         if self.pixels_per_metre is not None:

@@ -70,9 +70,9 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     Never terminated; truncated after 250 steps (100 s), the budget of time.
 
     ## Information
-    `reward_terms`, `time` (s), and, by the truth: `door_brier` (mean squared difference between P(closed) by the dynamic map and the truth, over
-    the doors), `pose` (true), `door_angles`, `collision` (share of the step), `slam` (see
-    `SlamWrapper`).
+    `reward_terms`, `time` (s), and, by the truth: `door_brier` (mean squared difference between
+    P(closed) by the dynamic map and the truth, over the doors), `pose` (true), `door_angles`,
+    `collision` (share of the step), `slam` (see `SlamWrapper`).
 
     ## Arguments
     Those of `DoorWorldEnv` except `task`, and:

@@ -67,7 +67,7 @@ class NoiseStreams:
         self._rngs: list[np.random.Generator] = [np.random.default_rng()] * n
         self._drawn, self._taken = np.zeros((n, STEPS_PER_DRAW, 3)), np.zeros(n, dtype=np.int64)
 
-    def begin(self, i: int, rng: np.random.Generator) -> None:
+    def reset(self, i: int, rng: np.random.Generator) -> None:
         """Let robot `i` draw from `rng` from now on."""
         self._rngs[i] = rng
         self._draw(i)

@@ -27,7 +27,7 @@ def address(pointer: Any) -> int:
     return int(ffi.cast("uintptr_t", pointer))
 
 
-FUNCTIONS = tuple(
+FUNCTION_ADDRESSES = tuple(
     address(ffi.addressof(lib, name))
     for name in ("cpSpaceStep", "cpSpaceEachBody", "pmSpaceBodyGetIteratorFuncBatched")
 )
@@ -54,7 +54,7 @@ class BodyStates:
         count = ffi.offsetof("pmFloatArray", "num")
         self._written = np.frombuffer(ffi.buffer(self._floats), np.int32, count=1, offset=count)
         objects = address(space._space), address(self._batch)
-        self._addresses = np.array([*FUNCTIONS, *objects], dtype=np.uintp)
+        self._addresses = np.array([*FUNCTION_ADDRESSES, *objects], dtype=np.uintp)
 
     def advance(self, steps: int, dt: float) -> None:
         """Step the space `steps` times by `dt` s, and fill `rows`."""

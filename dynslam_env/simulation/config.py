@@ -103,7 +103,7 @@ class WorldConfig:
         if isinstance(doors, Law) and not isinstance(doors, type):
             given["doors"] = Doors(law=doors)
         for name, part in given.items():
-            instance(name, part, PART_TYPES[name], ALLOWED.get(name))
+            instance(name, part, PART_TYPES[name], ALLOWED_VALUES.get(name))
         return WorldConfig(**given)
 
     def plain(self) -> dict[str, Any]:
@@ -130,7 +130,7 @@ class WorldConfig:
 
 PART_TYPES = get_type_hints(WorldConfig)
 
-ALLOWED = {
+ALLOWED_VALUES = {
     "doors": '"moving", "static", a law such as Uniform(5, 20), or a Doors',
     "world": '"corridor", "loop", "office", "crowd", a Corridor, Loop, Office or Layout, or '
     "anything else with layout(rng) -> Layout",

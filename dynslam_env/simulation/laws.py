@@ -33,11 +33,11 @@ class Clock(Protocol):
     """The sequence of flips of an episode's doors."""
 
     @property
-    def soonest(self) -> float:
-        """Time of the next flip, s; inf for none. Before it `due` returns nothing."""
+    def next_flip(self) -> float:
+        """Time of the next flip, s; inf for none. Before it `flips_until` returns nothing."""
         ...
 
-    def due(self, time: float) -> Sequence[int]:
+    def flips_until(self, time: float) -> Sequence[int]:
         """Indices of the doors that flip after the last call and up to `time`, s, in order of time.
 
         A door that flips twice occurs twice; at equal times the lower index comes first.
@@ -47,9 +47,22 @@ class Clock(Protocol):
 
 @runtime_checkable
 class Law(Protocol):
-    """A rule by which doors flip. It has no state: one law serves any number of episodes."""
+    """A rule by which doors flip. It has no state: one law serves any number of episodes.
 
-    def begin(self, is_open: Bools, rng: np.random.Generator) -> Bools:
+    ```python
+    class EverySecond:
+        def initial_states(self, is_open, rng):
+            return is_open
+
+        def clock(self, count, rng):
+            return dynslam_env.FlipClock([(1.0, door) for door in range(count)], lambda: 1.0)
+
+    dynslam_env.register_law("every-second", EverySecond())
+    env = gym.make("DoorCorridor-v0", doors="every-second")
+    ```
+    """
+
+    def initial_states(self, is_open: Bools, rng: np.random.Generator) -> Bools:
         """Initial states (d,) of the doors, given independent draws `is_open` (d,)."""
         ...
 
@@ -84,7 +97,7 @@ class Uniform:
                 f"Uniform needs shortest <= longest, got {self.shortest:g} > {self.longest:g} s"
             )
 
-    begin = _as_drawn
+    initial_states = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """Independent uniform times for each door."""
@@ -104,7 +117,7 @@ class Exponential:
     def __post_init__(self) -> None:
         within(self, "mean", MIN_DWELL)
 
-    begin = _as_drawn
+    initial_states = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """Independent exponential times for each door."""
@@ -124,7 +137,7 @@ class Periodic:
     def __post_init__(self) -> None:
         within(self, "period", MIN_DWELL)
 
-    begin = _as_drawn
+    initial_states = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """A phase from U(0, period) for each door."""
@@ -148,7 +161,7 @@ class Scripted:
             whole_number("a door of Scripted.flips", flip[1], 0)
         object.__setattr__(self, "flips", tuple((time, door) for time, door in self.flips))
 
-    begin = _as_drawn
+    initial_states = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """The given flips; `rng` is unused. Raises InputError for the index of a missing door."""
@@ -168,7 +181,7 @@ class Fixed:
     `Scripted()` without flips has doors that do not move by themselves, but can be pushed.
     """
 
-    begin = _as_drawn
+    initial_states = _as_drawn
 
     def clock(self, count: int, rng: np.random.Generator) -> Clock:
         """A clock without flips; `rng` is unused."""
@@ -190,9 +203,9 @@ class Coupled:
         instance("Coupled.law", self.law, Law)
         instance("Coupled.opposed", self.opposed, bool)
 
-    def begin(self, is_open: Bools, rng: np.random.Generator) -> Bools:
+    def initial_states(self, is_open: Bools, rng: np.random.Generator) -> Bools:
         """The first door of each pair as drawn, the second equal or opposed to it."""
-        both = np.repeat(self.law.begin(is_open[::2], rng), 2)[: len(is_open)]
+        both = np.repeat(self.law.initial_states(is_open[::2], rng), 2)[: len(is_open)]
         both[1::2] ^= self.opposed
         return both
 
@@ -211,17 +224,17 @@ class FlipClock:
     def __init__(self, flips: Iterable[tuple[float, int]], dwell: Callable[[], float]):
         self._next = sorted((time, door) for time, door in flips)  # sorted, it is a heap
         self._dwell = dwell
-        self.soonest = self._next[0][0] if self._next else math.inf
+        self.next_flip = self._next[0][0] if self._next else math.inf
 
-    def due(self, time: float) -> list[int]:
-        """See `Clock.due`."""
+    def flips_until(self, time: float) -> list[int]:
+        """See `Clock.flips_until`."""
         if not time < math.inf:
             raise InputError(f"time must be a finite number, got {time!r}")
         doors = []
-        while self.soonest <= time:
+        while self.next_flip <= time:
             door = self._next[0][1]
-            heapreplace(self._next, (self.soonest + self._dwell(), door))
-            self.soonest = self._next[0][0]
+            heapreplace(self._next, (self.next_flip + self._dwell(), door))
+            self.next_flip = self._next[0][0]
             doors.append(door)
         return doors
 
@@ -231,12 +244,12 @@ class _PairClock:
 
     def __init__(self, pairs: Clock, count: int):
         self._pairs, self._count = pairs, count
-        self.soonest = pairs.soonest
+        self.next_flip = pairs.next_flip
 
-    def due(self, time: float) -> list[int]:
-        """See `Clock.due`."""
-        pairs = self._pairs.due(time)
-        self.soonest = self._pairs.soonest
+    def flips_until(self, time: float) -> list[int]:
+        """See `Clock.flips_until`."""
+        pairs = self._pairs.flips_until(time)
+        self.next_flip = self._pairs.next_flip
         return [door for k in pairs for door in (2 * k, 2 * k + 1) if door < self._count]
 
 

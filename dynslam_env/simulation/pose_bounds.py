@@ -11,7 +11,7 @@ from dynslam_env.simulation.world_batch import WorldBatch
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.metrics.bound import Bound, bound, information, ray_gradient
+from slam.metrics.cramer_rao import Bound, bound, information, ray_gradient
 
 
 def pose_bound(batch: WorldBatch, i: int) -> Bound:

@@ -97,6 +97,6 @@ def register_law(name: str, law: Law) -> None:
     """Make `law` known as `doors=name` to all environments and commands of this process.
 
     Raises InputError for a name with spaces or commas, for one of dynslam's own, and for an object
-    without `begin(is_open, rng)` and `clock(count, rng)`.
+    without `initial_states(is_open, rng)` and `clock(count, rng)`.
     """
     NAMED_LAWS.register(name, law)

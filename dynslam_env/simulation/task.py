@@ -111,7 +111,7 @@ class TaskProgress:
         self.terms, self.rewards = np.zeros((n, len(kinds))), np.zeros(n)
         self.ends = np.zeros((n, len(ends)), dtype=np.bool_)
 
-    def begin(self, i: int, layout: Layout, pose: Array) -> None:
+    def reset(self, i: int, layout: Layout, pose: Array) -> None:
         """Start an episode of robot `i` at `pose` (3,)."""
         points = np.vstack([pose[:2], layout.path])
         longer = len(points) - self._paths.shape[1]

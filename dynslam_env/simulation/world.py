@@ -62,7 +62,7 @@ class World:
         self.steps = 0
         self._space = pymunk.Space()
         self._space.collision_slop = 0.0005  # m; pymunk's default is meant for pixels
-        is_open = doors.law.begin(door_rng.random(count) < doors.open_share, door_rng)
+        is_open = doors.law.initial_states(door_rng.random(count) < doors.open_share, door_rng)
         self._clock = doors.law.clock(count, door_rng)
         self._doors = DoorMotors(layout.doors, doors, is_open)
         self._people = Walkers(people, layout, people_rng)
@@ -154,8 +154,8 @@ class World:
         """Update the edges from the states, and set the commands of doors and people."""
         self._polygons.outline(self._movers, self._moving_edges)
         time = self.steps * CONTROL_DT
-        if self._clock.soonest <= time:
-            for door in self._clock.due(time):
+        if self._clock.next_flip <= time:
+            for door in self._clock.flips_until(time):
                 self._doors.flip(door)
         if self._motors and (changed := self._doors.drive(self._leaves, CONTROL_DT)):
             for door in self._doors.changed[:changed].tolist():

@@ -28,13 +28,13 @@ Rows = NDArray[np.int64]
 class WorldBatch:
     """The worlds, and arrays with a row per world: observations, rewards, ends.
 
-    drive     true poses and velocities
-    progress  rewards and ends
+    drive          true poses and velocities
+    progress       rewards and ends
     displacements  (n, 3) of the last step by odometry, m, m, rad
-    odometry  (n, 3) float32, `displacements` within the bounds of the observation space
-    ranges    (n, beams) m; no echo is inf, no reading NaN
-    scans     (n, beams) float32, `ranges` within the bounds of the observation space
-    collided  (n,) bool, contact in the last step
+    odometry       (n, 3) float32, `displacements` within the bounds of the observation space
+    ranges         (n, beams) m; no echo is inf, no reading NaN
+    scans          (n, beams) float32, `ranges` within the bounds of the observation space
+    collided       (n,) bool, contact in the last step
 
     With more than one thread the physics and lasers of the worlds run in parallel; the results are
     the same.
@@ -64,7 +64,7 @@ class WorldBatch:
         differ in one of them share everything else. Raises InputError for an invalid start.
         """
         config = self.config
-        layout_rng, doors_rng, laser_rng, slip_rng, people_rng = rng.spawn(5)
+        layout_rng, doors_rng, laser_rng, odometry_rng, people_rng = rng.spawn(5)
         layout = config.world.layout(layout_rng)
         instance("what the world's layout(rng) gives", layout, Layout)
         if start is not None:
@@ -74,9 +74,9 @@ class WorldBatch:
         world = World(layout, config.robot, config.doors, config.people, doors_rng, people_rng)
         self.layouts[i], self.worlds[i] = layout, world
         self.scanners[i] = Scanner(config.laser, laser_rng)
-        self._noise_streams.begin(i, slip_rng)
+        self._noise_streams.reset(i, odometry_rng)
         self.drive.place(i, world.robot)
-        self.progress.begin(i, layout, self.drive.poses[i])
+        self.progress.reset(i, layout, self.drive.poses[i])
         self.displacements[i] = self.odometry[i] = 0.0
         self.collided[i] = False
         self._scan(i)

@@ -11,11 +11,11 @@ from dynslam_env.worlds.clearance import clear, clear_of_legs, edges
 from dynslam_env.worlds.outline import Rect
 from slam.geometry import Array
 
-MIN_SIDE, MAX_SIDE = 0.4, 1.2  # m, of a piece
+MIN_PIECE_SIDE, MAX_PIECE_SIDE = 0.4, 1.2  # m, of a piece
 ALONG_WALLS_SHARE = 0.75  # of the pieces
 WALL_CLEARANCE = 0.03  # m, least distance of a piece from the walls
 PIECE_CLEARANCE = 0.1  # m, between pieces, and from the areas that leaves sweep
-MAX_TRIES = 40  # positions tried for a piece
+MAX_PIECE_TRIES = 40  # positions tried for a piece
 
 
 def furnish(
@@ -33,7 +33,7 @@ def furnish(
     """
     placed: list[Array] = []
     for _ in range(pieces):
-        for _ in range(MAX_TRIES):
+        for _ in range(MAX_PIECE_TRIES):
             piece = _piece(room, rng)
             if piece is not None and _stands_free(piece, ways, free, [*sweeps, *placed]):
                 placed.append(piece)
@@ -50,7 +50,9 @@ def _stands_free(piece: Array, ways: Array, free: float, others: list[Array]) ->
 def _piece(room: Rect, rng: np.random.Generator) -> Array | None:
     """A rectangle in the room, along a wall or at a random angle; None if it does not fit."""
     a, b, which, side, turn, u, v = rng.random(7).tolist()
-    long, short = (MIN_SIDE + (MAX_SIDE - MIN_SIDE) * each for each in (max(a, b), min(a, b)))
+    long, short = (
+        MIN_PIECE_SIDE + (MAX_PIECE_SIDE - MIN_PIECE_SIDE) * each for each in (max(a, b), min(a, b))
+    )
     along_wall = which < ALONG_WALLS_SHARE
     angle = int(2 * turn) * math.pi / 2 if along_wall else turn * math.pi
     c, s = math.cos(angle), math.sin(angle)

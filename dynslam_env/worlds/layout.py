@@ -154,7 +154,19 @@ def _door(name: str, door: Door) -> Door:
 
 @runtime_checkable
 class Generator(Protocol):
-    """Draws layouts, one per episode."""
+    """Draws layouts, one per episode.
+
+    ```python
+    class Room:
+        def layout(self, rng):
+            width = rng.uniform(3.0, 5.0)
+            walls = [(0, 0, 6, 0), (6, 0, 6, width), (6, width, 0, width), (0, width, 0, 0)]
+            return dynslam_env.Layout(walls, (), (1.0, 1.0, 0.0), [(5.0, 1.0)])
+
+    dynslam_env.register_world("room", Room())
+    env = gym.make("DoorCorridor-v0", world="room")
+    ```
+    """
 
     def layout(self, rng: np.random.Generator) -> Layout:
         """A new layout; the same state of `rng` gives the same layout."""

@@ -18,7 +18,7 @@ PERSON_CLEARANCE = 0.1  # m, of a person from walls, furniture, and the areas th
 LEAF_WAITING_DISTANCE = 0.4  # m, beyond the reach of a leaf, where a person waits for it to open
 WALL_WAITING_DISTANCE = 0.6  # m, from the wall, where a person waits on the other side
 MIN_START_DISTANCE = 0.6  # m, between the starts of people and the robot
-MAX_TRIES = 30
+MAX_ROUTE_TRIES = 30  # routes, and points to end them at, drawn for a person
 
 Point = tuple[float, float]
 Stop = tuple[int, int]  # a doorway, and the space on one side of it
@@ -135,7 +135,7 @@ class RoutePlanner:
         left, bottom, right, top = self._plan.spaces[space]
         margin = PERSON_RADIUS + PERSON_CLEARANCE
         low, high = (left + margin, bottom + margin), (right - margin, top - margin)
-        for x, y in rng.uniform(low, high, (MAX_TRIES, 2)).tolist():
+        for x, y in rng.uniform(low, high, (MAX_ROUTE_TRIES, 2)).tolist():
             if math.dist((x, y), before) > margin and self.free(space, [(x, y), before]):
                 return [(x, y)]
         return []
@@ -165,7 +165,7 @@ def draw_routes(
 def _draw_route(
     planner: RoutePlanner, rooms: Sequence[int], rng: np.random.Generator, starts: Sequence[Point]
 ) -> Array:
-    for _ in range(MAX_TRIES):
+    for _ in range(MAX_ROUTE_TRIES):
         origin, goal = rng.choice(rooms, 2, replace=False).tolist()
         way = planner.route(origin, goal)
         if way:

@@ -9,7 +9,7 @@ from itertools import pairwise
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.routes import Point, Stop, waiting_point
 
-MIN_LEG = 1.0  # m, from doorway to doorway; a shorter one is too short to steer on
+MIN_LEG_LENGTH = 1.0  # m, from doorway to doorway; a shorter one is too short to steer on
 MIDDLE = -1  # in place of a doorway: the middle of the space
 
 
@@ -57,6 +57,6 @@ def _corner(plan: FloorPlan, before: Stop, stop: Stop) -> Point | None:
         return None
     here, there = _at(plan, before), _at(plan, stop)
     level = [plan.wall(plan.doorways[each[0]]).level for each in (before, stop)]
-    if math.dist(here, there) >= MIN_LEG or level[0] == level[1]:
+    if math.dist(here, there) >= MIN_LEG_LENGTH or level[0] == level[1]:
         return None
     return (here[0], there[1]) if level[0] else (there[0], here[1])

@@ -35,13 +35,13 @@ class ScoreCommand:
         from slam.io.episode_file import load_episode
         from slam.io.ros_map import read_placed_map
         from slam.io.tum import read_tum
-        from slam.metrics.outside import score_outside
+        from slam.metrics.external import score_external
 
         from ..report.scores import QUALITY, present
 
         episode, trajectory = load_episode(self.episode), read_tum(self.trajectory)
         grid, frame = read_placed_map(self.map) if self.map is not None else (None, Pose2())
-        scores = score_outside(episode, trajectory, grid, frame, self.frame)
+        scores = score_external(episode, trajectory, grid, frame, self.frame)
         if self.json:
             print(json.dumps(scores))
             return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dynslam_env.drawing.captions import TITLE_HEIGHT
-from dynslam_env.drawing.view import MIN_SIDE, View, fitting_scale
+from dynslam_env.drawing.view import MIN_PANEL_SIDE, View, fitting_scale
 from slam.geometry import Array
 
 STEP = 1.25  # of one key press
@@ -56,4 +56,4 @@ class Lens(NamedTuple):
 
 def _panel(room: tuple[int, int], across: int, down: int) -> tuple[int, int]:
     width, height = room[0] // across, room[1] // down - TITLE_HEIGHT
-    return max(width // 2 * 2, MIN_SIDE), max(height // 2 * 2, MIN_SIDE)
+    return max(width // 2 * 2, MIN_PANEL_SIDE), max(height // 2 * 2, MIN_PANEL_SIDE)

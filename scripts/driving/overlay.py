@@ -23,11 +23,11 @@ def bottom_line(surface: pygame.Surface, status: str, warning: bool) -> None:
     width, height = surface.get_size()
     middle = height - STRIP // 2
     surface.fill(colours.PAPER, (0, height - STRIP, width, STRIP))
-    right = width - captions.width_of(status) - captions.MARGIN
+    right = width - captions.width_of(status) - captions.TEXT_MARGIN
     colour = colours.VERMILION if warning else colours.INK
     captions.text(surface, status, right, middle, colour)
-    keys = captions.shortened(LINE, right - 3 * captions.MARGIN)
-    captions.text(surface, keys, captions.MARGIN, middle, colours.GREY)
+    keys = captions.shortened(LINE, right - 3 * captions.TEXT_MARGIN)
+    captions.text(surface, keys, captions.TEXT_MARGIN, middle, colours.GREY)
 
 
 def help_panel(surface: pygame.Surface) -> None:

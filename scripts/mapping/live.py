@@ -134,10 +134,10 @@ class Live:
         words = f"scan {k} of {n}   {_span(gone)} gone, {_span(gone * (n - k) / k)} left"
         if not estimate.matched:
             words += "   not matched"
-        middle, right = height - STRIP // 2, width - captions.MARGIN
-        captions.text(self._screen, words, captions.MARGIN, middle)
+        middle, right = height - STRIP // 2, width - captions.TEXT_MARGIN
+        captions.text(self._screen, words, captions.TEXT_MARGIN, middle)
         for word, colour in LEGEND:
-            right -= captions.width_of(word) + captions.MARGIN
+            right -= captions.width_of(word) + captions.TEXT_MARGIN
             captions.text(self._screen, word, right, middle, colour)
 
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from slam.benchmark.run import warm_up
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from slam.preprocessing.laser_odometry import poses_by_laser, with_odometry
 
 from ..console.progress import progress_bar
@@ -15,7 +15,7 @@ from ..console.progress import progress_bar
 
 def prepared(episode: Episode) -> Episode:
     """The recording with deskewed scans, and with laser odometry (slow) where it has none."""
-    return standing(episode if episode.has_odometry else _by_laser(episode))
+    return deskewed(episode if episode.has_odometry else _by_laser(episode))
 
 
 def _by_laser(episode: Episode) -> Episode:

@@ -16,7 +16,7 @@ from slam.benchmark.results import Result, versions
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.formats import read_log
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from slam.validation import whole_number
 
 from ..console.progress import ProgressTracker, T, progress_bar
@@ -106,4 +106,4 @@ def _drives(options: SpeedCommand) -> Iterator[tuple[str, Episode]]:
         log = read_log(options.log)
         for warning in log.warnings:
             print(f"{options.log}: warning: {warning}", file=sys.stderr)
-        yield options.log.name, standing(log.episode)
+        yield options.log.name, deskewed(log.episode)

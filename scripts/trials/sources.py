@@ -20,7 +20,7 @@ from agents import record_path
 from dynslam_env.simulation.config import WorldConfig
 from slam.episode import Episode, Truth
 from slam.io.formats import read_log
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 
 SIMULATORS = ("numpy", "pymunk", "numba", "gymnasium")
 
@@ -90,7 +90,7 @@ class LogFile(Source):
 
     def make(self) -> Episode:
         """Read it."""
-        return standing(read_log(self.path).episode)
+        return deskewed(read_log(self.path).episode)
 
 
 def sparser(drive: Episode, every: int) -> Episode:

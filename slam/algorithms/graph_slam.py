@@ -1,4 +1,4 @@
-"""Graph SLAM: local maps that are each right, and a graph that says how they lie to each other.
+"""Graph SLAM: rigid local maps, and a pose graph of their frames.
 
 Konolige et al. (2010) and Hess et al. (2016) lay out the scheme; here every local map is mapped by
 maximum likelihood SLAM, and the whole one is of any map model.
@@ -29,8 +29,10 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
-FEWEST = 12  # keyframes of a stretch, where scans are far apart
-NEAR = 6.0  # m between the middles of two local maps, beyond which they are not matched
+MIN_KEYFRAMES = 12  # of a stretch, where scans are far apart
+MAX_MIDDLE_DISTANCE = (
+    6.0  # m between the middles of two local maps, beyond which they are not matched
+)
 DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: of a stretch, beyond what it
 # knows of its errors
 
@@ -151,7 +153,7 @@ class GraphSlam:
         if self._front.keyframe is before:
             return estimate
         place = self.places[-1]
-        if place.way < self.stretch or len(place.keyframes) < FEWEST:
+        if place.length < self.stretch or len(place.keyframes) < MIN_KEYFRAMES:
             place.add(scan, estimate.pose)
             return estimate
         if isinstance(self._front.sensor_model, Endpoint):
@@ -217,7 +219,7 @@ class GraphSlam:
             match = self._matcher.match(
                 self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
             )
-            if self.loops.believed(match):
+            if self.loops.accepts(match):
                 graph.edges.append(Edge(other, here, match.pose, match.information, loop=True))
                 closed = True
             yield
@@ -229,7 +231,7 @@ class GraphSlam:
         middles = compose(self.graph.poses[: here + 1], np.array(self._middles[: here + 1]))
         apart = np.hypot(*(middles[:, :2] - middles[-1, :2]).T)
         spread = np.sqrt(covariances[: here + 1, 0, 0] + covariances[: here + 1, 1, 1])
-        share = apart / (NEAR + self.loops.sigmas * spread)
+        share = apart / (MAX_MIDDLE_DISTANCE + self.loops.sigmas * spread)
         order = np.argsort(share[: max(here - 1, 0)], kind="stable")  # not the one just before
         return [int(k) for k in order[: self.candidates] if share[k] < 1.0]
 

@@ -21,9 +21,9 @@ from slam.search.laplace import laplace
 from slam.sensor_models.endpoint import Endpoint
 
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
-LONG_AGO = -1e12  # s: before all scans
-NOTHING = np.empty(0, dtype=np.int64)  # ids of cells
-EXACT = np.zeros((3, 3))  # the covariance of what is given
+BEFORE_ALL = -1e12  # s: before all scans
+NO_CELLS = np.empty(0, dtype=np.int64)  # ids of cells
+EXACT = np.zeros((3, 3))  # covariance of a pose that is given
 
 
 class MaximumLikelihood:
@@ -93,7 +93,7 @@ class MaximumLikelihood:
         """The robot stands at `pose` now, wherever it was: the next scan is matched from there."""
         estimate = Estimate(pose, EXACT, self.keyframe.score, False)
         self.keyframe = self._matched = estimate
-        time = min(self._since_keyframe.time, LONG_AGO)
+        time = min(self._since_keyframe.time, BEFORE_ALL)
         self._since_keyframe.restart(time)
         self._since_match.restart(time)
         self.pose = pose
@@ -129,12 +129,12 @@ class MaximumLikelihood:
         self._keep(scan, estimate)
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
-        """The keyframe that is matched from now on."""
+        """Put the keyframe into the map, and update the sensor model."""
         self.sensor_model.refresh(self.map_model, self._draw(scan, estimate))
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Put the keyframe into the map; the ids of the cells that may have changed."""
-        changed = NOTHING if self._frozen else self.map_model.integrate(scan, estimate.pose)
+        changed = NO_CELLS if self._frozen else self.map_model.integrate(scan, estimate.pose)
         self._ground.settle(estimate.pose, estimate.covariance)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)
@@ -155,7 +155,7 @@ class MaximumLikelihood:
         )
 
     def _carried(self, origin: Estimate, prediction: Prediction) -> Array:
-        """How sure the robot is at the prediction, unseen what it sees there."""
+        """(3, 3) covariance of the predicted pose, before its scan is matched."""
         x, y = prediction.pose.x - origin.pose.x, prediction.pose.y - origin.pose.y
         return moved(origin.covariance, x, y, prediction.covariance())
 

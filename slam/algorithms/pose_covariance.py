@@ -1,4 +1,4 @@
-"""How sure a pose is: a scan is compared with a map, and the map itself may lie askew."""
+"""Covariance of a matched pose: that of the match, and that of the map it is matched with."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slam.maps.tiles import SHIFT, Tiles
 
 
 class MapUncertainty:
-    """How sure the map is of where it lies, tile by tile.
+    """The pose covariance of the map, tile by tile.
 
     A frozen map keeps the error of the keyframe that drew it. Each tile remembers the pose and the
     covariance that the keyframe had which was the first to see it; a robot that is matched with
@@ -24,7 +24,7 @@ class MapUncertainty:
         self._settled = 1
 
     def settle(self, pose: Pose2, covariance: Array) -> None:
-        """The tiles that are new were drawn by a keyframe at `pose`, so sure of itself."""
+        """Assign the keyframe's pose and covariance to the new tiles."""
         new = self._drawn.values[self._settled : self.tiles.used]
         new[:, 0], new[:, 1] = pose.x, pose.y
         new[:, 2:] = covariance.reshape(9)

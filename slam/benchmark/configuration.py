@@ -1,4 +1,4 @@
-"""What a SLAM is made of, as JSON: saved beside every result."""
+"""The parameters of a SLAM and its parts as JSON, saved beside every result."""
 
 from __future__ import annotations
 

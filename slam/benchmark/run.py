@@ -20,7 +20,7 @@ WARM_UP_SCANS = 30
 
 @dataclass(frozen=True)
 class Run:
-    """What a SLAM made of the scans that it was given.
+    """The result of a SLAM on the scans of an episode.
 
     poses    (n, 3) at each scan, as believed at the end
     online   (n, 3) at each scan, as believed when it came; the same, but for a `Revising` SLAM
@@ -47,7 +47,7 @@ class Run:
 
 
 class Playback:
-    """Feeds an episode to a SLAM, scan by scan; what was done so far can be had at any time."""
+    """Runs a SLAM on an episode scan by scan; `result` gives the run so far at any time."""
 
     def __init__(self, slam: Slam, episode: Episode):
         self.slam = slam
@@ -57,7 +57,7 @@ class Playback:
         self._spent: list[float] = []
 
     def __iter__(self) -> Iterator[Estimate]:
-        """One estimate a scan; after the last, nothing is put off any more."""
+        """One estimate a scan; the last one after `finish` of a `Revising` SLAM."""
         motions, last = self.episode.displacements(), len(self.episode.scans)
         for k, (motion, scan) in enumerate(zip(motions, self.episode.scans, strict=True), 1):
             begun = time.perf_counter()
@@ -71,7 +71,7 @@ class Playback:
 
     @property
     def done(self) -> int:
-        """Scans that were taken in so far."""
+        """Number of scans so far."""
         return len(self._poses)
 
     def result(self) -> Run:
@@ -101,12 +101,12 @@ def build(variant: str, episode: Episode, seed: int = 0) -> Slam:
 
 
 def warm_up(variant: str, episode: Episode) -> None:
-    """Compile what `variant` needs (numba, cached on disk), so that its time is its own."""
+    """Compile the kernels of `variant` (numba, cached on disk), before its time is measured."""
     slam = build(variant, episode)
     for motion, scan in zip(episode.displacements(), episode.scans[:WARM_UP_SCANS], strict=False):
         slam.update(motion, scan)
 
 
 def true_start(episode: Episode) -> Pose2:
-    """Where the robot truly began; the origin where nobody knows."""
+    """The true pose at the first scan; the origin where the truth is not known."""
     return Pose2() if episode.truth is None else Pose2.of(episode.truth.poses[0])

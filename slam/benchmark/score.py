@@ -5,7 +5,7 @@ from __future__ import annotations
 from slam.benchmark.run import Run
 from slam.episode import Episode
 from slam.metrics.episode_scorer import EpisodeScorer
-from slam.metrics.flat import Number
+from slam.metrics.json_scores import Number
 
 
 def score(result: Run, episode: Episode) -> dict[str, Number | None]:

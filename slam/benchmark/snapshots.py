@@ -1,4 +1,4 @@
-"""Growth: a run's stages, evenly spread over it, for a film or a recording of how the map grew."""
+"""Snapshots of the map, evenly spread over a run, for a film or a recording of its growth."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from slam.snapshot import MapSnapshot
 
 
 class SnapshotRecorder:
-    """Keeps a stage of `playback` every few scans, some `stages` of the whole episode.
+    """Keeps about `stages` snapshots of a whole run, one every few scans.
 
     every  scans from one to the next
     """
@@ -18,12 +18,12 @@ class SnapshotRecorder:
         self._kept: list[MapSnapshot] = []
 
     def after(self, number: int) -> None:
-        """Scan `number`, from 0, was taken in."""
+        """To be called after scan `number`, from 0."""
         if number % self.every == 0:
             self._keep()
 
     def stages(self) -> list[MapSnapshot]:
-        """All that were kept, and last what is believed now; empty before the first scan."""
+        """The snapshots so far and, last, the present one; empty before the first scan."""
         if self._playback.done:
             if self._kept and self._kept[-1].scan == self._playback.done - 1:
                 self._kept.pop()  # the end may have revised it

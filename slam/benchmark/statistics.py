@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-RESAMPLES, FEWEST = 9999, 999  # of a bootstrap: fewer where there is much data, for time's sake
-MOST, AT_ONCE = 20_000_000, 2_000_000  # numbers that are drawn: in all, and held at a time
+RESAMPLES, MIN_RESAMPLES = 9999, 999  # of a bootstrap: fewer where there is much data
+MAX_DRAWN, MAX_HELD = 20_000_000, 2_000_000  # numbers that are drawn: in all, and at a time
 
 
 class Interval(NamedTuple):
@@ -56,7 +56,10 @@ def _resampled(
     data: np.ndarray, statistic: Callable[[np.ndarray], np.ndarray], rng: np.random.Generator
 ) -> np.ndarray:
     """The statistic of many draws from `data`, each as large as it."""
-    step, count = max(AT_ONCE // data.size, 1), min(max(MOST // data.size, FEWEST), RESAMPLES)
+    step, count = (
+        max(MAX_HELD // data.size, 1),
+        min(max(MAX_DRAWN // data.size, MIN_RESAMPLES), RESAMPLES),
+    )
     sizes = [min(step, count - k) for k in range(0, count, step)]
     parts = [statistic(data[rng.integers(data.size, size=(n, data.size))]) for n in sizes]
     return np.concatenate(parts)

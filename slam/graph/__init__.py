@@ -1,1 +1,1 @@
-"""The parts of graph SLAM: local maps, the loops between them, and the graph that holds them."""
+"""The parts of graph SLAM: local maps, loop closure and the pose graph."""

@@ -1,4 +1,4 @@
-"""How far two poses of a graph may be off each other, along the surest chain of edges."""
+"""Relative covariances of the poses of a graph, along the chain of least uncertainty."""
 
 from __future__ import annotations
 
@@ -10,42 +10,44 @@ from slam.geometry import Array
 from slam.graph.edges import Edges
 from slam.kernel import kernel
 
-LEVER = 5.0  # m: what an error of the heading is worth beside one of the place
-LEAST = np.array([1e-4, 1e-4, 1e-2])  # 1/m^2, 1/rad^2: what is not known is not off without end
-TRUSTED = 0.5  # of a loop's weight, from where on it is a link
+LEVER = 5.0  # m by which an error of the heading, rad, is compared with one of the position
+MIN_INFORMATION = np.array([1e-4, 1e-4, 1e-2])  # 1/m^2, 1/m^2, 1/rad^2: bounds the covariance
+MIN_WEIGHT = 0.5  # of an edge to be used in a chain
 
 
 def chained(n: int, edges: Edges, trust: Array, origin: int) -> Array:
-    """(n, 3, 3) the covariance of each of n poses as seen from pose `origin`, in the pose's frame.
+    """(n, 3, 3) the covariance of each of n poses relative to pose `origin`, in the pose's frame.
 
-    Errors add up along the chain that leaves the least of them: an upper bound, since other chains
-    only add to what is known (Bosse et al. 2004). Infinite where no chain leads.
+    Errors are summed along the chain with the smallest sum: an upper bound, since other chains only
+    add information (Bosse et al. 2004). Infinite for poses that no chain reaches.
+
+    trust  (edges,) weights of the edges, from 0 to 1
     """
-    links = np.flatnonzero(trust >= TRUSTED)
-    begins, ways = _star(n, edges.ends, links)
-    return _spread(begins, ways, edges.ends, edges.measured, edges.information, origin)
+    links = np.flatnonzero(trust >= MIN_WEIGHT)
+    begins, incident = _incidence(n, edges.ends, links)
+    return _shortest_paths(begins, incident, edges.ends, edges.measured, edges.information, origin)
 
 
 @kernel
-def _star(n, ends, links):
-    """The edges at each pose: `ways[begins[k] : begins[k + 1]]`, those numbered in `links`."""
+def _incidence(n, ends, links):
+    """The edges of `links` at each pose k: `incident[begins[k] : begins[k + 1]]`."""
     begins = np.zeros(n + 2, np.int64)
     for e in links:
         begins[ends[e, 0] + 2] += 1
         begins[ends[e, 1] + 2] += 1
     begins = np.cumsum(begins)
-    ways = np.empty(2 * len(links), np.int64)
+    incident = np.empty(2 * len(links), np.int64)
     for e in links:
         for k in range(2):
             here = ends[e, k] + 1
-            ways[begins[here]] = e
+            incident[begins[here]] = e
             begins[here] += 1
-    return begins[:-1], ways
+    return begins[:-1], incident
 
 
 @kernel
-def _spread(begins, ways, ends, measured, information, origin):
-    """Dijkstra's algorithm, the length of a way being the error at its end."""
+def _shortest_paths(begins, incident, ends, measured, information, origin):
+    """Dijkstra's algorithm; the length of a path is the error at its end."""
     n = len(begins) - 1
     result, length = np.full((n, 3, 3), np.inf), np.full(n, np.inf)
     done = np.zeros(n, np.bool_)
@@ -56,12 +58,12 @@ def _spread(begins, ways, ends, measured, information, origin):
         if done[here]:
             continue
         done[here] = True
-        for e in ways[begins[here] : begins[here + 1]]:
+        for e in incident[begins[here] : begins[here + 1]]:
             forth = ends[e, 0] == here
             there = ends[e, 1] if forth else ends[e, 0]
             if done[there]:
                 continue
-            P = _carried(result[here], measured[e], _inverse(information[e]), forth)
+            P = _propagated(result[here], measured[e], _inverse(information[e]), forth)
             far = P[0, 0] + P[1, 1] + LEVER * LEVER * P[2, 2]
             if far < length[there]:
                 length[there], result[there] = far, P
@@ -70,8 +72,8 @@ def _spread(begins, ways, ends, measured, information, origin):
 
 
 @kernel
-def _carried(P, move, C, forth):
-    """The covariance at the other end of an edge, whose own is C in its second's frame."""
+def _propagated(P, move, C, forth):
+    """The covariance at the other end of an edge of covariance C (in its second pose's frame)."""
     c, s = np.cos(move[2]), np.sin(move[2])
     x, y = move[0], move[1]
     if forth:
@@ -96,11 +98,11 @@ def _congruent(c, s, u, v, P):
 
 @kernel
 def _inverse(information):
-    """Of a symmetric (3, 3) matrix that LEAST is added to, by Cramer's rule."""
+    """The inverse of a symmetric (3, 3) matrix plus MIN_INFORMATION, by Cramer's rule."""
     a, b, c = (
-        information[0, 0] + LEAST[0],
-        information[1, 1] + LEAST[1],
-        information[2, 2] + LEAST[2],
+        information[0, 0] + MIN_INFORMATION[0],
+        information[1, 1] + MIN_INFORMATION[1],
+        information[2, 2] + MIN_INFORMATION[2],
     )
     f, h, k = information[0, 1], information[0, 2], information[1, 2]
     result = np.empty((3, 3))

@@ -9,16 +9,16 @@ import numpy as np
 
 from slam.geometry import Array, Pose2, between
 
-ROOM = 16  # edges that there is room for at first; then for twice as many, and so on
+INITIAL_EDGES = 16  # capacity of the arrays, which is doubled when they are full
 
 
 class Edge(NamedTuple):
-    """A measured displacement.
+    """A measured displacement between two poses.
 
     first, second  numbers of the poses
-    displacement   of the second as seen from the first
+    displacement   of the second relative to the first
     information    (3, 3) inverse covariance of x, y in m and theta in rad, in the second's frame
-    loop           whether it closes a loop: such a one may be wrong altogether
+    loop           whether it closes a loop, and may be an outlier
     """
 
     first: int
@@ -29,19 +29,18 @@ class Edge(NamedTuple):
 
 
 class Edges:
-    """Edges that more are added to: as a list of them, and as arrays, which are views of what
-    there is at the time."""
+    """A growing list of edges, also available as arrays: views, which later edges may outdate."""
 
     def __init__(self, edges: Iterable[Edge] = ()):
         self._n = 0
-        self._ends = np.empty((ROOM, 2), np.int64)
-        self._measured = np.empty((ROOM, 3))
-        self._information = np.empty((ROOM, 3, 3))
-        self._loops = np.empty(ROOM, np.bool_)
+        self._ends = np.empty((INITIAL_EDGES, 2), np.int64)
+        self._measured = np.empty((INITIAL_EDGES, 3))
+        self._information = np.empty((INITIAL_EDGES, 3, 3))
+        self._loops = np.empty(INITIAL_EDGES, np.bool_)
         self.extend(edges)
 
     def append(self, edge: Edge) -> None:
-        """One more."""
+        """Add an edge."""
         n = self._n
         if n == len(self._ends):
             self._ends, self._measured = _doubled(self._ends), _doubled(self._measured)
@@ -51,7 +50,7 @@ class Edges:
         self._n = n + 1
 
     def extend(self, edges: Iterable[Edge]) -> None:
-        """Some more."""
+        """Add edges."""
         for edge in edges:
             self.append(edge)
 
@@ -70,7 +69,7 @@ class Edges:
         )
 
     def errors(self, poses: Array) -> Array:
-        """(edges, 3) what was measured minus what poses (n, 3) say, in the second's frame."""
+        """(edges, 3) measured displacements minus those of `poses` (n, 3), in the second frame."""
         first, second = self.ends.T
         return between(self.measured, between(poses[first], poses[second]))
 
@@ -80,7 +79,7 @@ class Edges:
         return np.einsum("ni,nij,nj->n", errors, self.information, errors)
 
     def chosen(self, numbers: np.ndarray) -> Edges:
-        """Those with (m,) numbers, a copy."""
+        """A copy of the edges with (m,) `numbers`."""
         result = Edges()
         result._n = len(numbers)
         result._ends, result._measured = self.ends[numbers], self.measured[numbers]
@@ -89,22 +88,22 @@ class Edges:
 
     @property
     def ends(self) -> np.ndarray:
-        """(edges, 2) int64 first and second."""
+        """(edges, 2) int64, first and second pose."""
         return self._ends[: self._n]
 
     @property
     def measured(self) -> Array:
-        """(edges, 3) the displacements."""
+        """(edges, 3) displacements."""
         return self._measured[: self._n]
 
     @property
     def information(self) -> Array:
-        """(edges, 3, 3)."""
+        """(edges, 3, 3) of the displacements."""
         return self._information[: self._n]
 
     @property
     def loops(self) -> np.ndarray:
-        """(edges,) bool."""
+        """(edges,) bool, whether they close loops."""
         return self._loops[: self._n]
 
 

@@ -1,4 +1,4 @@
-"""Where points fit a map best, in a window metres wide: branch and bound (Hess et al. 2016)."""
+"""Scan matching in a window metres wide, by branch and bound (Hess et al. 2016)."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from slam.kernel import kernel
 from slam.maps.tiles import TILE
 from slam.sensor_models.endpoint import Endpoint
 
-CELL = 2  # cells of the map; the side of a candidate's
-LEVELS = 6  # squares of 1, 2, 4, ... 32 candidates share a bound
-TURN = math.radians(0.5)  # between candidates
-POINTS = 150  # of the cloud that are looked at
+CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
+BOUND_LEVELS = 6  # squares of side 1, 2, 4, ... 32 candidates share a bound
+TURN_STEP = math.radians(0.5)  # between candidates
+MAX_POINTS = 150  # that are matched, evenly spaced among all
 
 
 class GlobalSearch:
-    """A map made ready for the search: maxima of its field over squares of 1, 2, 4, ... cells.
+    """A map prepared for the search: maxima of its field over squares of 1, 2, 4, ... cells.
 
-    The field is that of an `Endpoint`; its cells here are CELL times as wide, each the maximum of
-    what it holds.
+    The field is that of an `Endpoint`; the cells here are CANDIDATE_CELL times as wide, each with
+    the maximum of the field in it.
     """
 
-    def __init__(self, reading: Endpoint):
-        tiles, self._pad = reading.tiles, 1 << (LEVELS - 1)
-        self._unknown = np.float32(reading.unknown)
-        coarse = _coarse(tiles.index, reading.field().values, self._pad, self._unknown)
-        self._maxima = _maxima(coarse, LEVELS, self._unknown)
-        self._origin, self._cell = np.array(tiles.origin), CELL * tiles.resolution
+    def __init__(self, endpoint: Endpoint):
+        tiles, self._pad = endpoint.tiles, 1 << (BOUND_LEVELS - 1)
+        self._unknown = np.float32(endpoint.unknown)
+        coarse = _coarse(tiles.index, endpoint.field().values, self._pad, self._unknown)
+        self._maxima = _maxima(coarse, BOUND_LEVELS, self._unknown)
+        self._origin, self._cell = np.array(tiles.origin), CANDIDATE_CELL * tiles.resolution
 
     @property
     def nbytes(self) -> int:
@@ -37,12 +37,12 @@ class GlobalSearch:
         return self._maxima.nbytes
 
     def best(self, points: Array, around: Pose2, reach: Array) -> Pose2:
-        """The pose within `reach` (3,), m and rad, of `around` from where the points (n, 2) fit
-        best."""
-        n = max(math.ceil(reach[2] / TURN), 0)
-        turns = np.array(sorted(range(-n, n + 1), key=abs)) * TURN + around.theta
+        """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
+        robot's frame, have the largest sum of the field."""
+        n = max(math.ceil(reach[2] / TURN_STEP), 0)
+        turns = np.array(sorted(range(-n, n + 1), key=abs)) * TURN_STEP + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
-        every = np.linspace(0, len(points) - 1, min(len(points), POINTS)).astype(np.int64)
+        every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         turn, row, col = _search(
             self._maxima, points[every] / self._cell, turns, middle, window, self._unknown
@@ -53,9 +53,9 @@ class GlobalSearch:
 
 @kernel
 def _coarse(index, field, pad, unknown):
-    """The field in cells CELL times as wide, each the maximum of what it holds; unknown all around,
-    `pad` cells wide."""
-    side = TILE // CELL
+    """The field in cells CANDIDATE_CELL times as wide, each with the maximum of the field in it,
+    padded with `unknown` by `pad` cells."""
+    side = TILE // CANDIDATE_CELL
     high, wide = index.shape
     result = np.full((high * side + 2 * pad, wide * side + 2 * pad), unknown, np.float32)
     for i in range(high):
@@ -66,9 +66,13 @@ def _coarse(index, field, pad, unknown):
             for r in range(side):
                 row = result[pad + i * side + r, pad + j * side :]
                 for c in range(side):
-                    top = tile[CELL * r * TILE + CELL * c]
-                    for k in range(CELL * CELL):
-                        value = tile[(CELL * r + k // CELL) * TILE + CELL * c + k % CELL]
+                    top = tile[CANDIDATE_CELL * r * TILE + CANDIDATE_CELL * c]
+                    for k in range(CANDIDATE_CELL * CANDIDATE_CELL):
+                        value = tile[
+                            (CANDIDATE_CELL * r + k // CANDIDATE_CELL) * TILE
+                            + CANDIDATE_CELL * c
+                            + k % CANDIDATE_CELL
+                        ]
                         top = value if value > top else top
                     row[c] = top
     return result
@@ -76,7 +80,7 @@ def _coarse(index, field, pad, unknown):
 
 @kernel
 def _maxima(field, levels, unknown):
-    """(levels, rows, cols) the maximum over 1 << level cells from each cell on, up and right."""
+    """(levels, rows, cols) the maximum over the square of 1 << level cells up and right of each."""
     rows, cols = field.shape
     result = np.empty((levels, rows, cols), np.float32)
     result[0] = field
@@ -103,7 +107,7 @@ def _larger(a, b, result):
 
 @kernel
 def _search(maxima, points, turns, middle, window, unknown):
-    """Turn, row and column of the best candidate; depth first, the best node first."""
+    """Indices of turn, row and column of the best candidate; depth first, best node first."""
     levels, n = len(maxima), len(points)
     rows, cols = np.empty((len(turns), n), np.int32), np.empty((len(turns), n), np.int32)
     for t in range(len(turns)):

@@ -1,4 +1,4 @@
-"""Loops: how two local maps lie to each other, if they show the same place."""
+"""Loop closure: matching local maps that may show the same place."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
 from slam.validation import positive
 
-MOST_BYTES = 100_000_000  # of the maps that are kept ready, the last one aside
-PASSAGE = 0.3  # of the information across: with less along it, a place is taken for a passage
-SLIDE = 0.3  # m, standard deviation along a passage
-LOOSE = np.array([0.3, 0.3, 0.1])  # m, m, rad: what holds a match where the map leaves it free
+MAX_CACHE_BYTES = 100_000_000  # of the unpacked local maps, the last one aside
+CORRIDOR_RATIO = 0.3  # of the information along to that across, below which a place is a corridor
+CORRIDOR_STD = 0.3  # m, standard deviation along a corridor
+WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 
 
 class Match(NamedTuple):
-    """Where a panorama was taken, in the frame of a local map.
+    """The pose of a panorama in the frame of a local map.
 
     pose          of the panorama's frame
-    information   (3, 3) about it, in the panorama's frame
-    explained     share of the echoes where something stands in the local map
-    contradicted  share of the echoes where it is free
+    information   (3, 3) about the pose, in the panorama's frame
+    explained     share of the echoes in occupied cells of the local map
+    contradicted  share of the echoes in free cells
     """
 
     pose: Pose2
@@ -44,17 +44,17 @@ class Match(NamedTuple):
 
 @dataclass(frozen=True)
 class Loops:
-    """How loops are looked for, and which are believed.
+    """Parameters of the search for loops and of their acceptance.
 
-    sigmas        how many standard deviations around the prediction are searched: more than a
-                  Gaussian asks for, since where scans are far apart a match errs by more than it
-                  knows (on aces three closed the loop from 3 of 8 beginnings, seven from all)
-    least         m, m, rad: so far is searched in any case
-    farthest      m, m, rad: farther is never
-    explained     share of the echoes at least that the other local map must explain
-    contradicted  share of the echoes at most that may lie where it is free: doors move
-    floor         m, m, rad: standard deviations of what a match does not know of its error
-    refine        climbs from the best candidate to the top of its peak
+    sigmas        half the width of the search window around the prediction, in standard deviations:
+                  more than a Gaussian needs, since matches of distant scans err by more than their
+                  covariance (on aces three closed the loop from 3 of 8 starts, seven from all)
+    least         m, m, rad: minimum half width of the search window
+    farthest      m, m, rad: maximum half width of the search window
+    explained     minimum share of the echoes that the other local map must explain
+    contradicted  maximum share of the echoes in its free space: doors move
+    floor         m, m, rad: standard deviations of the errors that a match's information lacks
+    refine        climbs from the best candidate to the local maximum
     """
 
     sigmas: float = 7.0
@@ -68,94 +68,93 @@ class Loops:
     def __post_init__(self) -> None:
         positive(self, "sigmas", "explained", "contradicted")
 
-    def believed(self, match: Match) -> bool:
-        """Whether the two show the same place."""
+    def accepts(self, match: Match) -> bool:
+        """Whether the match is accepted as a loop."""
         return match.explained >= self.explained and match.contradicted <= self.contradicted
 
 
-class Ready:
-    """A local map that can be matched with.
+class UnpackedMap:
+    """A local map prepared for matching.
 
-    nbytes  of what is read of it, and of what is searched in it
+    nbytes  of its field and of the maxima for the search
     """
 
-    def __init__(self, settled: FrozenEndpoint):
-        self.reading = settled.unpacked()
-        self.reading.field(level=1)
-        self.search = GlobalSearch(self.reading)
-        self.nbytes = self.reading.tiles.nbytes + self.search.nbytes
+    def __init__(self, frozen: FrozenEndpoint):
+        self.endpoint = frozen.unpacked()
+        self.endpoint.field(level=1)
+        self.search = GlobalSearch(self.endpoint)
+        self.nbytes = self.endpoint.tiles.nbytes + self.search.nbytes
 
 
 def cautious(information: Array) -> Array:
-    """The information without what a passage pretends to know of the way along it.
+    """The information, limited along corridors.
 
-    Where the map holds the place of a panorama much less in one direction than across it, the
-    panorama may as well lie elsewhere along it: such a direction keeps the information of
-    SLIDE at most.
+    If a panorama is constrained much less along one direction than across it, it may as well lie
+    elsewhere along it: the information in that direction is limited to that of CORRIDOR_STD.
     """
     known, axes = np.linalg.eigh(information[:2, :2])
-    if known[0] >= PASSAGE * known[1] or known[0] <= SLIDE**-2:
+    if known[0] >= CORRIDOR_RATIO * known[1] or known[0] <= CORRIDOR_STD**-2:
         return information
     share = np.eye(3)
-    share[:2, :2] = (axes * np.sqrt([1.0 / (SLIDE**2 * known[0]), 1.0])) @ axes.T
+    share[:2, :2] = (axes * np.sqrt([1.0 / (CORRIDOR_STD**2 * known[0]), 1.0])) @ axes.T
     return share @ information @ share
 
 
 def mapped(place: LocalMap) -> Endpoint:
-    """The reading of a local map that nobody made."""
-    grid, reading = Static(), Endpoint()
+    """Build the static map of a local map's keyframes; returns its sensor model."""
+    grid, endpoint = Static(), Endpoint()
     changed = [grid.integrate(scan, pose) for scan, pose in place]
-    reading.refresh(grid, np.concatenate(changed))
-    return reading
+    endpoint.refresh(grid, np.concatenate(changed))
+    return endpoint
 
 
 class Matcher:
-    """Matches panoramas with local maps. Those used last are kept ready, the others small."""
+    """Matches panoramas with local maps; recently used maps stay unpacked, others compressed."""
 
     def __init__(self, loops: Loops):
         self._loops = loops
-        self._settled: dict[LocalMap, FrozenEndpoint] = {}
-        self._ready: OrderedDict[LocalMap, Ready] = OrderedDict()
+        self._frozen: dict[LocalMap, FrozenEndpoint] = {}
+        self._unpacked: OrderedDict[LocalMap, UnpackedMap] = OrderedDict()
 
     @property
     def nbytes(self) -> int:
-        """Bytes of what is kept."""
-        return sum(settled.nbytes for settled in self._settled.values()) + self._ready_bytes
+        """Bytes of all maps kept."""
+        return sum(frozen.nbytes for frozen in self._frozen.values()) + self._unpacked_bytes
 
     @property
-    def _ready_bytes(self) -> int:
-        return sum(ready.nbytes for ready in self._ready.values())
+    def _unpacked_bytes(self) -> int:
+        return sum(unpacked.nbytes for unpacked in self._unpacked.values())
 
-    def keep(self, place: LocalMap, reading: Endpoint) -> None:
-        """The map of `place`, which somebody made already, as it is read now."""
-        self._settled[place] = FrozenEndpoint(reading)
+    def keep(self, place: LocalMap, endpoint: Endpoint) -> None:
+        """Keep a compressed copy of the current map of `place`, given by its sensor model."""
+        self._frozen[place] = FrozenEndpoint(endpoint)
 
-    def _made_ready(self, place: LocalMap) -> Ready:
-        if place not in self._settled:
+    def _unpacked_map(self, place: LocalMap) -> UnpackedMap:
+        if place not in self._frozen:
             self.keep(place, mapped(place))
-        if place not in self._ready:
-            self._ready[place] = Ready(self._settled[place])
-        self._ready.move_to_end(place)
-        while len(self._ready) > 1 and self._ready_bytes > MOST_BYTES:
-            self._ready.popitem(last=False)
-        return self._ready[place]
+        if place not in self._unpacked:
+            self._unpacked[place] = UnpackedMap(self._frozen[place])
+        self._unpacked.move_to_end(place)
+        while len(self._unpacked) > 1 and self._unpacked_bytes > MAX_CACHE_BYTES:
+            self._unpacked.popitem(last=False)
+        return self._unpacked[place]
 
     def match(self, place: LocalMap, scan: Scan, predicted: Pose2, covariance: Array) -> Match:
-        """Where a panorama was taken, near where it is predicted, with (3, 3) `covariance`."""
+        """Match a panorama `scan` around its `predicted` pose, known with (3, 3) `covariance`."""
         loops = self._loops
         reach = loops.sigmas * np.sqrt(np.diag(covariance))
         reach = np.clip(reach, loops.least, loops.farthest)
-        ready = self._made_ready(place)
-        start = ready.search.best(scan.points, predicted, reach)
-        posterior = Posterior(ready.reading, scan, Prediction(start, Pose2(), LOOSE))
+        unpacked = self._unpacked_map(place)
+        start = unpacked.search.best(scan.points, predicted, reach)
+        posterior = Posterior(unpacked.endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
         pose = loops.refine.climb(posterior, start)
-        information = cautious(wide_information(ready.reading, scan, pose))
-        shares = ready.reading.shares(scan, pose)
+        information = cautious(wide_information(unpacked.endpoint, scan, pose))
+        shares = unpacked.endpoint.shares(scan, pose)
         return Match(pose, self._tempered(information, pose.theta), *shares)
 
     def _tempered(self, information: Array, heading: float) -> Array:
-        """The information in the frame of the pose, its error widened by the floor:
-        (I^-1 + F)^-1 = (1 + I F)^-1 I, which can be had where I has no inverse."""
+        """The information in the frame of the pose, its covariance enlarged by the floor's F:
+        (I^-1 + F)^-1 = (1 + I F)^-1 I, which exists for singular I too."""
         turn = turned(heading)
         own = turn.T @ information @ turn
         wider = np.linalg.solve(np.eye(3) + own * np.square(self._loops.floor), own)

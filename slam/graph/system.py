@@ -1,4 +1,4 @@
-"""The normal equations of a pose graph: what Gauss and Newton's step is solved from."""
+"""The normal equations of a pose graph, solved for a Gauss-Newton step."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from scipy.sparse.linalg import splu
 from slam.geometry import Array
 from slam.graph.edges import Edges
 
-AREA = 9  # values of a block
+BLOCK_SIZE = 9  # values of a (3, 3) block
 
 
 class System:
-    """The normal equations of the poses from number `begin` to the last of n, those before given.
+    """The normal equations of the poses from number `begin` to n - 1; those before are fixed.
 
-    Which poses the edges bind together does not change from step to step: the pattern of the matrix
-    is made once.
+    The sparsity pattern of the matrix is computed once: it is the same for all steps.
 
-    numbers  (m,) int64 of the edges at those poses
-    edges    a copy of these
+    numbers  (m,) int64, of the edges at those poses
+    edges    a copy of these edges
     """
 
     def __init__(self, edges: Edges, n: int, begin: int = 1):
@@ -33,19 +32,19 @@ class System:
         keys = rows[self._within] * self._n + cols[self._within]
         blocks, self._block = np.unique(keys, return_inverse=True)
         starts = np.searchsorted(blocks, np.arange(self._n + 1) * self._n)
-        places = np.arange(AREA * len(blocks)).reshape(-1, 3, 3)
+        places = np.arange(BLOCK_SIZE * len(blocks)).reshape(-1, 3, 3)
         side = 3 * self._n
         spread = bsr_matrix((places, blocks % self._n, starts), (side, side)).tocsr()
         self._order = np.asarray(spread.data, dtype=np.int64)
         self._indices, self._starts = spread.indices, spread.indptr
 
     def step(self, poses: Array, weights: Array) -> Array:
-        """(n, 3) the Gauss-Newton step with the edges weighted (m,); zero for poses given."""
+        """(n, 3) the Gauss-Newton step with `weights` (m,) of the edges; zero for fixed poses."""
         before, after, errors = self._jacobians(poses)
         information = self.edges.information * weights[:, None, None]
         back, forth = (np.swapaxes(J, 1, 2) @ information for J in (before, after))
         blocks = np.stack([back @ before, back @ after, forth @ before, forth @ after])
-        places = AREA * self._block[:, None] + np.arange(AREA)
+        places = BLOCK_SIZE * self._block[:, None] + np.arange(BLOCK_SIZE)
         values = np.bincount(
             places.ravel(), blocks[self._within].ravel(), minlength=len(self._order)
         )
@@ -61,7 +60,7 @@ class System:
         return step
 
     def _jacobians(self, poses: Array) -> tuple[Array, Array, Array]:
-        """(m, 3, 3) of the errors by the first and by the second pose, and the errors."""
+        """(m, 3, 3) Jacobians of the errors by the first and by the second pose, and the errors."""
         first, second = poses[self.edges.ends.T]
         errors = self.edges.errors(poses)
         turn = first[:, 2] + self.edges.measured[:, 2]

@@ -1,1 +1,1 @@
-"""Readers and writers of the files that people bring and take away."""
+"""Readers and writers of recordings, maps, trajectories and layers."""

@@ -1,4 +1,4 @@
-"""Named arrays out of an .npz file that may be anything: no pickle, and no more than fits."""
+"""Read .npz files safely: no pickles, and a bound on the size of the arrays."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from slam.geometry import Array
 from slam.io.files import AnyPath, reading
 from slam.io.one_line import one_line
 
-LARGEST = 1 << 33  # bytes of all arrays
-FLOOR = 1 << 28  # bytes that any file may unpack to: arrays of zeros pack well
-TIMES = 100  # times as large as packed beyond that: readings pack to a half or a quarter
+MAX_BYTES = 1 << 33  # of all arrays
+ALLOWED_BYTES = 1 << 28  # that any file may decompress to: arrays of zeros compress well
+MAX_RATIO = 100  # times the compressed size, beyond that; readings compress to a half or a quarter
 Parsed = TypeVar("Parsed")
 UNREADABLE = (
     OSError, EOFError, ValueError, KeyError, TypeError, RuntimeError, MemoryError, OverflowError,
     SyntaxError, NotImplementedError, zlib.error, zipfile.BadZipFile,
 )  # fmt: skip
-"""What numpy and zipfile raise for files that are damaged or something else."""
+"""What numpy and zipfile raise for files that are damaged or of another format."""
 
 
 def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
@@ -33,7 +33,7 @@ def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
     try:
         with zipfile.ZipFile(path) as packed:
             size = sum(member.file_size for member in packed.infolist())
-        if size > min(LARGEST, max(FLOOR, TIMES * Path(path).stat().st_size)):
+        if size > min(MAX_BYTES, max(ALLOWED_BYTES, MAX_RATIO * Path(path).stat().st_size)):
             raise InputError(f"{path}: not {what}, it unpacks to {size >> 20} MB")
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
@@ -58,7 +58,7 @@ def parsed(
 
 
 def floats(values: Any, dimensions: int) -> Array:
-    """Numbers as they are reckoned with. Raises ValueError or TypeError where they are none."""
+    """Values as an array of float64. Raises InputError where they are no numbers."""
     array = np.asarray(values)
     if array.dtype.kind not in "biuf" or array.ndim != dimensions:
         raise InputError(

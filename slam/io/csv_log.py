@@ -1,4 +1,4 @@
-"""Scans as a table: one row a scan, comma between, for whoever has them in a spreadsheet or script.
+"""Scans as a table of comma-separated values, one row a scan.
 
     # angle_min: -1.5707963
     # angle_increment: 0.0174533
@@ -8,9 +8,9 @@
 
 `time` in s; `x`, `y` (m), `theta` (rad): the odometry, all three or none; all other columns are
 ranges in m, in the order of the beams: inf is no echo, empty or nan no reading. A row without any
-range tells the odometry alone. Lines of the head say `# name: value`: angle_min and angle_increment
-(rad; needed), range_max (m; guessed if missing), range_min (m), mount (x y theta of the laser on
-the robot), beam_time (s from a beam to the next).
+range holds an odometry pose alone. Lines of the head are `# name: value`: angle_min and
+angle_increment (rad; needed), range_max (m; estimated if missing), range_min (m), mount (x y theta
+of the laser on the robot), beam_time (s from a beam to the next).
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ import numpy as np
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.files import LONGEST_LINE, AnyPath, lines, replacing
+from slam.io.constant_mount import constant_mount
+from slam.io.files import MAX_LINE, AnyPath, lines, replacing
 from slam.io.loaded_recording import LoadedRecording
-from slam.io.mounted import only_mount
-from slam.io.saturation import guessed_max_range
+from slam.io.max_range import estimated_max_range
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
@@ -40,8 +40,8 @@ HEAD = {
     "mount": 3,
     "beam_time": 1,
 }
-FARTHEST = 100.0  # rad: an angle beyond it is in other units
-EVEN = 1e-6  # rad: beams that are less uneven count as even
+MAX_ANGLE = 100.0  # rad: a larger angle is in other units
+EVEN_TOLERANCE = 1e-6  # rad: beams this close to an even spread are even
 
 
 def read_csv(path: AnyPath) -> LoadedRecording:
@@ -50,10 +50,12 @@ def read_csv(path: AnyPath) -> LoadedRecording:
     columns: list[str] = []
     rows: list[Array] = []
     for number, line in lines(path):
-        text = line.decode("utf-8-sig", errors="replace").strip()  # spreadsheets write the mark
+        text = line.decode(
+            "utf-8-sig", errors="replace"
+        ).strip()  # spreadsheets write a byte order mark
         where = f"{path}:{number}"
-        if len(line) >= LONGEST_LINE:
-            raise InputError(f"{where}: a line of over {LONGEST_LINE >> 20} MB, as no scan needs")
+        if len(line) >= MAX_LINE:
+            raise InputError(f"{where}: a line of over {MAX_LINE >> 20} MB, as no scan needs")
         if text.startswith("#"):
             _take_head(head, text[1:], where)
         elif text and not columns:
@@ -80,11 +82,11 @@ def write_csv(episode: Episode, path: AnyPath) -> None:
     step = float(angles[-1] - angles[0]) / max(len(angles) - 1, 1)
     even = angles[0] + step * np.arange(len(angles))
     for scan in episode.scans:
-        if scan.angles.shape != even.shape or np.abs(scan.angles - even).max() > EVEN:
+        if scan.angles.shape != even.shape or np.abs(scan.angles - even).max() > EVEN_TOLERANCE:
             raise InputError("a table needs beams that are evenly spread and always the same")
         if _laser(scan) != _laser(first):
             raise InputError("a table needs a laser that is always the same")
-    only_mount(episode)
+    constant_mount(episode)
     with replacing(path) as file:
         for line in _lines(episode, float(angles[0]), step):
             file.write(line.encode() + b"\n")
@@ -146,10 +148,10 @@ def _log(
     if not seen.any():
         raise InputError("no row with a range in it")
     first, step = head["angle_min"][0], head["angle_increment"][0]
-    if max(abs(first), abs(step)) > FARTHEST:
+    if max(abs(first), abs(step)) > MAX_ANGLE:
         raise InputError(f"expected angles in rad, got {first:g} and steps of {step:g}")
     angles = first + step * np.arange(ranges.shape[1])
-    high = head["range_max"][0] if "range_max" in head else guessed_max_range(list(ranges[seen]))
+    high = head["range_max"][0] if "range_max" in head else estimated_max_range(list(ranges[seen]))
     low = head.get("range_min", [0.0])[0]
     mount = Pose2(*head.get("mount", [0.0, 0.0, 0.0]))
     beam_time = head.get("beam_time", [0.0])[0]

@@ -1,4 +1,4 @@
-"""Files in and out: lines of plain or gzip text, and writing that never leaves half a file."""
+"""Read lines of plain or gzip text; write files that appear only when they are complete."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from typing import IO
 from slam.errors import InputError
 
 AnyPath = str | os.PathLike[str]
-LONGEST_LINE = 1 << 20  # bytes; the rest of a longer line is passed over
-LONGEST_PASSED = 1 << 26  # bytes; a file with a longer line is no text
-LARGEST = 1 << 27  # bytes of a text unpacked, if it is more than
-TIMES = 100  # times as large as packed: logs are 3 to 15 times as large
+MAX_LINE = 1 << 20  # bytes; the rest of a longer line is left out
+MAX_TEXT_LINE = 1 << 26  # bytes; a file with a longer line is no text
+MAX_TEXT = 1 << 27  # bytes of a decompressed text, if more than
+MAX_RATIO = 100  # times its compressed size; real logs have 3 to 15 times
 GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of such a file
 ZIP_MAGIC = b"PK\x03\x04"
 ROS1_MAGIC = b"#ROSBAG V"
@@ -40,18 +40,18 @@ def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
         file = gzip.GzipFile(fileobj=raw) if packed else raw
         number, whole, length = 0, True, 0
         try:
-            while line := file.readline(LONGEST_LINE):
-                if packed and file.tell() > max(LARGEST, TIMES * raw.tell()):
-                    raise InputError(f"{path}: unpacks to over {LARGEST >> 20} MB, as no log does")
+            while line := file.readline(MAX_LINE):
+                if packed and file.tell() > max(MAX_TEXT, MAX_RATIO * raw.tell()):
+                    raise InputError(f"{path}: unpacks to over {MAX_TEXT >> 20} MB, as no log does")
                 if whole:
                     number, length = number + 1, 0
                     yield number, line
                 length += len(line)
-                if length > LONGEST_PASSED:
+                if length > MAX_TEXT_LINE:
                     raise InputError(
-                        f"{path}:{number}: a line of over {LONGEST_PASSED >> 20} MB, as no log has"
+                        f"{path}:{number}: a line of over {MAX_TEXT_LINE >> 20} MB, as no log has"
                     )
-                whole = len(line) < LONGEST_LINE or line.endswith(b"\n")
+                whole = len(line) < MAX_LINE or line.endswith(b"\n")
         except (EOFError, zlib.error, gzip.BadGzipFile) as error:
             raise CutShortError(
                 f"{path}:{number + 1}: a complete gzip file was expected, this one is "
@@ -60,7 +60,7 @@ def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
 
 
 def text_lines(path: AnyPath) -> Iterator[tuple[int, str]]:
-    """The same as text, without blank lines and comments (#), stripped."""
+    """Line numbers and stripped lines as text, without blank lines and comments (#)."""
     for number, line in lines(path):
         text = line.decode(errors="replace").strip()
         if text and not text.startswith("#"):
@@ -69,10 +69,8 @@ def text_lines(path: AnyPath) -> Iterator[tuple[int, str]]:
 
 @contextmanager
 def reading(path: AnyPath) -> Iterator[IO[bytes]]:
-    """A file open for reading; what the system refuses becomes an InputError.
-
-    So does what is no file: a pipe would keep us waiting, a device never end.
-    """
+    """A file open for reading. Raises InputError where the system refuses it, and for a pipe or a
+    device, which might never end."""
     try:
         if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
             raise InputError(f"{path}: a file was expected, this is a device or a pipe")
@@ -106,8 +104,8 @@ def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def placing(path: AnyPath) -> Iterator[Path]:
-    """The same for who opens files by name: what is written under the path that this gives, which
-    ends as `path` does, takes its place."""
+    """A temporary path with the same name, for libraries that open files by name; the file written
+    there takes the place of `path`."""
     path = Path(path)
     try:
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:

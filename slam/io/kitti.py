@@ -13,13 +13,13 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array
-from slam.io.columns import read_columns
 from slam.io.files import AnyPath, replacing
+from slam.io.number_columns import read_columns
 from slam.trajectory import Trajectory
 
 COLUMNS = "r11 r12 r13 x r21 r22 r23 y r31 r32 r33 z"
-LEVEL = math.cos(math.radians(10.0))  # what is tilted by more is no robot on a floor
-EXACT = 0.01  # as far as the numbers of a rotation may be off
+MIN_UPRIGHT = math.cos(math.radians(10.0))  # cosine of the tilt of a robot on a floor
+ROTATION_TOLERANCE = 0.01  # of the elements of R R^T
 
 
 def write_kitti(trajectory: Trajectory, path: AnyPath) -> Path:
@@ -49,10 +49,10 @@ def read_kitti(path: AnyPath) -> Array:
         raise InputError(f"{path}: no pose in it, expected lines of `{COLUMNS}`")
     turns = rows.reshape(-1, 3, 4)[:, :, :3]
     off = np.abs(turns @ np.swapaxes(turns, 1, 2) - np.eye(3)).max(axis=(1, 2))
-    wrong = np.flatnonzero((off > EXACT) | (np.linalg.det(turns) < 0))
+    wrong = np.flatnonzero((off > ROTATION_TOLERANCE) | (np.linalg.det(turns) < 0))
     if len(wrong):
         raise InputError(f"{path}:{numbers[wrong[0]]}: expected a pose, got no rotation")
-    tilted = np.flatnonzero(turns[:, 2, 2] < LEVEL)
+    tilted = np.flatnonzero(turns[:, 2, 2] < MIN_UPRIGHT)
     if len(tilted):
         raise InputError(
             f"{path}:{numbers[tilted[0]]}: expected x ahead, y left and z up, but z is tilted; are "

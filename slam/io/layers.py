@@ -1,7 +1,7 @@
-"""Layers in files: a picture, the doors as GeoJSON, and all of it as .npz.
+"""Layers as files: a picture, the doors as GeoJSON, and all of them as .npz.
 
-GeoJSON is meant for degrees on the globe (RFC 7946, section 4). A robot's map has none: the
-coordinates are metres in the map's frame, as the foreign member `frame` says in every file.
+Coordinates of GeoJSON are degrees of longitude and latitude (RFC 7946, section 4). Those of a
+robot's map are metres in its frame, as the foreign member `frame` says in every file.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
 from slam.layers import Layers
+from slam.layers.classification import CHANGING, FREE, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
-from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN
 
 FORMAT = "dynslam-layers-1"
 WHAT = "layers written by dynslam"
 FRAME = "map, x and y in metres: not the longitude and latitude of RFC 7946"
-INK, PAPER, FOG = (0, 0, 0), (255, 255, 255), (205, 205, 205)
-SELDOM, MOSTLY = (255, 214, 102), (192, 20, 60)  # occupied, of what changes
+STATIC_COLOUR, FREE_COLOUR, UNKNOWN_COLOUR = (0, 0, 0), (255, 255, 255), (205, 205, 205)
+SELDOM_COLOUR, MOSTLY_COLOUR = (255, 214, 102), (192, 20, 60)  # occupied, of what changes
 
 
 def write_picture(layers: Layers, path: AnyPath) -> None:
     """Write a PNG, a pixel a cell, the largest y on top.
 
-    Black always stands, white is free, grey unknown; what changes goes from yellow, seldom
-    occupied, to red, mostly occupied.
+    Black is static, white free, grey unknown; cells that change go from yellow, seldom occupied, to
+    red, mostly occupied.
     """
     from PIL import Image
 
@@ -40,10 +40,17 @@ def write_picture(layers: Layers, path: AnyPath) -> None:
 def picture(layers: Layers) -> np.ndarray:
     """(rows, cols, 3) uint8: the colours of the cells, in the order of the grid."""
     colours = np.empty((4, 3), np.uint8)
-    colours[[UNKNOWN, FREE, STATIC, CHANGING]] = FOG, PAPER, INK, MOSTLY
+    colours[[UNKNOWN, FREE, STATIC, CHANGING]] = (
+        UNKNOWN_COLOUR,
+        FREE_COLOUR,
+        STATIC_COLOUR,
+        MOSTLY_COLOUR,
+    )
     pixels = colours[layers.kind]
     share = np.nan_to_num(layers.occupied[layers.changing], nan=1.0)[:, None]
-    pixels[layers.changing] = np.round(share * MOSTLY + (1 - share) * np.array(SELDOM))
+    pixels[layers.changing] = np.round(
+        share * MOSTLY_COLOUR + (1 - share) * np.array(SELDOM_COLOUR)
+    )
     return pixels
 
 
@@ -76,7 +83,7 @@ def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
 
 
 def write_layers(layers: Layers, path: AnyPath) -> None:
-    """Write all of it to `path` (.npz)."""
+    """Write all layers to `path` (.npz)."""
     spec = layers.spec
     doors = [(*door.ends.ravel(), *door[1:]) for door in layers.doors]
     with replacing(path) as file:

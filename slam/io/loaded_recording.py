@@ -1,4 +1,4 @@
-"""A recording as it is read from a file: what a SLAM can be run on, and what was wrong with it."""
+"""A recording that was read from a file, and the choice of its laser and odometry."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from slam.io.warnings import RecordingWarning
 
 
 class LoadedRecording(NamedTuple):
-    """A log that was read, and what was wrong with it."""
+    """An episode that was read from a file, and what was wrong with the file."""
 
     episode: Episode
     warnings: tuple[RecordingWarning, ...]
 
 
 class SourceSelection(NamedTuple):
-    """What of a file with several lasers or odometries is wanted; None: what is found by itself.
+    """Which laser and odometry of a file to read; None: the one that is found in the file.
 
     laser     topic of the laser's scans
-    odometry  topic of the odometry, or the frame of /tf that it is told in; "none" for none
-    mount     the sensor on the robot (robot_from_sensor), instead of what the file says
+    odometry  topic of the odometry, or its frame in /tf; "none" for none
+    mount     the sensor on the robot (robot_from_sensor), instead of the one in the file
     """
 
     laser: str | None = None

@@ -1,4 +1,4 @@
-"""Scans as plain arrays in an .npz file, for whoever has them in numpy."""
+"""Scans as plain numpy arrays in an .npz file."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from slam.geometry import Pose2
 from slam.io.arrays import UNREADABLE, floats, read_arrays
 from slam.io.files import AnyPath
 from slam.io.loaded_recording import LoadedRecording
+from slam.io.max_range import estimated_max_range
 from slam.io.one_line import one_line
-from slam.io.saturation import guessed_max_range
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
@@ -26,7 +26,7 @@ LAYOUT = (
 
 
 def read_plain_npz(path: AnyPath) -> LoadedRecording:
-    """Read arrays of the `LAYOUT`; ranges mean what `Scan.ranges` does, poses are the odometry.
+    """Read arrays of the `LAYOUT`; ranges as in `Scan`, poses are the odometry.
 
     Without `range_max`, it is guessed from the readings. Raises InputError for anything else.
     """
@@ -47,8 +47,8 @@ def _log(data: dict[str, Any], source: str) -> LoadedRecording:
         raise InputError(
             f"ranges have shape {ranges.shape} for {len(times)} times and {len(angles)} angles"
         )
-    high = _one(data, "range_max") or guessed_max_range(list(ranges))
-    low, beam_time = _one(data, "range_min"), _one(data, "beam_time")
+    high = _scalar(data, "range_max") or estimated_max_range(list(ranges))
+    low, beam_time = _scalar(data, "range_min"), _scalar(data, "beam_time")
     mount = Pose2.of(floats(data.get("mount", np.zeros(3)), 1))
     scans = tuple(
         Scan(row, angles, high, low, time, mount, beam_time)
@@ -67,7 +67,7 @@ def _log(data: dict[str, Any], source: str) -> LoadedRecording:
     )
 
 
-def _one(data: dict[str, Any], name: str) -> float:
+def _scalar(data: dict[str, Any], name: str) -> float:
     """A number by its name, 0 where there is none."""
     value = float(floats(data.get(name, 0.0), 0))
     if not math.isfinite(value):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slam.errors import InputError
-from slam.io.columns import read_columns
 from slam.io.files import AnyPath
+from slam.io.number_columns import read_columns
 from slam.metrics.relations import Relations
 
 COLUMNS = "t1 t2 x y z roll pitch yaw"

@@ -20,8 +20,8 @@ from slam.io.files import AnyPath, reading, replacing, text_lines
 from slam.io.one_line import one_line
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
-LONGEST_HEADER = 1 << 16  # bytes, comments and all
-LARGEST = 1 << 28  # pixels
+MAX_HEADER = 1 << 16  # bytes, comments and all
+MAX_PIXELS = 1 << 28  # pixels
 HEADER = re.compile(
     rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
 )
@@ -62,7 +62,7 @@ def read_ros_map(path: AnyPath) -> OccupancyGrid:
 
 
 def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
-    """The same, and where the frame of the grid lies in that of the map."""
+    """The map as of `read_ros_map`, and the pose of the grid's frame in that of the map."""
     path = Path(path)
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
@@ -129,14 +129,14 @@ def _origin(path: Path, fields: dict[str, str]) -> tuple[float, float]:
 
 def _read_pgm(path: Path) -> np.ndarray:
     with reading(path) as file:
-        header = HEADER.match(file.read(LONGEST_HEADER))
+        header = HEADER.match(file.read(MAX_HEADER))
         if not header or header[3] != b"255":
             raise InputError(f"{path}: expected a binary PGM (P5) with 8 bits a pixel")
         cols, rows = int(header[1]), int(header[2])
         held = file.seek(0, os.SEEK_END) - header.end()
         if not rows * cols or held != rows * cols:
             raise InputError(f"{path}: expected {cols} x {rows} pixels, got {held} bytes of them")
-        if held > LARGEST:
+        if held > MAX_PIXELS:
             raise InputError(f"{path}: {cols} x {rows} pixels are more than any map has")
         file.seek(header.end())
         return np.frombuffer(file.read(), dtype=np.uint8).reshape(rows, cols)

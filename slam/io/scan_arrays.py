@@ -1,4 +1,4 @@
-"""Scans as a few long arrays, for files."""
+"""Scans as a few long arrays, to be saved."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slam.scan import Scan
 
 
 def packed_scans(scans: Sequence[Scan]) -> dict[str, np.ndarray]:
-    """Scans as arrays by name: every number is kept as it is."""
+    """Scans as arrays by name, without any loss."""
     return {
         "beams": np.array([len(scan.ranges) for scan in scans]),
         "ranges": np.concatenate([scan.ranges for scan in scans]),
@@ -39,7 +39,7 @@ def unpacked_scans(data: dict[str, Any]) -> tuple[Scan, ...]:
         np.split(floats(data["angles"], 1), ends),
         floats(data["limits"], 2).tolist(),
         mounts.tolist(),
-        floats(data.get("beam_times", np.zeros(len(mounts))), 1).tolist(),  # new in them
+        floats(data.get("beam_times", np.zeros(len(mounts))), 1).tolist(),  # absent in old files
         strict=True,
     )
     return tuple(

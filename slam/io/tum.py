@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slam.errors import InputError
-from slam.io.columns import read_columns
 from slam.io.files import AnyPath, replacing
+from slam.io.number_columns import read_columns
 from slam.trajectory import Trajectory
 
 COLUMNS = "timestamp x y z qx qy qz qw"

@@ -1,4 +1,4 @@
-"""What was wrong with a file that could still be used, counted."""
+"""Warnings about a file that could be read in part, counted by kind."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from slam.io.one_line import one_line
 
-MOST = 50  # kinds that are told apart: a file that is all trouble names frames and topics in each
+MAX_KINDS = 50  # that are counted apart: a damaged file can have other frames and topics in each
 
 
 class RecordingWarning(NamedTuple):
-    """One kind of trouble: how often it came up, and the first of them (numbers from 1)."""
+    """One kind of warning: how many times, and the first of its lines (numbers from 1)."""
 
     kind: str
     times: int
@@ -23,21 +23,21 @@ class RecordingWarning(NamedTuple):
 
 
 class WarningCounter:
-    """Counts kinds of trouble in the order in which they first came up; `unit` is what a file
-    is numbered by."""
+    """Counts warnings by kind, in the order of their first occurrence; `unit` is what the numbers
+    count, such as lines."""
 
     def __init__(self, unit: str = "line") -> None:
         self._unit = unit
         self._found: dict[str, RecordingWarning] = {}
 
     def add(self, kind: str, line: int) -> None:
-        """Count one line with a kind of trouble."""
+        """Count a warning about a line."""
         kind = one_line(kind)
-        if len(self._found) >= MOST and kind not in self._found:
+        if len(self._found) >= MAX_KINDS and kind not in self._found:
             kind = "other trouble"
         known = self._found.get(kind, RecordingWarning(kind, 0, line, self._unit))
         self._found[kind] = known._replace(times=known.times + 1, line=min(known.line, line))
 
     def counted(self) -> tuple[RecordingWarning, ...]:
-        """All of them."""
+        """All warnings."""
         return tuple(self._found.values())

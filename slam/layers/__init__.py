@@ -1,4 +1,4 @@
-"""The map in layers: what always stands, what changes, what is unknown."""
+"""Map layers: static, changing, free and unknown cells, and the doors among the changing ones."""
 
 from slam.layers.layers import Layers, layers
 

@@ -1,4 +1,4 @@
-"""Gaps in what always stands, that what changes fills from end to end."""
+"""Gaps between static cells that changing cells fill from end to end: candidates for doors."""
 
 from __future__ import annotations
 
@@ -8,36 +8,42 @@ from scipy.ndimage import binary_dilation, maximum_filter
 from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.kernel import kernel
-from slam.layers.kinds import FREE, STATIC, UNKNOWN
+from slam.layers.classification import FREE, STATIC, UNKNOWN
 
-NARROWEST, WIDEST = 0.55, 1.4  # m, of a door
-FILLED = 0.5  # share of a gap that must be seen to change, ...
-SHORTEST = 0.45  # ... and m: walls flicker over less
-CLEAR = 0.12  # m from the gap's ends, where what stands may still be the jamb
-ANCHOR = 2  # cells, from what changes to the end of a gap
-BESIDE = 0.5  # what a leaf's cell beside the gap's line is worth, of one on it
-OPEN, SHUT = 0.2, 2.0  # s that a cell of the gap which is always free, or never, speaks against it
+MIN_DOOR_WIDTH, MAX_DOOR_WIDTH = 0.55, 1.4  # m
+MIN_CHANGING_SHARE = 0.5  # of the cells of a gap, ...
+MIN_CHANGING_LENGTH = 0.45  # ... and m: walls flicker over less
+JAMB_LENGTH = 0.12  # m from the gap's ends, where static cells may be the jamb
+ANCHOR_DISTANCE = 2  # cells between changing cells and the end of a gap
+BESIDE_WEIGHT = 0.5  # of a leaf's cell beside the gap's line, by that of one on it
+FREE_PENALTY, STATIC_PENALTY = 0.2, 2.0  # s, of a cell of the gap that does not change
 
 
 def find_gaps(kind: np.ndarray, leaf: np.ndarray, spec: GridSpec) -> list[Array]:
-    """The gaps, each as its two ends (2, 2), m, map frame; the best first, and none near another.
+    """The gaps, each by its two ends (2, 2), m, map frame; best first, without overlaps.
 
-    kind  (rows, cols) kinds of cells
-    leaf  (rows, cols) s for which a cell looks like a leaf's: it was occupied, and free as well
+    kind  (rows, cols) classes of the cells
+    leaf  (rows, cols) s of evidence that a cell is part of a door's leaf: time occupied, of cells
+          that were free as well
     """
-    near = binary_dilation(leaf > 0, np.ones((3, 3)), iterations=ANCHOR)
-    value = np.maximum(leaf, BESIDE * maximum_filter(leaf, 3))
+    near = binary_dilation(leaf > 0, np.ones((3, 3)), iterations=ANCHOR_DISTANCE)
+    value = np.maximum(leaf, BESIDE_WEIGHT * maximum_filter(leaf, 3))
     cells = 1 / spec.resolution
-    limits = NARROWEST * cells, WIDEST * cells, CLEAR * cells, SHORTEST * cells
+    limits = (
+        MIN_DOOR_WIDTH * cells,
+        MAX_DOOR_WIDTH * cells,
+        JAMB_LENGTH * cells,
+        MIN_CHANGING_LENGTH * cells,
+    )
     gaps = _gaps(np.argwhere((kind == STATIC) & near), kind, value, limits)
-    best = _apart(gaps[np.argsort(-gaps[:, 4], kind="stable"), :4])
+    best = _without_overlaps(gaps[np.argsort(-gaps[:, 4], kind="stable"), :4])
     return [spec.centres(ends.astype(np.int64)) for ends in best.reshape(-1, 2, 2)]
 
 
 @kernel
-def _apart(gaps):
-    """The first of gaps (n, 4), and of the others those whose middle lies farther from that of any
-    before than the halves of both are long."""
+def _without_overlaps(gaps):
+    """Non-maximum suppression: the gaps (n, 4) whose middle is farther from that of all kept before
+    than the sum of both half lengths."""
     kept, n = np.empty_like(gaps), 0
     for row, col, to_row, to_col in gaps:
         length, near = np.hypot(to_row - row, to_col - col), False
@@ -54,8 +60,7 @@ def _apart(gaps):
 
 @kernel
 def _gaps(anchors, kind, value, limits):
-    """(n, 5) rows and columns of both ends of each gap, the first an anchor, and how well it is
-    filled, s."""
+    """(n, 5) rows and columns of both ends of each gap, the first an anchor, and its score, s."""
     found, n = np.empty((64, 5)), 0
     narrowest, widest, clear, shortest = limits
     reach = int(widest)
@@ -64,7 +69,7 @@ def _gaps(anchors, kind, value, limits):
         for r in range(max(row - reach, 0), min(row + reach + 1, kind.shape[0])):
             for c in range(max(col - reach, 0), min(col + reach + 1, kind.shape[1])):
                 if kind[r, c] == STATIC and narrowest <= np.hypot(r - row, c - col) <= widest:
-                    total = _filled(row, col, r, c, kind, value, clear, shortest)
+                    total = _score(row, col, r, c, kind, value, clear, shortest)
                     if total > 0.0:
                         if n == len(found):
                             found = np.concatenate((found, np.empty_like(found)))
@@ -75,9 +80,9 @@ def _gaps(anchors, kind, value, limits):
 
 
 @kernel
-def _filled(row, col, to_row, to_col, kind, value, clear, shortest):
-    """The sum of the values between two cells, less what speaks against a gap; 0 where something
-    always stands between or too little changes."""
+def _score(row, col, to_row, to_col, kind, value, clear, shortest):
+    """The score of a gap: the sum of the values between two cells, less penalties; 0 if a static
+    cell lies between or too few cells change."""
     length = np.hypot(to_row - row, to_col - col)
     steps = int(np.ceil(length))
     filled, total = 0, 0.0
@@ -91,6 +96,6 @@ def _filled(row, col, to_row, to_col, kind, value, clear, shortest):
         if value[r, c] > 0.0:
             total += value[r, c]
         else:
-            total -= OPEN if kind[r, c] == FREE else SHUT
-    enough = filled >= FILLED * (steps - 1) and filled * length / steps >= shortest
+            total -= FREE_PENALTY if kind[r, c] == FREE else STATIC_PENALTY
+    enough = filled >= MIN_CHANGING_SHARE * (steps - 1) and filled * length / steps >= shortest
     return total if enough else 0.0

@@ -1,4 +1,4 @@
-"""Layers of the map: what always stands, what changes, what is free, what nobody has seen."""
+"""Layers of a map: static, changing, free and unknown cells, and doors, from all scans."""
 
 from __future__ import annotations
 
@@ -10,9 +10,16 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid
+from slam.layers.cell_statistics import CellStatistics, observe
+from slam.layers.classification import (
+    CHANGING,
+    FREE,
+    STATIC,
+    UNKNOWN,
+    classify,
+    remove_flicker,
+)
 from slam.layers.doors import MappedDoor, find_doors, open_swings
-from slam.layers.kinds import CHANGING, FREE, STATIC, UNKNOWN, kinds, settle
-from slam.layers.looks import Looks, look
 from slam.layers.surface import SurfaceCells, extent, find_surface
 from slam.maps.rays import Rays
 from slam.scan import Scan
@@ -21,15 +28,15 @@ from slam.validation import finite, positive_number
 
 @dataclass(frozen=True)
 class Layers:
-    """One cell, one kind.
+    """The class of every cell, and the doors.
 
     spec      the grid
     kind      (rows, cols) uint8: UNKNOWN, FREE, STATIC or CHANGING
-    occupied  (rows, cols) float32, share of its watched time in which a cell was occupied; NaN
-              where nothing was watched or no echo ever came from
-    rate      (rows, cols) float32, changes of state for every hour watched
-    watched   (rows, cols) float32, s; what no echo ever came from counts as not watched
-    doors     those found
+    occupied  (rows, cols) float32, share of its watched time in which a cell was occupied; NaN if
+              it was not watched
+    rate      (rows, cols) float32, changes of state per watched hour
+    watched   (rows, cols) float32, s; 0 for cells without an echo
+    doors     by decreasing confidence
     """
 
     spec: GridSpec
@@ -41,12 +48,12 @@ class Layers:
 
     @property
     def static(self) -> np.ndarray:
-        """(rows, cols) bool: always stands."""
+        """(rows, cols) bool: always occupied."""
         return self.kind == STATIC
 
     @property
     def changing(self) -> np.ndarray:
-        """(rows, cols) bool: now this, now that."""
+        """(rows, cols) bool: sometimes occupied, sometimes free."""
         return self.kind == CHANGING
 
     @property
@@ -56,11 +63,11 @@ class Layers:
 
     @property
     def unknown(self) -> np.ndarray:
-        """(rows, cols) bool: never seen."""
+        """(rows, cols) bool: never observed."""
         return self.kind == UNKNOWN
 
     def static_map(self) -> OccupancyGrid:
-        """What always stands, as a map: h is 1; what is free now and then is free, h is 0."""
+        """The static cells as a map: h is 1; 0 in free and changing cells, 0.5 in unknown ones."""
         occupied = np.select([self.static, self.unknown], [1.0, 0.5], 0.0)
         return OccupancyGrid(self.spec, occupied, ~self.unknown)
 
@@ -68,10 +75,11 @@ class Layers:
 def layers(
     scans: Sequence[Scan], poses: Array, resolution: float = 0.05, rays: Rays = Rays()
 ) -> Layers:
-    """Layers of all `scans`, in the order of time, at their final `poses` (n, 3).
+    """The layers of all `scans`, in the order of time, at their final `poses` (n, 3).
 
     resolution  m, side of a cell
-    Raises InputError for poses that are not one a scan, and for a place larger than a grid.
+
+    Errors: InputError unless there is one pose per scan, and if the grid would be too large.
     """
     positive_number("resolution", resolution)
     finite("poses", poses, 3)
@@ -79,22 +87,22 @@ def layers(
         raise InputError(f"layers need one pose a scan, got {len(poses)} for {len(scans)} scans")
     spec = extent(scans, poses, rays, resolution)
     surface = find_surface(scans, poses, rays, spec)
-    looks, passed = look(scans, poses, rays, spec, surface)
-    kind = kinds(surface, looks, passed)
-    doors = find_doors(kind, spec, surface, looks)
-    settle(kind, surface.number, looks)
+    statistics, passed = observe(scans, poses, rays, spec, surface)
+    kind = classify(surface, statistics, passed)
+    doors = find_doors(kind, spec, surface, statistics)
+    remove_flicker(kind, surface.number, statistics)
     open_swings(kind, spec, doors)
-    return Layers(spec, kind, *_times(spec, surface, looks), tuple(doors))
+    return Layers(spec, kind, *_times(spec, surface, statistics), tuple(doors))
 
 
 def _times(
-    spec: GridSpec, surface: SurfaceCells, looks: Looks
+    spec: GridSpec, surface: SurfaceCells, statistics: CellStatistics
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Share of time occupied, flips for every hour, s watched."""
-    watched = looks.free_for + looks.occupied_for
+    """(rows, cols) each: share of time occupied, flips per watched hour, s watched."""
+    watched = statistics.free_for + statistics.occupied_for
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = looks.occupied_for / watched
-        rate = np.where(watched > 0, 3600.0 * looks.flips / watched, 0.0)
+        share = statistics.occupied_for / watched
+        rate = np.where(watched > 0, 3600.0 * statistics.flips / watched, 0.0)
     rasters = []
     for values, blank in ((share, np.nan), (rate, 0.0), (watched, 0.0)):
         raster = np.full(spec.shape, blank, np.float32)

@@ -14,7 +14,7 @@ from slam.episode import Truth
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid, grown
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.raster import rasterise, times_touched
 
 DOOR_SHARE = (0.02, 0.98)  # a cell between these shares of time is a door's
@@ -38,7 +38,7 @@ class ChangeScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; a score that cannot be had is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 class Calibration(NamedTuple):

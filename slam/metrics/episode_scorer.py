@@ -6,7 +6,7 @@ from slam.episode import Episode
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid, moved
 from slam.metrics.change import Calibration, TrueOccupancy
-from slam.metrics.flat import Number
+from slam.metrics.json_scores import Number
 from slam.metrics.mapping import OccupiedCells
 from slam.metrics.surface import visible_truth
 from slam.metrics.trajectory import alignment, ate, score_trajectory

@@ -1,4 +1,4 @@
-"""Ghosts: what a map shows where nothing always stands; and how much of the walls it still has.
+"""Ghosts: occupied cells of a map where no static surface is; and the share of the walls kept.
 
 A ghost is an occupied cell farther than 15 cm from every wall. That is three cells of 5 cm: what a
 cell's half diagonal (3.5 cm), a good run's error (5 cm) and a wall's smear of a cell can explain is
@@ -17,13 +17,13 @@ from scipy.spatial import KDTree
 from slam.episode import Episode
 from slam.geometry import Array, Pose2, transform_points, wrap_angle
 from slam.grid import OccupancyGrid
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.mapping import OCCUPIED, distances
 from slam.metrics.surface import SeenSurface
 
-FAR = 0.15  # m from every wall: a ghost
-THROUGH, ON = 0.05, 0.1  # m: a beam passed a point so closely, and went on for so far
-NEAR = 0.10  # m: a piece of wall so near an occupied cell is in the map
+GHOST_DISTANCE = 0.15  # m from every wall: a ghost
+MAX_ASIDE, MIN_BEYOND = 0.05, 0.1  # m: distance of a beam from a point, and its length behind it
+WALL_TOLERANCE = 0.10  # m: a piece of wall this near an occupied cell is in the map
 
 
 class GhostScores(NamedTuple):
@@ -40,7 +40,7 @@ class GhostScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; NaN is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 class Ghosts:
@@ -63,7 +63,7 @@ class Ghosts:
     def centres(self, grid: OccupancyGrid, world_from_map: Pose2 = Pose2()) -> Array:
         """(n, 2) m, world: the ghosts' centres."""
         moved = _occupied(grid, world_from_map)
-        return moved[distances(moved, self._walls) > FAR]
+        return moved[distances(moved, self._walls) > GHOST_DISTANCE]
 
     def score(self, grid: OccupancyGrid, world_from_map: Pose2 = Pose2()) -> GhostScores:
         """Of a map moved by `world_from_map`, for instance `trajectory.alignment`."""
@@ -72,7 +72,7 @@ class Ghosts:
             return GhostScores(math.inf if ghosts else 0.0, ghosts, math.nan)
         moved, recall = _occupied(grid, world_from_map), 0.0
         if len(moved):
-            recall = float((KDTree(moved).query(self.points)[0] <= NEAR).mean())
+            recall = float((KDTree(moved).query(self.points)[0] <= WALL_TOLERANCE).mean())
         return GhostScores(ghosts / self.metres, ghosts, recall)
 
 
@@ -94,5 +94,5 @@ def seen_through(episode: Episode, points: Array) -> np.ndarray:
         aside = away * np.abs(wrap_angle(bearing - scan.angles[beam]))
         reached = np.where(scan.no_echo[beam], scan.max_range, scan.ranges[beam])
         with np.errstate(invalid="ignore"):  # no reading reaches nowhere
-            counts += (aside < THROUGH) & (reached > away + ON)
+            counts += (aside < MAX_ASIDE) & (reached > away + MIN_BEYOND)
     return counts

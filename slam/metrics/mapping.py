@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
 from slam.kernel import kernel
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.surface import TrueSurface
 
 OCCUPIED = 0.5  # a cell is occupied where h is larger
@@ -28,7 +28,8 @@ class MapScores(NamedTuple):
     """How well the occupied cells are the surfaces that stand now.
 
     precision_*        share of the occupied cells that lie within 5 or 10 cm of a true surface
-    recall_*           share of the visible true surface within 5 or 10 cm of an occupied cell
+    recall_*           share of the samples of the visible true surface (`TrueSurface.points`, one
+                       at least every half cell) within 5 or 10 cm of an occupied cell
     f1_*               their harmonic mean; 0 where nothing is occupied or nothing was visible
     adnn_map_to_truth  m, average distance from an occupied cell to the nearest true surface
     adnn_truth_to_map  m, from the visible true surface to the nearest occupied cell
@@ -49,7 +50,7 @@ class MapScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON, `suffix` after every name; an infinite distance is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 class OccupiedCells:

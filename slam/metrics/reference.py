@@ -11,7 +11,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, compose
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.trajectory import RPE_DISTANCE, alignment, ate, heading_errors, rpe
 from slam.trajectory import Trajectory
 
@@ -36,7 +36,7 @@ class ReferenceScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; a score that cannot be had is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 def score_reference(reference: Trajectory, estimate: Trajectory) -> ReferenceScores:

@@ -13,7 +13,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, between, compose, inverse, wrap_angle
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 from slam.trajectory import Trajectory
 
 STAMP_TOLERANCE = 2e-6  # s: stamps are written with six decimals
@@ -61,7 +61,7 @@ class RelationScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; a score that cannot be had is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 def score_relations(

@@ -1,4 +1,4 @@
-"""The true surface that a robot could have seen: what a map can be asked to show."""
+"""The true surface that the scans of an episode saw, which its map is scored against."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from slam.grid import GridSpec
 from slam.kernel import kernel
 from slam.scan import Scan
 
-MARGIN = 2.0  # m around the walls in which doors may swing
+DOOR_MARGIN = 2.0  # m around the walls in which doors may swing
 
 
 class TrueSurface(NamedTuple):
-    """What stands at one moment.
+    """All true surfaces at one moment.
 
-    segments  (w, 4) m, all of it
-    points    (n, 2) m, samples of the part that was seen so far, equally dense
+    segments  (w, 4) m
+    points    (n, 2) m, samples of the part that was seen so far: one in the middle of each of the
+              equal pieces, of half a cell at most, that every segment is cut into. A share of the
+              points is not exactly one of the length: a piece that is shorter, as the whole of a
+              segment shorter than half a cell, counts as much as a longer one.
     """
 
     segments: Array
@@ -28,23 +31,23 @@ class TrueSurface(NamedTuple):
 
 
 class SeenSurface:
-    """Which part of the true surface scans have touched, from the true poses. Grows with each scan.
+    """The part of the true surface that scans have seen from the true poses. Grows with each scan.
 
     A piece of surface counts as seen where a beam ended in its cell of the lattice or one next to
-    it: the unseen corners of a room are not held against a map. What moves counts as seen where
-    anything was ever seen at the place where it stands now.
+    it: the unseen corners of a room are not counted against a map. A door counts as seen where
+    anything was ever seen at its present place.
     """
 
     def __init__(self, walls: Array, resolution: float = 0.05) -> None:
         self._walls = walls
         ends = walls.reshape(-1, 2) if len(walls) else np.zeros((1, 2))
-        low, high = ends.min(axis=0) - MARGIN, ends.max(axis=0) + MARGIN
+        low, high = ends.min(axis=0) - DOOR_MARGIN, ends.max(axis=0) + DOOR_MARGIN
         self.spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), resolution)
         self._seen = np.zeros(self.spec.shape, dtype=np.bool_)
         self._wall_points = sampled(walls, resolution / 2)
 
     def see(self, scan: Scan, pose: Pose2) -> None:
-        """Take in a scan made at the true `pose`."""
+        """Add a scan taken at the true `pose`."""
         _mark(self.spec.cells(transform_points(pose, scan.points)), self._seen)
 
     def now(self, doors: Array) -> TrueSurface:

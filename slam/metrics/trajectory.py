@@ -13,7 +13,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, between, compose, inverse, wrap_angle
-from slam.metrics.flat import Number, flat
+from slam.metrics.json_scores import Number, json_scores
 
 FAILURE_ATE = 0.3  # m: with a larger ATE the robot counts as lost
 RPE_DISTANCE = 1.0  # m of true path
@@ -47,7 +47,7 @@ class TrajectoryScores(NamedTuple):
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; a score that cannot be had is None."""
-        return flat(self._asdict(), suffix)
+        return json_scores(self._asdict(), suffix)
 
 
 def score_trajectory(estimate: Array, truth: Array) -> TrajectoryScores:

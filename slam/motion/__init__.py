@@ -1,1 +1,1 @@
-"""Motion models: how far the odometry may be off."""
+"""Motion models: the error of the odometry."""

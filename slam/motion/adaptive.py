@@ -1,4 +1,4 @@
-"""A motion model that learns how far the odometry's heading is off: the width, not the error."""
+"""A motion model that learns the standard deviation of the odometry's heading."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from slam.geometry import Array, Pose2
 from slam.motion.gaussian import GaussianMotion
 from slam.validation import instance, positive_number
 
-SHORT = 0.02  # m: over less way, an error of the heading says nothing of a rate
+MIN_DISTANCE = 0.02  # m, at least, that an error of the heading is divided by to give a rate
 
 
 class AdaptiveOdometry:
-    """As wide as the odometry's heading has been off lately: one setting for good wheels and bad.
+    """Follows the recent errors of the odometry's heading: one setting for good and bad wheels.
 
-    A prior wide enough for the paper's odometry (3 degrees per 5 cm) believes any turn of a robot
-    that scans each half metre; one narrow enough for that robot drags the other's heading. So the
-    rate of the heading's error per metre begins at the base's, and then follows the mean square of
-    what the matches found, over the last metres. No displacement is corrected: a bias stays one
-    (see `LearnedOdometry`), it only is no surprise.
+    A prior wide enough for the paper's odometry (3 degrees per 5 cm) allows any turn of a robot
+    that scans every half metre; one narrow enough for that robot biases the heading of the other.
+    So the heading's error per metre starts at the base's, and then follows the root mean square of
+    the errors found by scan matching over the last metres. Displacements are not corrected: a bias
+    remains (see `LearnedOdometry`), but within the deviations.
 
-    base      the deviations at the start; all but `rotation_per_m` stay
-    least     rad per m, which the rate does not fall below
-    width     the deviation is so many times the root mean square of the errors
-    memory    m of way over which the mean is taken
+    base      the deviations at the start; all but `rotation_per_m` stay the same
+    least     rad per m, lower limit of `rotation_per_m`
+    width     deviation by root mean square of the errors
+    memory    m of travel over which the mean is taken
     rate      rad per m: root mean square of the error, as learned so far
     """
 
@@ -45,7 +45,7 @@ class AdaptiveOdometry:
         self._rotation_per_m = base.rotation_per_m
 
     def corrected(self, displacement: Pose2) -> Pose2:
-        """The odometry as it is."""
+        """The displacement unchanged."""
         return displacement
 
     def deviations(self, displacement: Pose2) -> Array:
@@ -55,7 +55,7 @@ class AdaptiveOdometry:
         return deviations
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
-        """The odometry said `displacement`, and a scan then found `found`."""
+        """Update the rate: the odometry measured `displacement`, scan matching found `found`."""
         driven = math.hypot(displacement.x, displacement.y)
         if driven == 0.0:
             return
@@ -63,7 +63,7 @@ class AdaptiveOdometry:
         expected = math.hypot(
             self.base.rotation_per_rad * displacement.theta, self.base.rotation_floor
         )
-        square = max(error**2 - expected**2, 0.0) / max(driven, SHORT) ** 2
+        square = max(error**2 - expected**2, 0.0) / max(driven, MIN_DISTANCE) ** 2
         weight = min(driven / self.memory, 1.0)
         self.rate = math.sqrt((1.0 - weight) * self.rate**2 + weight * square)
         rate = max(self.width * self.rate, self.least)

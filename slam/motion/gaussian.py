@@ -1,4 +1,4 @@
-"""Odometry motion model p(s | u, s'): how far the odometry may be off."""
+"""Odometry motion model p(s | u, s') with Gaussian errors."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from slam.validation import positive, within
 
 @dataclass(frozen=True)
 class GaussianMotion:
-    """Gaussian error of a displacement, in the frame of the pose that it leads to.
+    """Gaussian error of a displacement, in the frame of the resulting pose.
 
-    After Thrun, Burgard, Fox (2005), table 5.5: each deviation grows with what was moved. The
-    default turn per metre is twice as wide as the paper's systematic error (3 degrees per 5 cm),
-    so that a bias of that size is no reason to doubt a scan.
+    After Thrun, Burgard, Fox (2005), table 5.5: each deviation grows with the distance and the
+    turn. The default rotation per metre is twice the paper's systematic error (3 degrees per 5 cm),
+    so that a bias of that size does not outweigh a scan.
 
     translation_per_m    m of deviation per m driven
     translation_per_rad  m per rad turned
-    translation_floor    m, of a robot that stands still
+    translation_floor    m, of a robot at rest
     rotation_per_m       rad per m driven
     rotation_per_rad     rad per rad turned
     rotation_floor       rad
@@ -41,7 +41,7 @@ class GaussianMotion:
             within(self, field.name, 0.0)
 
     def corrected(self, displacement: Pose2) -> Pose2:
-        """The odometry as it is."""
+        """The displacement unchanged."""
         return displacement
 
     def deviations(self, displacement: Pose2) -> Array:
@@ -56,7 +56,7 @@ class GaussianMotion:
         return np.array([translation, translation, rotation])
 
     def rotation(self, displacement: Pose2, per_m: float) -> float:
-        """rad, standard deviation of theta where it grows by `per_m` rad with every m driven."""
+        """rad, standard deviation of theta, with `per_m` in place of `rotation_per_m`."""
         return math.hypot(
             per_m * math.hypot(displacement.x, displacement.y),
             self.rotation_per_rad * abs(displacement.theta),
@@ -64,14 +64,14 @@ class GaussianMotion:
         )
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
-        """Nothing is learned."""
+        """Does nothing: this model does not learn."""
 
 
 class Prediction:
-    """p(s | u, s') of one displacement: where it leads, and how likely any other pose is.
+    """p(s | u, s') of one displacement: the predicted pose, and the density of all other poses.
 
-    An error of the heading grows along the way: half of it turns the displacement. Errors are
-    Gaussian and independent: x, y in m and theta in rad, in the frame of the predicted pose.
+    An error of the heading builds up during the motion: half of it turns the displacement. Errors
+    are Gaussian and independent: x, y in m and theta in rad, in the frame of the predicted pose.
 
     pose        where the odometry leads
     deviations  (3,) of the errors
@@ -87,11 +87,11 @@ class Prediction:
         )
 
     def poses(self, errors: Array) -> Array:
-        """(n, 3) the poses that errors (n, 3) lead to."""
-        return _erring(errors, self._centre, self._moved)
+        """(n, 3) the poses that result from errors (n, 3)."""
+        return _with_errors(errors, self._centre, self._moved)
 
     def error(self, pose: Pose2) -> Array:
-        """(3,) the error that leads to a pose."""
+        """(3,) the error that results in a pose."""
         return np.array(_error(np.array(pose), self._centre, self._moved))
 
     def log_density(self, poses: Array) -> Array:
@@ -99,7 +99,7 @@ class Prediction:
         return _log_density(poses, self._centre, self._moved, self.deviations)
 
     def covariance(self) -> Array:
-        """(3, 3) of the predicted pose by the odometry's errors alone, in the world."""
+        """(3, 3) covariance of the predicted pose by the odometry's errors alone, world."""
         return _covariance(self._centre, self._moved, self.deviations)
 
     def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
@@ -108,7 +108,7 @@ class Prediction:
 
 
 @kernel
-def _erring(errors, centre, moved):
+def _with_errors(errors, centre, moved):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     poses = np.empty_like(errors)
     for n in range(len(errors)):
@@ -123,7 +123,7 @@ def _erring(errors, centre, moved):
 
 @kernel
 def _error(pose, centre, moved):
-    """The error (x, y, theta) that leads to a pose: the inverse of `_erring`."""
+    """The error (x, y, theta) that results in a pose: the inverse of `_with_errors`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     dx, dy = pose[0] - centre[0], pose[1] - centre[1]
     theta = (pose[2] - centre[2] + np.pi) % (2 * np.pi) - np.pi
@@ -146,7 +146,7 @@ def _log_density(poses, centre, moved, deviations):
 @kernel
 def _covariance(centre, moved, deviations):
     c, s = np.cos(centre[2]), np.sin(centre[2])
-    x, y = -0.5 * moved[1], 0.5 * moved[0]  # by an error of the heading
+    x, y = -0.5 * moved[1], 0.5 * moved[0]  # derivative by the heading's error
     J = np.array([[c, -s, c * x - s * y], [s, c, s * x + c * y], [0.0, 0.0, 1.0]])
     return (J * (deviations * deviations)) @ J.T
 
@@ -156,7 +156,7 @@ def _slope(x, y, theta, centre, moved, deviations):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y, theta = _error((x, y, theta), centre, moved)
     hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)
-    J = np.array([  # of the error by the pose
+    J = np.array([  # derivative of the error by the pose
         [c, s, hs * moved[0] + hc * moved[1]],
         [-s, c, hs * moved[1] - hc * moved[0]],
         [0.0, 0.0, 1.0],

@@ -1,1 +1,1 @@
-"""What is done to a recording before SLAM: deskewing, odometry from the laser."""
+"""Preprocessing of recordings: deskewing, odometry from the laser."""

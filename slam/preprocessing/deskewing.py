@@ -1,4 +1,4 @@
-"""A laser takes its readings one after the other while the robot drives on."""
+"""Deskewing: corrects scans for the motion of the robot during the sweep."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from slam.geometry import between, compose
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
-LONGEST = 1.0  # s: no sweep takes longer; a recording that says so is wrong
-NOTICED = 1e-3  # m and rad: less motion during a sweep is left as it is
+MAX_SWEEP = 1.0  # s; a recording with longer sweeps is wrong, and is left unchanged
+MIN_MOTION = 1e-3  # m and rad during a sweep; below it a scan is left unchanged
 
 
-def standing(episode: Episode) -> Episode:
-    """The episode as if every scan's beams had all been measured at its stamp, that of the first
-    beam: each is moved by what the odometry says that the robot did since then."""
+def deskewed(episode: Episode) -> Episode:
+    """The episode with all beams of every scan as if measured at the time of the first beam, by the
+    odometry."""
     if not (episode.has_odometry and any(scan.beam_time for scan in episode.scans)):
         return episode
-    scans = tuple(_standing(scan, episode.odometry) for scan in episode.scans)
+    scans = tuple(_deskewed(scan, episode.odometry) for scan in episode.scans)
     return dataclasses.replace(episode, scans=scans)
 
 
-def _standing(scan: Scan, odometry: Trajectory) -> Scan:
-    if not 0 < scan.beam_time * len(scan.ranges) <= LONGEST:
+def _deskewed(scan: Scan, odometry: Trajectory) -> Scan:
+    if not 0 < scan.beam_time * len(scan.ranges) <= MAX_SWEEP:
         return scan
     times = scan.time + scan.beam_time * np.arange(len(scan.ranges), dtype=np.float64)
     poses, mount = odometry.at(times), np.array(scan.mount)
     moved = between(mount, compose(between(poses[0], poses), mount))
-    if np.abs(moved).max() < NOTICED:
+    if np.abs(moved).max() < MIN_MOTION:
         return scan
     angles = scan.angles + moved[:, 2]
     seen = scan.hit

@@ -1,4 +1,4 @@
-"""Odometry out of the scans alone, for recordings that have none."""
+"""Laser odometry: the odometry from the scans alone, for recordings without one."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.trajectory import Trajectory
 
-LONGEST = 1.0  # s: after a longer gap nothing is known of the speed
-WIDEST = 0.5  # s: wider is no search; what was missed then, a SLAM may find again
-SHORTEST = 0.2  # s: over less, jitter of the stamps would be taken for speed
+MAX_GAP = 1.0  # s; after a longer gap the robot is predicted to stay where it was
+MAX_SEARCH_TIME = 0.5  # s for which the search window grows; a SLAM may correct what it misses
+MIN_SPEED_TIME = 0.2  # s over which the speed is measured; over less, stamps jitter too much
 
 
 @dataclasses.dataclass(frozen=True)
 class ConstantVelocity:
-    """The robot goes on as it went; how far it may not, in the time between two scans.
+    """Constant velocity motion model between two scans.
 
-    A robot changes its speed by `acceleration` (m/s^2, rad/s^2: one standard deviation), and what
-    was measured of it is off by `floor` (m, rad).
+    acceleration  m/s^2 and rad/s^2, standard deviation
+    floor         m and rad, standard deviation of the measured displacement
     """
 
     acceleration: tuple[float, float] = (2.0, 6.0)
@@ -46,28 +46,28 @@ class ConstantVelocity:
 
 
 class LaserOdometry:
-    """Matches each scan with a map of what was seen lately, from where the last speed leads to.
+    """Matches each scan with a map of the recent scans, starting at a constant-velocity prediction.
 
-    That is maximum likelihood SLAM (Mitsou and Tzafestas, eq. 7) with a constant velocity for the
-    odometry. Its map forgets, and its trajectory drifts, as an odometry does: it is what a SLAM is
-    given, and no SLAM.
+    This is maximum likelihood SLAM (Mitsou and Tzafestas, eq. 7) with constant velocity in place of
+    odometry. Its map forgets and its trajectory drifts like odometry; it is meant as the input of a
+    SLAM.
     """
 
     def __init__(self, motion: ConstantVelocity = ConstantVelocity()):
         self.motion = motion
         self.pose = Pose2()
         self._map, self._sensor_model, self._search = Recency(), Endpoint(), Correlative()
-        self._rng = np.random.default_rng(0)  # the search draws none
+        self._rng = np.random.default_rng(0)  # not used by the search
         self._past: deque[tuple[float, Pose2]] = deque()
         self._since_keyframe = MotionTrigger(KEYFRAMES)
 
     def update(self, scan: Scan) -> Pose2:
-        """Where the robot is, in the frame of its first pose."""
+        """The pose of the robot, in the frame of its first pose."""
         if self._past:
             seconds = scan.time - self._past[-1][0]
-            step = self._speed() if seconds <= LONGEST else Pose2()
+            step = self._speed() if seconds <= MAX_GAP else Pose2()
             step = Pose2(*(value * seconds for value in step))
-            deviations = self.motion.deviations(min(seconds, WIDEST))
+            deviations = self.motion.deviations(min(seconds, MAX_SEARCH_TIME))
             prediction = Prediction(self.pose, step, deviations)
             self.pose = self._search(Posterior(self._sensor_model, scan, prediction), self._rng)
         self._past.append((scan.time, self.pose))
@@ -78,25 +78,25 @@ class LaserOdometry:
         return self.pose
 
     def _speed(self) -> Pose2:
-        """m/s and rad/s over the last `SHORTEST` s at least, in the robot's frame."""
+        """m/s and rad/s over the last MIN_SPEED_TIME s at least, in the robot's frame."""
         now, pose = self._past[-1]
-        while len(self._past) > 2 and now - self._past[1][0] >= SHORTEST:
+        while len(self._past) > 2 and now - self._past[1][0] >= MIN_SPEED_TIME:
             self._past.popleft()
         then, before = self._past[0]
         if not now > then:
             return Pose2()
-        return Pose2(*(value / max(now - then, SHORTEST) for value in before.between(pose)))
+        return Pose2(*(value / max(now - then, MIN_SPEED_TIME) for value in before.between(pose)))
 
 
 def poses_by_laser(episode: Episode) -> Iterator[Pose2]:
-    """The robot at each scan, from its first pose on, one by one, so that progress can be told."""
+    """Yield the pose of the robot at each scan, from its first pose on."""
     odometry = LaserOdometry()
     for scan in episode.scans:
         yield odometry.update(scan)
 
 
 def with_odometry(episode: Episode, poses: list[Pose2]) -> Episode:
-    """The episode with such poses for its odometry."""
+    """The episode with `poses` as its odometry."""
     trajectory = Trajectory(episode.times, np.array(poses))
     meta = {**episode.meta, "odometry": "laser"}
     return dataclasses.replace(episode, odometry=trajectory, meta=meta)

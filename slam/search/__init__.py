@@ -1,1 +1,1 @@
-"""Pose searches: the argmax of equation 7."""
+"""Pose searches: the argmax of the posterior (equation 7)."""

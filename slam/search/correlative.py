@@ -1,4 +1,4 @@
-"""Correlative search: every pose of a grid around the odometry's, then refined (Olson 2009)."""
+"""Correlative search: the best pose of a grid around the prediction, refined (Olson 2009)."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from slam.kernel import kernel
 from slam.search.gauss_newton import GaussNewton
 from slam.validation import positive
 
-FEW = 100  # candidates, which are looked at one and all
-SIDE = 2  # candidates side by side that share a bound
-BATCH = 2  # nodes that are looked into at first, then twice as many, and so on
-ROUNDING = 1e-6  # so that no bound is missed by a rounding error
+MAX_EXHAUSTIVE = 100  # candidates up to which all are evaluated, without bounds
+NODE_SIDE = 2  # candidates along the side of a node, which share a bound
+FIRST_BATCH = 2  # nodes evaluated at first; then twice as many, and so on
+ROUNDING = 1e-6  # added to bounds, which rounding errors could make too small
+MAX_REACH = (0.5, 0.5, math.pi)  # m, m, rad, of the search: farther, the odometry has jumped
 Axes = tuple[Array, Array, Array]  # turns, x, y: the ticks of the grid of candidates
-FARTHEST = (0.5, 0.5, math.pi)  # m, m, rad: beyond it a leap of the odometry is no motion
 
 
 @dataclass(frozen=True)
 class Correlative:
-    """Exhaustive over what the motion model makes likely, so that no peak is missed.
+    """Exhaustive search of the poses that the motion model makes likely, so that no peak is missed.
 
-    Nothing that cannot be the best is looked at: candidates of one heading that lie side by side
-    share a bound from above (branch and bound, Hess et al. 2016), and are only evaluated while it
-    exceeds the best found. The result is that of the exhaustive search.
+    By branch and bound (Hess et al. 2016): neighbouring candidates of one heading share an upper
+    bound, and are evaluated only if it exceeds the best value found. The result is that of the
+    exhaustive search.
 
     step, turn  m and rad between neighbouring candidates
-    reach       how many standard deviations of the motion are searched
-    refine      climbs from the best candidate to the top of its peak
+    reach       half the width of the search window, in standard deviations of the motion
+    refine      climbs from the best candidate to the local maximum
     """
 
     step: float = 0.05
@@ -47,24 +47,24 @@ class Correlative:
         return self.refine.climb(posterior, self.best(posterior))
 
     def best(self, posterior: Posterior) -> Pose2:
-        """The candidate at which the posterior is largest; of equals the first."""
+        """The candidate with the largest posterior; the first of equal ones."""
         axes = self._axes(posterior.prediction.deviations)
-        few = math.prod(len(axis) for axis in axes) <= FEW
+        few = math.prod(len(axis) for axis in axes) <= MAX_EXHAUSTIVE
         return _exhaustive(posterior, axes) if few else self._branch_and_bound(posterior, axes)
 
     def exhaustive(self, posterior: Posterior) -> Pose2:
-        """What `best` gives, by looking at every candidate."""
+        """The same as `best`, by evaluating every candidate."""
         return _exhaustive(posterior, self._axes(posterior.prediction.deviations))
 
     def _branch_and_bound(self, posterior: Posterior, axes: Axes) -> Pose2:
         prediction = posterior.prediction
         nodes, centres, bounds = _nodes(*axes, prediction.deviations)
-        reach = math.sqrt(2.0) * 0.5 * (SIDE - 1) * self.step
+        reach = math.sqrt(2.0) * 0.5 * (NODE_SIDE - 1) * self.step
         poses = prediction.poses(centres)
         bounds += posterior.sensor_model.bound(posterior.scan, poses, reach) + ROUNDING
         order = np.argsort(-bounds, kind="stable")
         nodes, bounds = nodes[order], bounds[order]
-        best, pose, place, begin, size = -math.inf, poses[0], 0, 0, BATCH
+        best, pose, place, begin, size = -math.inf, poses[0], 0, 0, FIRST_BATCH
         while begin < len(nodes) and bounds[begin] >= best:
             end = min(begin + size, int(np.searchsorted(-bounds, -best, side="right")))
             errors, places = _children(nodes[begin:end], *axes)
@@ -77,7 +77,7 @@ class Correlative:
         return Pose2.of(pose)
 
     def _axes(self, deviations: Array) -> Axes:
-        x, y, turn = np.minimum(self.reach * deviations, FARTHEST).tolist()
+        x, y, turn = np.minimum(self.reach * deviations, MAX_REACH).tolist()
         return _ticks(turn, self.turn), _ticks(x, self.step), _ticks(y, self.step)
 
 
@@ -87,14 +87,14 @@ def _exhaustive(posterior: Posterior, axes: Axes) -> Pose2:
 
 
 def _ticks(reach: float, step: float) -> Array:
-    """Every place up to `reach` from zero is half a step at most from a tick."""
+    """Multiples of `step`: every place within `reach` of zero is at most step / 2 from one."""
     n = max(math.ceil(reach / step - 0.5), 0)
     return np.arange(-n, n + 1, dtype=np.float64) * step
 
 
 @kernel
 def _grid(turns, xs, ys):
-    """(n, 3) errors of all candidates, in the order of their places: heading outermost."""
+    """(n, 3) errors of all candidates, heading outermost."""
     errors = np.empty((len(turns) * len(xs) * len(ys), 3))
     n = 0
     for t in turns:
@@ -107,16 +107,19 @@ def _grid(turns, xs, ys):
 
 @kernel
 def _nodes(turns, xs, ys, deviations):
-    """Squares of SIDE x SIDE candidates of one heading: (n, 3) turn and first x and y of each,
-    (n, 3) the errors at their middles, (n,) the largest log prior within."""
-    wide, high = (len(xs) + SIDE - 1) // SIDE, (len(ys) + SIDE - 1) // SIDE
+    """Nodes of NODE_SIDE x NODE_SIDE candidates of one heading.
+
+    Returns (n, 3) the indices of turn, first x and first y of each, (n, 3) the errors at the
+    centres, (n,) the largest log prior within.
+    """
+    wide, high = (len(xs) + NODE_SIDE - 1) // NODE_SIDE, (len(ys) + NODE_SIDE - 1) // NODE_SIDE
     n = len(turns) * wide * high
     nodes, centres, priors = np.empty((n, 3), np.int64), np.empty((n, 3)), np.empty(n)
     k = 0
     for t in range(len(turns)):
-        for i in range(0, len(xs), SIDE):
-            for j in range(0, len(ys), SIDE):
-                x, y = xs[i : i + SIDE], ys[j : j + SIDE]
+        for i in range(0, len(xs), NODE_SIDE):
+            for j in range(0, len(ys), NODE_SIDE):
+                x, y = xs[i : i + NODE_SIDE], ys[j : j + NODE_SIDE]
                 nodes[k, 0], nodes[k, 1], nodes[k, 2] = t, i, j
                 centres[k, 0] = 0.5 * (x[0] + x[-1])
                 centres[k, 1] = 0.5 * (y[0] + y[-1])
@@ -130,14 +133,14 @@ def _nodes(turns, xs, ys, deviations):
 
 @kernel
 def _children(nodes, turns, xs, ys):
-    """(m, 3) errors of all candidates in some nodes, and (m,) their places in the full grid."""
-    errors = np.empty((len(nodes) * SIDE * SIDE, 3))
+    """(m, 3) errors of all candidates in `nodes`, and (m,) their numbers in the full grid."""
+    errors = np.empty((len(nodes) * NODE_SIDE * NODE_SIDE, 3))
     places = np.empty(len(errors), np.int64)
     n = 0
     for k in range(len(nodes)):
         t = nodes[k, 0]
-        for i in range(nodes[k, 1], min(nodes[k, 1] + SIDE, len(xs))):
-            for j in range(nodes[k, 2], min(nodes[k, 2] + SIDE, len(ys))):
+        for i in range(nodes[k, 1], min(nodes[k, 1] + NODE_SIDE, len(xs))):
+            for j in range(nodes[k, 2], min(nodes[k, 2] + NODE_SIDE, len(ys))):
                 errors[n, 0], errors[n, 1], errors[n, 2] = xs[i], ys[j], turns[t]
                 places[n] = (t * len(xs) + i) * len(ys) + j
                 n += 1

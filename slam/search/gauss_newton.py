@@ -1,4 +1,4 @@
-"""Gauss-Newton: straight up the slope of a smooth field (Kohlbrecher et al. 2011)."""
+"""Gauss-Newton ascent of the log posterior (Kohlbrecher et al. 2011)."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from slam.interface import Posterior, Slope
 from slam.kernel import kernel
 from slam.validation import positive, whole
 
-DAMPED = 1e-9  # of the curvature's trace
+DAMPING = 1e-9  # by the trace of the curvature
 
 
 @dataclass(frozen=True)
 class GaussNewton:
     """Newton steps on the log posterior, from the coarsest field to the finest.
 
-    Kohlbrecher et al. (2011) minimise squared residuals of an interpolated occupancy grid, at
-    several resolutions one after the other. Here the function is the log posterior of equation 7
-    itself, so that the steps end at its maximum; its curvature is taken where it bends down, which
-    gives them the direction of Gauss-Newton steps. A step that does not lead up is quartered.
+    Kohlbrecher et al. (2011) minimise squared residuals of an interpolated occupancy grid, from
+    coarse to fine. Here the objective is the log posterior of equation 7 itself, so that the steps
+    end at its maximum; the negative semi-definite part of its Hessian gives them the direction of
+    Gauss-Newton steps. A step that does not increase the objective is quartered.
 
-    levels     how many resolutions are gone through (a reading may have fewer); 1: the finest alone
-    steps      at most, at each
-    precision  m and rad: a shorter step is not taken
+    levels     number of resolutions (the sensor model may have fewer); 1: the finest alone
+    steps      maximum at each resolution
+    precision  m and rad; shorter steps are not taken
     """
 
     levels: int = 3
@@ -39,7 +39,7 @@ class GaussNewton:
         positive(self, "precision")
 
     def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
-        """Climb from where the odometry leads."""
+        """Climb from the predicted pose."""
         return self.climb(posterior, posterior.prediction.pose)
 
     def climb(self, posterior: Posterior, start: Pose2) -> Pose2:
@@ -47,7 +47,7 @@ class GaussNewton:
         return self.top(posterior, start)[0]
 
     def top(self, posterior: Posterior, start: Pose2) -> tuple[Pose2, Slope]:
-        """Where the climb from `start` ends, and what the posterior is like there."""
+        """The pose at which the climb from `start` ends, and the posterior around it."""
         pose = start
         for level in reversed(range(1, min(self.levels, posterior.sensor_model.levels))):
             pose, _ = self._climb(posterior, pose, level)
@@ -72,8 +72,8 @@ class GaussNewton:
 
 @kernel
 def _step(g, H):
-    """-(H - e)^-1 g for H that is nowhere positive, by Cramer's rule; e: so that it can be had."""
-    e = DAMPED * (1.0 - H[0, 0] - H[1, 1] - H[2, 2])
+    """-(H - e)^-1 g by Cramer's rule, for negative semi-definite H; e keeps it invertible."""
+    e = DAMPING * (1.0 - H[0, 0] - H[1, 1] - H[2, 2])
     a, b, c = e - H[0, 0], e - H[1, 1], e - H[2, 2]
     f, h, k = -H[0, 1], -H[0, 2], -H[1, 2]
     A, B, C = b * c - k * k, k * h - f * c, f * k - b * h

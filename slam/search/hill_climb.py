@@ -1,4 +1,4 @@
-"""Hill climbing: step to the best neighbour, halve the steps where none is better."""
+"""Hill climbing: step to the best neighbour, halve the steps if none is better."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from slam.interface import Posterior
 from slam.kernel import kernel
 from slam.validation import positive
 
-NEIGHBOURS = 6  # to and fro along x, y and theta of the robot's frame
+NEIGHBOURS = 6  # forward and back along x, y and theta of the robot's frame
 
 
 @dataclass(frozen=True)
 class HillClimb:
     """Coordinate-wise hill climbing; what the paper uses where doors do not move (section 4.3).
 
-    step, turn  m and rad, first steps
-    precision   m, the last step; the turn shrinks in proportion
+    step, turn  m and rad, initial steps
+    precision   m, final step; the turn shrinks in proportion
     """
 
     step: float = 0.04
@@ -32,11 +32,11 @@ class HillClimb:
         positive(self, "step", "turn", "precision")
 
     def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
-        """Climb from where the odometry leads."""
+        """Climb from the predicted pose."""
         return Pose2.of(self.climb(posterior, np.array([posterior.prediction.pose]))[0])
 
     def climb(self, objective: Callable[[Array], Array], starts: Array) -> Array:
-        """Climb from all `starts` (n, 3) at once; where each ended (n, 3)."""
+        """Climb from all `starts` (n, 3) at once; the (n, 3) poses at which they end."""
         poses, scores = starts.copy(), objective(starts)
         scale = np.ones(len(starts))
         steps = np.array([self.step, self.step, self.turn])
@@ -50,7 +50,7 @@ class HillClimb:
 
 @kernel
 def _around(poses, scale, active, steps):
-    """(len(active) * NEIGHBOURS, 3) the neighbours of the active poses, one after the other."""
+    """(len(active) * NEIGHBOURS, 3) the neighbours of the active poses."""
     around = np.empty((len(active) * NEIGHBOURS, 3))
     for n in range(len(active)):
         x, y, theta = poses[active[n]]
@@ -74,7 +74,7 @@ def _around(poses, scale, active, steps):
 
 @kernel
 def _move(poses, scores, scale, active, around, values):
-    """Each active pose to its best neighbour; where none is better, its steps are halved."""
+    """Move each active pose to its best neighbour; if none is better, halve its steps."""
     for n in range(len(active)):
         i, first = active[n], n * NEIGHBOURS
         best = first + np.argmax(values[first : first + NEIGHBOURS])

@@ -1,4 +1,4 @@
-"""Laplace's approximation: what a scan knows of a pose, from the curvature of its likelihood."""
+"""Laplace approximation: information about a pose from the curvature of the log-likelihood."""
 
 from __future__ import annotations
 
@@ -8,37 +8,39 @@ from slam.geometry import Array, Pose2
 from slam.interface import SensorModel
 from slam.kernel import kernel
 from slam.scan import Scan
+from slam.sensor_models.differences import AXIS_PAIRS, STENCIL, UNIT_VECTORS
 
-STEPS = np.array([0.02, 0.02, 0.01])  # m, m, rad: wider than the kinks of an interpolated field
-WIDE = 5.0 * STEPS  # two cells: the pattern of cells is no information
-PAIRS = (0, 1), (0, 2), (1, 2)
-UNIT = np.eye(3)
-AXES = [np.zeros(3)] + [sign * UNIT[i] for i in range(3) for sign in (1, -1)]
-ALONG = [sign * (UNIT[i] + UNIT[j]) for i, j in PAIRS for sign in (1, -1)]
-AGAINST = [sign * (UNIT[i] - UNIT[j]) for i, j in PAIRS for sign in (1, -1)]
-OFFSETS = STEPS * np.array(AXES + ALONG)
-WIDE_OFFSETS = WIDE * np.array(AXES + ALONG + AGAINST)
+NARROW_STEPS = np.array([0.02, 0.02, 0.01])  # m, m, rad: wider than the kinks of a field
+WIDE_STEPS = 5.0 * NARROW_STEPS  # two cells: the pattern of cells is no information
+DIFFERENCES = [
+    sign * (UNIT_VECTORS[i] - UNIT_VECTORS[j]) for i, j in AXIS_PAIRS for sign in (1, -1)
+]
+NARROW_STENCIL = NARROW_STEPS * STENCIL
+WIDE_STENCIL = WIDE_STEPS * np.vstack([STENCIL, DIFFERENCES])
 
 
 def laplace(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> tuple[float, Array]:
     """The log-likelihood at `pose`, and its negative Hessian (3, 3) by central differences.
 
-    The Hessian is the information about x, y (1/m^2) and theta (1/rad^2) in the world. A direction
-    in which the likelihood does not fall off holds none.
+    The Hessian is the information about x, y (1/m^2) and theta (1/rad^2) in the world. Directions
+    in which the likelihood does not decrease have zero information.
     """
-    values = sensor_model.log_likelihood(scan, np.array(pose) + OFFSETS)
-    return float(values[0]), _information(values, STEPS)
+    values = sensor_model.log_likelihood(scan, np.array(pose) + NARROW_STENCIL)
+    return float(values[0]), _information(values, NARROW_STEPS)
 
 
 def wide_information(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> Array:
-    """The information (3, 3) by differences so wide that the likelihood levels off: to both sides
-    of every diagonal, so that this binds no two axes together."""
-    values = sensor_model.log_likelihood(scan, np.array(pose) + WIDE_OFFSETS)
-    return _information(values, WIDE)
+    """The information (3, 3) by differences so wide that the likelihood levels off.
+
+    Mixed derivatives use both diagonals, so that the levelling-off correlates no two axes.
+    """
+    values = sensor_model.log_likelihood(scan, np.array(pose) + WIDE_STENCIL)
+    return _information(values, WIDE_STEPS)
 
 
 @kernel
 def _information(values, steps):
+    """The positive semi-definite part of the negative Hessian, by the values at a stencil."""
     hessian = np.zeros((3, 3))
     for i in range(3):
         hessian[i, i] = values[1 + 2 * i] + values[2 + 2 * i] - 2 * values[0]

@@ -39,15 +39,15 @@ COS, SIN = np.cos(np.arange(ANGLES) * np.pi / ANGLES), np.sin(np.arange(ANGLES) 
 class BeamMap(NamedTuple):
     """What beams are traced through; the layers flat, see `_update`.
 
-    index    (tile rows, tile columns) of `Tiles`
-    passing  (cells,)
-    wall     (cells,)
-    even     (slots, BLOCKS^2)
-    offset   (cells, 2) of the centroids
-    unknown  log(1 - h) outside of the map
+    tile_index  (tile rows, tile columns) `Tiles.index`
+    passing     (cells,)
+    wall        (cells,)
+    even        (slots, BLOCKS^2)
+    offset      (cells, 2) of the centroids
+    unknown     log(1 - h) outside of the map
     """
 
-    index: np.ndarray
+    tile_index: np.ndarray
     passing: np.ndarray
     wall: np.ndarray
     even: np.ndarray
@@ -58,8 +58,8 @@ class BeamMap(NamedTuple):
 class BeamParameters(NamedTuple):
     """The parameters of a `Beam`; lengths and densities in cells.
 
-    hit_weight   z_hit as the weight of a density per cell
-    rand_density density per m of an echo that the map does not explain
+    hit_weight    z_hit cells per m, the weight of a density per cell
+    rand_density  per m, density of an echo that the map does not explain
     """
 
     sigma: float
@@ -314,11 +314,11 @@ def _follow(x0, y0, dx, dy, z, hit, beam_map: BeamMap, parameters: BeamParameter
 
     In units of cells; (dx, dy) is a unit vector, t the distance so far, log_s the log survival.
     """
-    index, passing, wall, even, offset, unknown = beam_map
+    tile_index, passing, wall, even, offset, unknown = beam_map
     sigma, spread = parameters.sigma, parameters.spread
     around = MAX_DEVIATIONS * np.sqrt(sigma * sigma + MAX_SPREAD * MAX_SPREAD) if hit else 0.0
     last, close = z + around, MAX_DEVIATIONS * sigma if hit else -np.inf
-    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    rows, cols = tile_index.shape[0] << SHIFT, tile_index.shape[1] << SHIFT
     inv_x, inv_y = 1.0 / dx if dx != 0 else NO_CROSSING, 1.0 / dy if dy != 0 else NO_CROSSING
     step_x, step_y = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
     ahead_x, ahead_y = (1 if dx > 0 else 0), (1 if dy > 0 else 0)
@@ -328,7 +328,7 @@ def _follow(x0, y0, dx, dy, z, hit, beam_map: BeamMap, parameters: BeamParameter
         left, low = col & -BLOCK, row & -BLOCK
         fog, slot = unknown, np.int64(0)
         if 0 <= row < rows and 0 <= col < cols:
-            slot = np.int64(index[row >> SHIFT, col >> SHIFT])
+            slot = np.int64(tile_index[row >> SHIFT, col >> SHIFT])
             fog = even[slot, ((row & MASK) >> BLOCK_SHIFT) * BLOCKS + ((col & MASK) >> BLOCK_SHIFT)]
         if fog <= 0:  # the whole block at once
             out_x = (left + BLOCK * ahead_x - x0) * inv_x if dx != 0 else NO_CROSSING

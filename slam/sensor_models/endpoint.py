@@ -125,7 +125,7 @@ class Endpoint:
         )  # fmt: skip
 
     def shares(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
-        """Shares of the echoes that are explained (near something occupied) and contradicted (free)."""
+        """Shares of the echoes that the map explains (occupied) and contradicts (free)."""
         tiles = self.tiles
         values = field.at_points(np.array(pose), scan.points, tiles.index, self._field.flat,
                                  tiles.origin, tiles.resolution, self.unknown)  # fmt: skip

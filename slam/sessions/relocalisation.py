@@ -97,6 +97,6 @@ def _panorama(episode: Episode) -> Scan:
         if last is not None and front.keyframe is not last:
             local.add(scan, front.pose)
         last = front.keyframe
-        if local.way >= WAY:
+        if local.length >= WAY:
             break
     return local.panorama()

@@ -28,7 +28,7 @@ with atheris.instrument_imports(
     import slam.io.bags  # noqa: F401 (imported late by the readers, and then not instrumented)
     from slam.errors import InputError
     from slam.io.loaded_recording import LoadedRecording
-    from slam.preprocessing.deskewing import standing
+    from slam.preprocessing.deskewing import deskewed
     from tests.slam.io.samples import reader_of, samples
 
 NAMES = tuple(samples())
@@ -49,7 +49,7 @@ def check(name: str, data: bytes) -> None:
         return
     if isinstance(result, LoadedRecording):
         result.episode.displacements()
-        standing(result.episode)
+        deskewed(result.episode)
         assert all("\n" not in str(warned) for warned in result.warnings)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from slam.io.bags.file import opened
+from slam.io.bags.bag import open_bag
 from slam.io.bags.laser_scan import LASER
 from slam.io.files import AnyPath
 from slam.io.warnings import WarningCounter
@@ -13,7 +13,7 @@ from slam.io.warnings import WarningCounter
 def contents_of(path: AnyPath) -> dict[str, Any]:
     """By name: ros ("ROS 1" or "ROS 2"), recorded_s (s from the first message to the last), and
     topics, each with topic, type and messages (how many). Raises InputError."""
-    with opened(path, WarningCounter("message")) as bag:
+    with open_bag(path, WarningCounter("message")) as bag:
         return {
             "ros": f"ROS {bag.ros}",
             "recorded_s": bag.seconds,

@@ -1,4 +1,4 @@
-"""What a ROS LaserScan says, as a Scan means it (sensor_msgs/LaserScan, REP 117)."""
+"""ROS LaserScans as a `Scan` has them (sensor_msgs/LaserScan, REP 117)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Sweep(NamedTuple):
 
 
 def sweep(received: float, message: Any) -> Sweep | None:
-    """What a message says; None where it gives no beams or no angles to them."""
+    """A message's sweep; None where it has no beams or no valid angles."""
     ranges = np.asarray(message.ranges, dtype=np.float64)
     angles = _fan(
         len(ranges),
@@ -57,7 +57,7 @@ def readings(ranges: Array, low: float, high: float) -> Array:
     """(beams,) m of a laser that reaches from `low` to `high`: no echo is inf, no reading NaN.
 
     REP 117: +inf and anything beyond the reach is no echo, -inf is too near, NaN an error. Old
-    drivers write 0 where they heard nothing that they trust: that is no reading.
+    drivers write 0 for no reading.
     """
     with np.errstate(invalid="ignore"):
         return np.where(
@@ -67,7 +67,8 @@ def readings(ranges: Array, low: float, high: float) -> Array:
 
 @lru_cache(maxsize=64)
 def _fan(beams: int, first: float, last: float, step: float) -> Array | None:
-    """Where the step is none, or leads out of a full turn, the first and last angle count."""
+    """(beams,) rad; by the first and last angle where the step is 0 or spans over a full turn. None
+    where these are invalid, too."""
     if not (beams and abs(first) <= 2 * math.tau):
         return None
     if beams == 1:

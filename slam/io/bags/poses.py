@@ -9,19 +9,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slam.geometry import Array
-from slam.io.bags.transforms import may_be, plain
+from slam.io.bags.transforms import is_valid_transform, plain
 
 ODOMETRY = "nav_msgs/msg/Odometry"
-TRUTHS = ("truth", "groundtruth", "_gt", "/gt")
+TRUTH_NAMES = ("truth", "groundtruth", "_gt", "/gt")  # parts of the names of topics
 
 
 class Stamped(NamedTuple):
-    """Poses as a topic tells them.
+    """The poses of a topic.
 
     received  (n,) s, when each was recorded
     times     (n,) s, the stamps
     poses     (n, 3)
-    frame     what they are poses of; empty where the topic does not say
+    frame     whose poses they are; empty where the topic does not say
     """
 
     received: Array
@@ -38,11 +38,11 @@ class Poses:
         self._frames: defaultdict[str, int] = defaultdict(int)
 
     def add(self, received: float, message: Any) -> bool:
-        """Take a nav_msgs/Odometry or any stamped pose; False where it cannot be one."""
+        """Add a nav_msgs/Odometry or any stamped pose; False for an invalid one."""
         pose = message.pose
         pose = getattr(pose, "pose", pose)
         at, q = pose.position, pose.orientation
-        if not may_be((at.x, at.y, at.z), (q.x, q.y, q.z, q.w)):
+        if not is_valid_transform((at.x, at.y, at.z), (q.x, q.y, q.z, q.w)):
             return False
         # of any length: not every driver writes unit quaternions
         yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
@@ -52,18 +52,18 @@ class Poses:
         return True
 
     def collected(self) -> Stamped:
-        """All of them, in the order in which they came."""
+        """All poses, in the order in which they were added."""
         rows = np.array(self._rows, dtype=np.float64).reshape(-1, 5)
         frame = max(self._frames, key=self._frames.__getitem__) if self._frames else ""
         return Stamped(rows[:, 0], rows[:, 1], rows[:, 2:], frame)
 
 
 def stamp(message: Any, received: float) -> float:
-    """A message's own time, s; when it was received where it has none."""
+    """A message's stamp, s; the time of its reception where it has none."""
     time = message.header.stamp
     return time.sec + time.nanosec * 1e-9 or received
 
 
 def is_truth(topic: str) -> bool:
-    """Whether a topic's name says that it is a reference and no odometry."""
-    return any(word in topic.lower() for word in TRUTHS)
+    """Whether a topic is a reference and no odometry, by its name."""
+    return any(word in topic.lower() for word in TRUTH_NAMES)

@@ -1,7 +1,7 @@
 """ROS recordings become Episodes: a laser's scans, the odometry beside them, the laser's mounting.
 
-What is there once is found by itself; where there are several, the error lists them. A recording is
-used as far as it goes: what cannot be used is left out, counted, and told in `warnings`.
+A topic that occurs once is found by its type; where there are several, the error lists them. What
+cannot be used is left out and counted in `warnings`.
 """
 
 from __future__ import annotations
@@ -14,36 +14,36 @@ import numpy as np
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.bags.file import Bag, opened
+from slam.io.bags.bag import Bag, open_bag
 from slam.io.bags.laser_scan import LASER, MULTI_ECHO, Sweep, readings
 from slam.io.bags.poses import ODOMETRY, Poses, is_truth
-from slam.io.bags.recorded import on_one_clock, take, tree_of
+from slam.io.bags.recorded_messages import on_one_clock, read_messages, tree_of
 from slam.io.bags.robot import mounts_of, odometry_of
 from slam.io.files import AnyPath
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
+from slam.io.max_range import estimated_max_range
 from slam.io.one_line import listed, one_line
-from slam.io.saturation import guessed_max_range
 from slam.io.warnings import WarningCounter
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
-BEYOND = 0.3  # s: so long may a scan come before the first or after the last odometry
+MAX_BEYOND_ODOMETRY = 0.3  # s: of a scan before the first or after the last odometry
 
 
 def read_bag(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
     """Read a ROS 1 bag, or a ROS 2 bag (a folder, .mcap or .db3).
 
     Scans are sensor_msgs/LaserScan. The odometry is that of nav_msgs/Odometry (/odom, or the only
-    such topic) or else the frame of /tf above the robot whose name has "odom" in it. Where the
-    laser stands on the robot is told by /tf_static or /tf, or by `choice`; a laser mounted upside
-    down is read so. Times are the messages' stamps; where those are of different clocks, or run
+    such topic) or else the frame of /tf above the robot whose name has "odom" in it. The pose
+    of the laser on the robot comes from /tf_static or /tf, or from `choice`; a laser mounted upside
+    down is recognised. Times are the messages' stamps; where those are of different clocks, or run
     backwards, the times at which the messages were recorded. Raises InputError.
     """
     warnings = WarningCounter("message")
-    with opened(path, warnings) as bag:
+    with open_bag(path, warnings) as bag:
         laser = _laser(bag, choice.laser)
         topic = _odometry_topic(bag, choice.odometry)
-        recorded = take(bag, laser, topic, warnings)
+        recorded = read_messages(bag, laser, topic, warnings)
     if not recorded.sweeps:
         raise InputError(f"{path}: no usable scan on {one_line(laser)}")
     recorded = on_one_clock(recorded, warnings)
@@ -67,10 +67,10 @@ def read_bag(path: AnyPath, choice: SourceSelection = SourceSelection()) -> Load
 
 
 def read_reference(path: AnyPath, topic: str) -> Trajectory:
-    """Poses of a topic of any kind that tells poses, such as a reference system's."""
+    """The poses of a topic whose messages have a pose, such as a reference system's."""
     warnings = WarningCounter("message")
     poses = Poses()
-    with opened(path, warnings) as bag:
+    with open_bag(path, warnings) as bag:
         if topic not in bag.topics:
             raise InputError(f"{path}: no topic {topic!r}; there are {listed(list(bag.topics))}")
         for _, received, message in bag.messages([topic]):
@@ -104,7 +104,7 @@ def _laser(bag: Bag, wanted: str | None) -> str:
 
 
 def _odometry_topic(bag: Bag, wanted: str | None) -> str | None:
-    """The topic of nav_msgs/Odometry; None where /tf is to be asked, or nobody."""
+    """The topic of nav_msgs/Odometry; None where the odometry is in /tf, or there is none."""
     topics = bag.named(ODOMETRY)
     if wanted is not None:
         return wanted if wanted in topics else None
@@ -120,13 +120,15 @@ def _odometry_topic(bag: Bag, wanted: str | None) -> str | None:
 def _in_order(
     sweeps: list[Sweep], odometry: Trajectory | None, warnings: WarningCounter
 ) -> list[Sweep]:
-    """By time, each time once, as far as the odometry reaches."""
+    """Sweeps in order of time, each time once, within the time of the odometry."""
     kept: list[Sweep] = []
     for number, one in enumerate(sorted(sweeps, key=lambda one: one.time), 1):
         if kept and one.time <= kept[-1].time:
             warnings.add("two scans of the same time, the second left out", number)
         elif odometry is not None and not (
-            odometry.times[0] - BEYOND <= one.time <= odometry.times[-1] + BEYOND
+            odometry.times[0] - MAX_BEYOND_ODOMETRY
+            <= one.time
+            <= odometry.times[-1] + MAX_BEYOND_ODOMETRY
         ):
             warnings.add("scan before or after all odometry, left out", number)
         else:
@@ -144,7 +146,7 @@ def _scans(
         low, high = one.reach
         low = low if 0 <= low < math.inf else 0.0
         if not low < high < math.inf:
-            guessed = guessed or guessed_max_range([one.ranges for one in sweeps])
+            guessed = guessed or estimated_max_range([one.ranges for one in sweeps])
             warnings.add(f"range_max {high:g} is no reach, {guessed:g} m assumed", number + 1)
             low, high = min(low, 0.5 * guessed), guessed
         angles = one.angles

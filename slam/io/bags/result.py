@@ -1,4 +1,4 @@
-"""What a SLAM made of an episode, as a ROS recording that Foxglove and rviz show in frame `map`."""
+"""The result of a run as a ROS recording, which Foxglove and rviz show in the frame `map`."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ import numpy as np
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.bags.messages import even
-from slam.io.bags.sink import Sink, check_times, sink
+from slam.io.bags.bag_writer import BagWriter, check_times, new_bag
+from slam.io.bags.message_factory import even
 from slam.io.bags.write import BASE, LASER, ODOM
 from slam.io.files import AnyPath
 from slam.scan import Scan
 from slam.snapshot import MapSnapshot
 
 MAP = "map"
-PATH_POSES = 300  # of a path on the way: all of them each time would grow as the square of the run
+MAX_PATH_POSES = 300  # of a path but the last: all poses each time would grow with n^2
 
-Event = tuple[float, Callable[[Sink], None]]
-"""When (s), and what is written then."""
+Event = tuple[float, Callable[[BagWriter], None]]
+"""A time (s), and the function that writes its message."""
 
 
 def write_result(
     path: AnyPath, episode: Episode, online: Array, stages: Sequence[MapSnapshot]
 ) -> None:
-    """Write .mcap, .db3 or a folder (ROS 2), or .bag (ROS 1): what a live SLAM would have sent.
+    """Write .mcap, .db3 or a folder (ROS 2), or .bag (ROS 1): the topics of a live SLAM.
 
     online  (n, 3) the pose at each scan as believed when it came; n may be less than all scans
     stages  maps and trajectories as believed on the way; the last one is the result
 
     /map            nav_msgs/OccupancyGrid, latched: one a stage
-    /path           nav_msgs/Path: one a stage, thinned to PATH_POSES; the last one is whole
+    /path           nav_msgs/Path: one a stage, thinned to MAX_PATH_POSES; the last one is whole
     /tf             `odom` in `map` at each scan, `base_link` in `odom`; without any odometry,
                     `base_link` in `map`
     /tf_static      `laser` in `base_link`; in /tf where the laser moves on the robot
     /odom           the odometry, where there is one
     /scan, /points  LaserScans, and the echoes of those with uneven beams as PointCloud2
 
-    /tf is of the belief that the map of that moment is of: a loop that closes shows as a leap of
-    `odom` in `map` and as another map and path. Raises InputError where it cannot be written, and
-    for times that ROS does not know.
+    /tf belongs to the map of its time: a closed loop shows as a jump of `odom` in `map`, together
+    with another map and path. Raises InputError where it cannot be written, and
+    for times that ROS cannot represent.
     """
     if not len(online):
         raise InputError(f"{path}: nothing to write, no scan was taken in")
@@ -54,7 +54,7 @@ def write_result(
         _beliefs(episode, stages),
     )
     events = sorted((event for part in parts for event in part), key=lambda event: event[0])
-    with sink(path) as out:
+    with new_bag(path) as out:
         for _, put in events:
             put(out)
 
@@ -76,12 +76,12 @@ def _motion(episode: Episode, online: Array) -> Iterator[Event]:
             yield time, _transform("/tf", time, MAP, BASE, Pose2.of(pose))
         return
     upto = np.searchsorted(episode.odometry.times, times[-1]) + 1
-    told = episode.odometry.times[:upto]
-    moments = np.union1d(told, times)  # a transform told twice is complained of
+    recorded = episode.odometry.times[:upto]
+    moments = np.union1d(recorded, times)  # the same transform twice makes tf2 warn
     for time, row in zip(moments.tolist(), episode.odometry.at(moments), strict=True):
         pose = Pose2.of(row)
         yield time, _transform("/tf", time, ODOM, BASE, pose)
-    for time, row in zip(told.tolist(), episode.odometry.poses[: len(told)], strict=True):
+    for time, row in zip(recorded.tolist(), episode.odometry.poses[: len(recorded)], strict=True):
         yield time, _odometry(time, Pose2.of(row))
     at_scans = episode.odometry.at(times)
     for time, pose, row in zip(times.tolist(), online, at_scans, strict=True):
@@ -94,7 +94,7 @@ def _scans(episode: Episode, count: int) -> Iterator[Event]:
         yield scan.time, partial(_put_scan, scan=scan)
 
 
-def _put_scan(out: Sink, scan: Scan) -> None:
+def _put_scan(out: BagWriter, scan: Scan) -> None:
     if even(scan.angles):
         out.put("/scan", scan.time, out.make.scan(scan, LASER))
     else:
@@ -103,22 +103,22 @@ def _put_scan(out: Sink, scan: Scan) -> None:
 
 def _beliefs(episode: Episode, stages: Sequence[MapSnapshot]) -> Iterator[Event]:
     for stage in stages:
-        most = len(stage.poses) if stage is stages[-1] else PATH_POSES
-        yield episode.scans[stage.scan].time, partial(_put_belief, episode, stage, most)
+        count = len(stage.poses) if stage is stages[-1] else MAX_PATH_POSES
+        yield episode.scans[stage.scan].time, partial(_put_belief, episode, stage, count)
 
 
-def _put_belief(episode: Episode, stage: MapSnapshot, most: int, out: Sink) -> None:
+def _put_belief(episode: Episode, stage: MapSnapshot, count: int, out: BagWriter) -> None:
     time = episode.scans[stage.scan].time
-    chosen = np.unique(np.linspace(0, stage.scan, most).round().astype(int))
+    chosen = np.unique(np.linspace(0, stage.scan, count).round().astype(int))
     out.put("/map", time, out.make.grid(time, stage.grid, MAP))
     out.put("/path", time, out.make.path(episode.times[chosen], stage.poses[chosen], MAP))
 
 
 def _transform(
     topic: str, time: float, parent: str, child: str, pose: Pose2
-) -> Callable[[Sink], None]:
+) -> Callable[[BagWriter], None]:
     return lambda out: out.put(topic, time, out.make.transform(time, parent, child, pose))
 
 
-def _odometry(time: float, pose: Pose2) -> Callable[[Sink], None]:
+def _odometry(time: float, pose: Pose2) -> Callable[[BagWriter], None]:
     return lambda out: out.put("/odom", time, out.make.odometry(time, ODOM, BASE, pose))

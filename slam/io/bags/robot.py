@@ -1,4 +1,4 @@
-"""The robot of a ROS recording: how its odometry says that it moved, where its laser stands."""
+"""The robot of a ROS recording: its odometry, and the pose of its laser on it."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.bags.poses import ODOMETRY
-from slam.io.bags.recorded import RecordedMessages
+from slam.io.bags.recorded_messages import RecordedMessages
 from slam.io.bags.transforms import Transforms, plain, seen_from_above
 from slam.io.one_line import one_line
 from slam.io.warnings import WarningCounter
 from slam.trajectory import Trajectory
 
 BASES = ("base_link", "base_footprint")  # REP 105
-NONE = "none"
-LEVEL = math.cos(math.radians(10.0))  # a laser that is tilted by more sees no floor plan
+NO_ODOMETRY = "none"  # in a SourceSelection
+MIN_UPRIGHT = math.cos(math.radians(10.0))  # cosine of the tilt; with more, ranges are too long
 
 
 class OdometrySource(NamedTuple):
-    """How the robot says that it moved.
+    """The odometry of a recording.
 
-    trajectory  None where nobody says it
-    base        the frame that it is the motion of: the robot's
-    source      where it comes from, in words; empty where nobody says it
+    trajectory  None where there is no odometry
+    base        the robot's frame, whose poses these are
+    source      where it comes from, in words; empty where there is none
     """
 
     trajectory: Trajectory | None
@@ -41,10 +41,10 @@ def odometry_of(
     wanted: str | None,
     warnings: WarningCounter,
 ) -> OdometrySource:
-    """That of the topic, or of /tf: of the wanted frame, or one above the laser whose name has
-    "odom" in it. Raises InputError where what is wanted is not there."""
+    """The odometry of the topic, or of /tf: of the wanted frame, or of one above the laser whose
+    name has "odom" in it. Raises InputError where the wanted one is not there."""
     laser = recorded.sweeps[0].frame
-    if wanted == NONE:
+    if wanted == NO_ODOMETRY:
         return OdometrySource(None, _base(tree, laser, ""), "")
     if topic is not None:
         stamped = recorded.odometry
@@ -77,7 +77,7 @@ def odometry_of(
 
 
 def _base(tree: Transforms, laser: str, wanted: str) -> str:
-    """The robot's frame: as told, or by its usual name, or the laser's own."""
+    """The robot's frame: the wanted one, or that of a usual name, or the laser's own."""
     chain = tree.ancestors(laser)
     if wanted and tree.connected(wanted, laser):
         return wanted
@@ -92,7 +92,7 @@ def mounts_of(
     mount: Pose2 | None,
     warnings: WarningCounter,
 ) -> tuple[list[Pose2], np.ndarray]:
-    """Where the laser stands on the robot at each scan, and whether it hangs upside down."""
+    """The pose of the laser on the robot at each scan, and (n,) bool: whether it is upside down."""
     upright = np.zeros(len(times), dtype=np.bool_)
     if mount is not None:
         return [mount] * len(times), upright
@@ -107,7 +107,7 @@ def mounts_of(
     at = times if len(tree.times(base, laser)) else times[:1]
     shift, turn = tree.at(base, laser, at)
     up = turn.apply([0.0, 0.0, 1.0])[:, 2]
-    if np.abs(up).min() < LEVEL:
+    if np.abs(up).min() < MIN_UPRIGHT:
         angle = math.degrees(math.acos(np.abs(up).min()))
         warnings.add(f"the laser is tilted by {angle:.0f} degrees: walls will be misjudged", 1)
     mounts = [Pose2(*row) for row in seen_from_above(shift, turn).tolist()]

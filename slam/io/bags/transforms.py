@@ -1,5 +1,4 @@
-"""The frames of a ROS recording: a tree of transforms, some of them moving, asked for seen from
-above."""
+"""The tree of frames of a ROS recording, with transforms that may change over time."""
 
 from __future__ import annotations
 
@@ -14,13 +13,13 @@ from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.one_line import one_line
 
-FARTHEST = 1e8  # m: what is farther away than that is no place
-DEEPEST = 100  # frames from the root; a robot has five to twenty
-STILL = 1e-6  # m and rad: an edge that moves less than this stands
+MAX_TRANSLATION = 1e8  # m: a larger one is invalid
+MAX_DEPTH = 100  # frames from the root; a robot has five to twenty
+STATIC_TOLERANCE = 1e-6  # m and rad: a transform that changes less is constant
 
 
 class TransformHistory(NamedTuple):
-    """Where a frame lies in its parent, at times.
+    """The pose of a frame in its parent over time.
 
     times         (n,) s, increasing
     translations  (n, 3) m
@@ -32,11 +31,11 @@ class TransformHistory(NamedTuple):
     rotations: Rotation
 
     @property
-    def still(self) -> bool:
-        """Whether it is the same all the time."""
+    def constant(self) -> bool:
+        """Whether it is the same at all times."""
         turned = (self.rotations[0].inv() * self.rotations).magnitude()
         shifted = np.abs(self.translations - self.translations[0])
-        return bool(turned.max() < STILL and shifted.max() < STILL)
+        return bool(turned.max() < STATIC_TOLERANCE and shifted.max() < STATIC_TOLERANCE)
 
     def at(self, times: Array) -> tuple[Array, Rotation]:
         """Translations (m, 3) and m rotations at times (m,), interpolated, held at the ends."""
@@ -50,29 +49,29 @@ class TransformHistory(NamedTuple):
 
 
 class Transforms:
-    """Frames by name, each in its parent, as /tf and /tf_static tell them bit by bit."""
+    """Frames by name, each with its pose in its parent, collected from /tf and /tf_static."""
 
     def __init__(self) -> None:
-        self._told: dict[str, array[float]] = {}
+        self._rows: dict[str, array[float]] = {}
         self._edges: dict[str, TransformHistory] = {}
         self.parents: dict[str, str] = {}
 
     def add(self, parent: str, child: str, row: tuple[float, ...]) -> bool:
-        """Take notice of time (s), translation (x, y, z) and quaternion (x, y, z, w).
+        """Add a row: time (s), translation (x, y, z) and quaternion (x, y, z, w).
 
-        False where it cannot be one: numbers that are not finite, no rotation, a frame that would
-        become its own ancestor, or hang deeper than any.
+        False for an invalid one: numbers that are not finite, no rotation, a frame that would
+        become its own ancestor, or one too deep in the tree.
         """
         parent, child = plain(parent), plain(child)
-        if not (math.isfinite(row[0]) and may_be(row[1:4], row[4:])):
+        if not (math.isfinite(row[0]) and is_valid_transform(row[1:4], row[4:])):
             return False
         above = self.ancestors(parent)
-        if child in above or len(above) > DEEPEST:
+        if child in above or len(above) > MAX_DEPTH:
             return False
         if self.parents.get(child, parent) != parent:
-            self._told[child] = array("d")  # the frame was hung up elsewhere: its last place counts
+            self._rows[child] = array("d")  # the frame has a new parent: only this one counts
         self.parents[child] = parent
-        self._told.setdefault(child, array("d")).extend(row)
+        self._rows.setdefault(child, array("d")).extend(row)
         self._edges.pop(child, None)
         return True
 
@@ -84,9 +83,9 @@ class Transforms:
         return chain
 
     def edge(self, child: str) -> TransformHistory:
-        """Where `child` lies in its parent."""
+        """The poses of `child` in its parent."""
         if child not in self._edges:
-            rows = np.array(self._told[child]).reshape(-1, 8)
+            rows = np.array(self._rows[child]).reshape(-1, 8)
             times, first = np.unique(rows[:, 0], return_index=True)
             self._edges[child] = TransformHistory(
                 times, rows[first, 1:4], Rotation.from_quat(rows[first, 4:])
@@ -94,7 +93,7 @@ class Transforms:
         return self._edges[child]
 
     def connected(self, a: str, b: str) -> bool:
-        """Whether both frames hang on the same tree."""
+        """Whether both frames are in the same tree."""
         return self.ancestors(a)[-1] == self.ancestors(b)[-1]
 
     def path(self, parent: str, child: str) -> tuple[list[str], list[str]]:
@@ -111,11 +110,11 @@ class Transforms:
     def times(self, parent: str, child: str) -> Array:
         """All times at which something moved between two frames; empty where nothing does."""
         edges = [self.edge(name) for part in self.path(parent, child) for name in part]
-        moving = [edge.times for edge in edges if not edge.still]
+        moving = [edge.times for edge in edges if not edge.constant]
         return np.unique(np.concatenate(moving)) if moving else np.empty(0)
 
     def at(self, parent: str, child: str, times: Array) -> tuple[Array, Rotation]:
-        """Where `child` lies in `parent` at times (n,): translations (n, 3), n rotations."""
+        """The pose of `child` in `parent` at times (n,): translations (n, 3), n rotations."""
         up, down = self.path(parent, child)
         shift, turn = self._down(down, times)
         other_shift, other_turn = self._down(up, times)
@@ -130,9 +129,11 @@ class Transforms:
         return shift, turn
 
 
-def may_be(place: tuple[float, ...], turn: tuple[float, ...]) -> bool:
-    """Whether m and a quaternion are somewhere; an unset quaternion is all zeros."""
-    return all(abs(value) < FARTHEST for value in place) and 0.5 < math.hypot(*turn) < 2.0
+def is_valid_transform(translation: tuple[float, ...], turn: tuple[float, ...]) -> bool:
+    """Whether translation (m) and quaternion can be a pose; an unset quaternion is zero."""
+    return (
+        all(abs(value) < MAX_TRANSLATION for value in translation) and 0.5 < math.hypot(*turn) < 2.0
+    )
 
 
 def plain(frame: str) -> str:
@@ -141,6 +142,6 @@ def plain(frame: str) -> str:
 
 
 def seen_from_above(shift: Array, turn: Rotation) -> Array:
-    """(n, 3) x, y in m and heading in rad of the x axis, in the plane."""
+    """(n, 3) poses in the plane: x, y in m and the heading of the x axis in rad."""
     ahead = turn.apply([1.0, 0.0, 0.0])
     return np.column_stack([shift[:, :2], np.arctan2(ahead[:, 1], ahead[:, 0])])

@@ -1,12 +1,12 @@
-"""Episodes as ROS recordings, that ROS tools play and SLAM systems listen to."""
+"""Episodes as ROS recordings, for ROS tools and other SLAM systems."""
 
 from __future__ import annotations
 
 from slam.episode import Episode
 from slam.geometry import Pose2
-from slam.io.bags.sink import Sink, check_times, sink
+from slam.io.bags.bag_writer import BagWriter, check_times, new_bag
+from slam.io.constant_mount import constant_mount
 from slam.io.files import AnyPath
-from slam.io.mounted import only_mount
 
 BASE, LASER, ODOM, WORLD = "base_link", "laser", "odom", "world"
 
@@ -23,9 +23,9 @@ def write_bag(episode: Episode, path: AnyPath) -> None:
     Stamps are the episode's. Raises InputError for beams that are not evenly spread, a laser that
     moves on the robot, and where the folder exists or the file cannot be written.
     """
-    mount = only_mount(episode)
+    mount = constant_mount(episode)
     check_times(episode)
-    with sink(path) as out:
+    with new_bag(path) as out:
         first = episode.scans[0].time
         out.put("/tf_static", first, out.make.transform(first, BASE, LASER, mount))
         for time, topic, number in _events(episode):
@@ -33,14 +33,14 @@ def write_bag(episode: Episode, path: AnyPath) -> None:
 
 
 def _events(episode: Episode) -> list[tuple[float, str, int]]:
-    """What is written, in the order of time: when, under which topic, the how-manieth."""
+    """The messages in order of time: (s, topic, sequence number within the topic)."""
     events = [(scan.time, "/scan", k) for k, scan in enumerate(episode.scans)]
     if episode.has_odometry:
         events += [(time, "/odom", k) for k, time in enumerate(episode.odometry.times.tolist())]
     return sorted(events)
 
 
-def _put(out: Sink, episode: Episode, time: float, topic: str, number: int) -> None:
+def _put(out: BagWriter, episode: Episode, time: float, topic: str, number: int) -> None:
     if topic == "/odom":
         pose = Pose2.of(episode.odometry.poses[number])
         out.put("/tf", time, out.make.transform(time, ODOM, BASE, pose))

@@ -1,4 +1,4 @@
-"""One line of a CARMEN log: what the messages ODOM, FLASER and ROBOTLASER1 hold.
+"""The messages ODOM, FLASER, ROBOTLASER1 and PARAM of a CARMEN log, a line each.
 
 Field order as in the logs' own headers (CARMEN, Montemerlo, Roy, Thrun et al., 2002).
 """
@@ -22,14 +22,14 @@ PARAMS = {
     b"laser_front_laser_max": (0.0, 1e4),
     b"laser_front_laser_resolution": (0.0, 180.0),  # degrees between beams, 0: not stated
 }
-FARTHEST = 1e7  # m and rad: a pose beyond it is no pose
-LATEST = 1e11  # s
+MAX_COORDINATE = 1e7  # m and rad: a larger one is no pose
+MAX_TIME = 1e11  # s
 # FLASER: beams -> degrees between them (SICK LMS). An even count lacks the odd one's last beam.
 FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25}
 
 
-class Garbled(ValueError):  # noqa: N818 (a finding, counted; never shown to the user as an error)
-    """The line is not what its first word says; the message tells what was expected."""
+class Garbled(ValueError):  # noqa: N818 (counted as a warning, never shown as an error)
+    """A line is no message of its kind; the text says what was expected."""
 
 
 class Odom(NamedTuple):
@@ -40,11 +40,11 @@ class Odom(NamedTuple):
 
 
 class LaserMessage(NamedTuple):
-    """One sweep as the log has it.
+    """One sweep as it is in the log.
 
     robot      pose by the odometry; m, rad
     ranges     (beams,) m, as written
-    angles     (beams,) rad, or None where the log leaves them to convention (FLASER)
+    angles     (beams,) rad, or None where they are by convention (FLASER)
     max_range  m, or None where the line does not say
     mount      the sensor on the robot, or None where the line does not say
     """
@@ -147,7 +147,7 @@ def _fan(beams: int, start: float, view: float, step: float) -> Array:
 
 
 def _count(words: list[bytes], at: int, at_least: int = 2) -> int:
-    """The number of readings announced at a place; never more than the line has words."""
+    """The number of readings given by the word `at`; never more than the line has words."""
     try:
         n = int(words[at])
     except (ValueError, IndexError):
@@ -166,13 +166,13 @@ def _numbers(words: list[bytes]) -> Array:
 
 def _pose(words: list[bytes]) -> Pose2:
     pose = Pose2(*_numbers(words).tolist())
-    if not all(abs(value) <= FARTHEST for value in pose):
+    if not all(abs(value) <= MAX_COORDINATE for value in pose):
         raise Garbled("a finite pose was expected")
     return pose
 
 
 def _time(word: bytes) -> float:
     (time,) = _numbers([word]).tolist()
-    if not abs(time) <= LATEST:
+    if not abs(time) <= MAX_TIME:
         raise Garbled("a finite time stamp was expected")
     return time

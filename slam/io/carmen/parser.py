@@ -1,11 +1,10 @@
-"""A CARMEN log line by line: keeps what can be used, counts what cannot."""
+"""Parse a CARMEN log line by line: keep the valid messages, count the others in `warnings`."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from slam.geometry import Pose2
-from slam.io.carmen.leaps import leaps
 from slam.io.carmen.messages import (
     Garbled,
     LaserMessage,
@@ -15,27 +14,31 @@ from slam.io.carmen.messages import (
     parse_param,
     parse_robotlaser,
 )
+from slam.io.carmen.outliers import outliers
 from slam.io.warnings import WarningCounter
 
 LASERS = {b"FLASER": parse_flaser, b"ROBOTLASER1": parse_robotlaser}
-# Other messages of CARMEN, and comments: passed over without a word.
-PASSED_OVER = (b"#", b"SYNC", b"TRUEPOS", b"RLASER", b"LASER", b"RAWLASER", b"ROBOTLASER")
+# Other messages of CARMEN, and comments: left out without a warning.
+IGNORED = (b"#", b"SYNC", b"TRUEPOS", b"RLASER", b"LASER", b"RAWLASER", b"ROBOTLASER")
 
 
 class CarmenParser:
-    """Takes lines; then holds `messages`, their line `numbers`, `params` and `warnings`."""
+    """Collects the `messages` of lines, their line `numbers`, `params` and `warnings`.
+
+    reason  what was expected on the first line left out
+    """
 
     def __init__(self) -> None:
         self.messages: list[Odom | LaserMessage] = []
         self.numbers: list[int] = []
         self.params: dict[bytes, float] = {}
         self.warnings = WarningCounter()
-        self.reason = ""  # what was expected on the first line left out
+        self.reason = ""
         self._laser = b""
         self._beams = 0
 
     def take(self, number: int, line: bytes) -> None:
-        """Take in one line."""
+        """Parse one line."""
         words = line.split()
         if not words:
             return
@@ -47,20 +50,20 @@ class CarmenParser:
                 self._take_laser(number, words)
             elif name == b"PARAM":
                 self.params |= parse_param(words)
-            elif not name.startswith(PASSED_OVER):
+            elif not name.startswith(IGNORED):
                 self.warnings.add("unknown message left out", number)
         except Garbled as reason:
             self.reason = self.reason or f"{number}: {reason}"
             self.warnings.add("garbled line left out", number)
 
-    def leave_out_leaps(self) -> None:
-        """To be called after the last line: a leap shows by the message after it."""
+    def leave_out_outliers(self) -> None:
+        """Call after the last line: whether a pose is an outlier shows in the message after it."""
         if not self.messages:
             return
-        found = leaps(np.array([message.pose for message in self.messages])).tolist()
+        found = outliers(np.array([message.pose for message in self.messages])).tolist()
         kept = []
-        for number, message, leap in zip(self.numbers, self.messages, found, strict=True):
-            if leap:
+        for number, message, outlier in zip(self.numbers, self.messages, found, strict=True):
+            if outlier:
                 self.reason = (
                     self.reason or f"{number}: a pose within reach of the one before was expected"
                 )

@@ -1,6 +1,6 @@
 """CARMEN logs: a text file of ODOM and laser lines becomes an Episode.
 
-A log is used as far as it goes: what cannot be used is left out, counted, and told in `warnings`.
+What cannot be used is left out and counted in `warnings`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.carmen.messages import LaserMessage, Odom, flaser_angles
 from slam.io.carmen.parser import CarmenParser
-from slam.io.clock import steady
 from slam.io.files import AnyPath, CutShortError, lines
 from slam.io.loaded_recording import LoadedRecording
-from slam.io.saturation import guessed_max_range
+from slam.io.max_range import estimated_max_range
+from slam.io.monotonic_times import monotonic
 from slam.scan import Scan
 from slam.trajectory import Trajectory
 
@@ -30,14 +30,14 @@ EXPECTED = (
 def read_carmen(path: AnyPath) -> LoadedRecording:
     """Read a CARMEN log, plain or gzip. Raises InputError where there is no usable scan in it.
 
-    The laser is that of FLASER or of ROBOTLASER1, whichever comes first; other messages are passed
-    over. The odometry holds all ODOM poses and the scans' own ones, in file order. Times are the
-    log's ipc stamps; those that do not increase are moved (`clock.steady`). A line whose pose leaps
-    away for this one message (`carmen_leaps.leaps`) is left out.
+    The laser is that of FLASER or of ROBOTLASER1, whichever comes first; other messages are left
+    out. The odometry holds all ODOM poses and the scans' own ones, in file order. Times are the
+    log's ipc stamps; those that do not increase are moved (`monotonic`). A line whose pose is an
+    outlier (`outliers`) is left out.
 
     FLASER angles follow `flaser_angles`; its laser stands on the robot where the log's PARAM lines
     say, or at its centre. A reading at or above the sensor's maximum range becomes `inf`, no echo:
-    the maximum is the line's own, or the log's PARAM, or `guessed_max_range`. A negative or
+    the maximum is the line's own, or the log's PARAM, or `estimated_max_range`. A negative or
     unreadable range becomes NaN, no reading.
     """
     log = _parsed(path)
@@ -57,7 +57,7 @@ def _parsed(path: AnyPath) -> CarmenParser:
         if not log.lasers:
             raise
         log.warnings.add("file damaged or cut short, the part before used", number)
-    log.leave_out_leaps()
+    log.leave_out_outliers()
     if not number:
         raise InputError(f"{path}: empty; {EXPECTED}")
     if not log.lasers:
@@ -71,7 +71,7 @@ def _times(log: CarmenParser) -> Array:
     joined = [False] * len(log.messages)
     for k, (a, b) in enumerate(zip(log.messages, log.messages[1:], strict=False), start=1):
         joined[k] = a[:2] == b[:2] and type(a) is not type(b) and not joined[k - 1]
-    return steady(
+    return monotonic(
         np.array([message.time for message in log.messages]),
         np.array(joined),
         lambda at, kind: log.warnings.add(kind, log.numbers[at]),
@@ -87,7 +87,7 @@ def _odometry(messages: list[Odom | LaserMessage], times: Array) -> Trajectory:
 def _scans(log: CarmenParser, times: Array) -> tuple[Scan, ...]:
     lasers = log.lasers
     stated = log.param(b"robot_front_laser_max") or log.param(b"laser_front_laser_max")
-    max_range = stated if stated > 0 else guessed_max_range([laser.ranges for laser in lasers])
+    max_range = stated if stated > 0 else estimated_max_range([laser.ranges for laser in lasers])
     step_deg = log.param(b"laser_front_laser_resolution")
     at = [k for k, message in enumerate(log.messages) if isinstance(message, LaserMessage)]
     scans = []
@@ -102,5 +102,5 @@ def _scans(log: CarmenParser, times: Array) -> tuple[Scan, ...]:
 
 
 def _read(ranges: Array, max_range: float) -> Array:
-    """As `Scan` means them: no echo is inf, no reading NaN."""
+    """Ranges as a `Scan` has them: no echo is inf, no reading NaN."""
     return np.where(ranges >= max_range, np.inf, np.where(ranges >= 0, ranges, np.nan))

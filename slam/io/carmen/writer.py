@@ -16,8 +16,8 @@ from slam.io.carmen.messages import FLASER_STEP_DEG, flaser_angles
 from slam.io.files import AnyPath, replacing
 from slam.scan import Scan
 
-STEP = 1e-4  # m: ranges are written with four decimals
-EVEN = 1e-6  # rad: beams that are less uneven count as even
+RANGE_STEP = 1e-4  # m: ranges are written with four decimals
+EVEN_TOLERANCE = 1e-6  # rad: beams this close to an even spread are even
 
 
 def write_carmen(episode: Episode, path: AnyPath) -> None:
@@ -26,7 +26,7 @@ def write_carmen(episode: Episode, path: AnyPath) -> None:
     FLASER where every scan has the beams of that message's convention, the same maximum range and
     the laser at the robot's centre; otherwise ROBOTLASER1, which needs evenly spaced beams. No echo
     is written as the maximum range, no reading as 0. Ranges keep 0.1 mm, poses and stamps six
-    decimals. The truth, which CARMEN has no word for, is left out.
+    decimals. The truth, which a CARMEN log cannot hold, is left out.
     """
     plain = all(_fits_flaser(scan, episode.scans[0].max_range) for scan in episode.scans)
     with replacing(path) as file:
@@ -43,7 +43,7 @@ def _fits_flaser(scan: Scan, max_range: float) -> bool:
     beams = len(scan.ranges)
     return (
         beams in FLASER_STEP_DEG
-        and np.allclose(scan.angles, flaser_angles(beams), rtol=0, atol=EVEN)
+        and np.allclose(scan.angles, flaser_angles(beams), rtol=0, atol=EVEN_TOLERANCE)
         and scan.mount == Pose2()
         and scan.max_range == max_range
     )
@@ -55,14 +55,14 @@ def _lines(episode: Episode, plain: bool) -> Iterator[str]:
         yield f"PARAM robot_front_laser_max {float(episode.scans[0].max_range)!r}"
     odometry = episode.odometry
     start = float(odometry.times[0])
-    # Both by the same interpolation: at the same moment they are written alike, and so read as one.
-    on_the_way, at_scans = odometry.at(odometry.times), odometry.at(episode.times)
+    # Both are interpolated: a scan and a pose of the same time are written alike, and read as one.
+    at_poses, at_scans = odometry.at(odometry.times), odometry.at(episode.times)
     events = [(time, 0, k) for k, time in enumerate(odometry.times.tolist())]
     events += [(time, 1, k) for k, time in enumerate(episode.times.tolist())]
     for time, kind, k in sorted(events):
         stamp = f"{time:.6f} dynslam {time - start:.6f}"
         if kind == 0:
-            yield f"ODOM {_six(on_the_way[k])} 0 0 0 {stamp}"
+            yield f"ODOM {_six(at_poses[k])} 0 0 0 {stamp}"
         elif plain:
             yield f"{_flaser(episode.scans[k], at_scans[k])} {stamp}"
         else:
@@ -76,7 +76,7 @@ def _flaser(scan: Scan, pose: Array) -> str:
 def _robotlaser(scan: Scan, pose: Array) -> str:
     beams = len(scan.ranges)
     step = (scan.angles[-1] - scan.angles[0]) / (beams - 1) if beams > 1 else 0.0
-    if beams < 2 or not np.allclose(np.diff(scan.angles), step, rtol=0, atol=EVEN):
+    if beams < 2 or not np.allclose(np.diff(scan.angles), step, rtol=0, atol=EVEN_TOLERANCE):
         raise InputError(
             f"a CARMEN log needs two or more evenly spaced beams, "
             f"but those of the scan at {scan.time:.6f} s are not"
@@ -93,8 +93,10 @@ def _robotlaser(scan: Scan, pose: Array) -> str:
 
 
 def _ranges(scan: Scan) -> str:
-    hits = np.minimum(scan.ranges, scan.max_range - STEP)  # rounding makes no echo of an echo
-    no_echo = math.ceil(scan.max_range / STEP) * STEP
+    hits = np.minimum(
+        scan.ranges, scan.max_range - RANGE_STEP
+    )  # rounding must not make it "no echo"
+    no_echo = math.ceil(scan.max_range / RANGE_STEP) * RANGE_STEP
     written = np.where(scan.no_echo, no_echo, np.where(scan.hit, hits, 0.0))
     return " ".join(["%.4f"] * len(written)) % tuple(written.tolist())
 

@@ -90,6 +90,7 @@ def naive_free_length(points, curvature, radius, reach):
 
 @given(st.integers(0, 2**32 - 1))
 @example(351)  # its arc grazes an echo between two of the checked poses
+@example(58949)
 def test_the_free_length_of_an_arc_is_that_of_a_slow_loop(seed):
     """Poses are checked 5 cm apart, so an echo that enters the disc by 2 mm at most between two of
     them, (s / 2)^2 / 2 (1 / radius + |curvature|), may be missed."""

@@ -33,7 +33,7 @@ def test_every_gain_is_paid_by_default():
     [
         (
             {"speed": 1.0},
-            "a name in RewardWeights.weights must be one of 'information', 'freshness'",
+            "a name in RewardWeights.weights must be one of 'information'",
         ),
         ({"pose": math.nan}, r"RewardWeights.weights\['pose'\] must be a finite number"),
         ({"pose": "much"}, r"RewardWeights.weights\['pose'\] must be a finite number"),

@@ -41,16 +41,16 @@ def test_without_errors_the_truth(moved):
 
 
 def test_every_robot_has_a_stream_of_its_own_and_takes_three_numbers_a_step():
-    slips, taken, noise = NoiseStreams(3), [[], [], []], np.empty((3, 3))
+    streams, taken, noise = NoiseStreams(3), [[], [], []], np.empty((3, 3))
     for i in range(3):
-        slips.begin(i, np.random.default_rng(i))
+        streams.reset(i, np.random.default_rng(i))
     others = np.random.default_rng(9)
     for step in range(400):
         if step == 300:  # another episode of one of them
-            slips.begin(1, np.random.default_rng(7))
+            streams.reset(1, np.random.default_rng(7))
             taken[1].clear()
         which = np.flatnonzero(others.random(3) < 0.6)
-        slips.take(which, noise)
+        streams.take(which, noise)
         for i in which.tolist():
             taken[i].append(noise[i].copy())
     for seed, mine in zip((0, 7, 2), taken, strict=True):

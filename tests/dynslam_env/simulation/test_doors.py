@@ -17,7 +17,7 @@ def flips(doors, count=8, until=2000.0, step=0.1, seed=0):
     clock = doors.law.clock(count, np.random.default_rng(seed))
     times = [[] for _ in range(count)]
     for i in range(round(until / step)):
-        for door in clock.due(i * step):
+        for door in clock.flips_until(i * step):
             times[door].append(i * step)
     return times
 

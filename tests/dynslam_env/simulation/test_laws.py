@@ -34,9 +34,9 @@ def generator(seed=0):
 def flips(law, count=8, until=math.inf, most=1000, seed=0):
     """(time, door) of the first flips, each at its exact time."""
     clock, found = law.clock(count, generator(seed)), []
-    while clock.soonest <= until and clock.soonest < math.inf and len(found) < most:
-        at = clock.soonest
-        told = clock.due(at)
+    while clock.next_flip <= until and clock.next_flip < math.inf and len(found) < most:
+        at = clock.next_flip
+        told = clock.flips_until(at)
         assert told
         found += [(at, door) for door in told]
     return found
@@ -45,7 +45,9 @@ def flips(law, count=8, until=math.inf, most=1000, seed=0):
 def flips_in_steps(law, step, until, count=8, seed=0):
     """(step, door) in the order told, asked every `step` s."""
     clock = law.clock(count, generator(seed))
-    return [(i, door) for i in range(round(until / step) + 1) for door in clock.due(i * step)]
+    return [
+        (i, door) for i in range(round(until / step) + 1) for door in clock.flips_until(i * step)
+    ]
 
 
 def dwells(law, each=500, count=8, seed=0):
@@ -117,10 +119,16 @@ def test_a_script_is_followed_to_the_bit():
     script = ((7.3, 2), (0.1 + 0.2, 0), (0.0, 1), (7.3, 0), (7.3, 2), (1e9, 1))
     assert flips(Scripted(script), count=3) == sorted(script)
     clock = Scripted(script).clock(3, generator())
-    assert [clock.due(t) for t in (0.0, 0.3, 0.1 + 0.2, 7.29, 7.3)] == [[1], [], [0], [], [0, 2, 2]]
-    assert clock.soonest == 1e9
-    assert clock.due(2e9) == [1]
-    assert clock.soonest == math.inf
+    assert [clock.flips_until(t) for t in (0.0, 0.3, 0.1 + 0.2, 7.29, 7.3)] == [
+        [1],
+        [],
+        [0],
+        [],
+        [0, 2, 2],
+    ]
+    assert clock.next_flip == 1e9
+    assert clock.flips_until(2e9) == [1]
+    assert clock.next_flip == math.inf
 
 
 def test_a_script_can_be_told_again():
@@ -136,8 +144,8 @@ def test_lists_make_a_script_too():
 
 def test_static_doors_never_flip():
     clock = Fixed().clock(8, generator())
-    assert clock.soonest == math.inf
-    assert not any(clock.due(time) for time in np.arange(0.0, 1e4, 100.0))
+    assert clock.next_flip == math.inf
+    assert not any(clock.flips_until(time) for time in np.arange(0.0, 1e4, 100.0))
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 8])
@@ -158,7 +166,7 @@ def test_a_coupled_script_names_pairs():
 
 def test_pairs_begin_alike_or_contrary():
     drawn = np.array([True, True, False, True, True])
-    alike, opposed = (Coupled(opposed=o).begin(drawn, generator()) for o in (False, True))
+    alike, opposed = (Coupled(opposed=o).initial_states(drawn, generator()) for o in (False, True))
     assert alike.tolist() == [True, True, False, False, True]
     assert opposed.tolist() == [True, False, False, True, True]
     assert drawn.tolist() == [True, True, False, True, True]
@@ -167,7 +175,7 @@ def test_pairs_begin_alike_or_contrary():
 @pytest.mark.parametrize("law", LAWS[:5], ids=str)
 def test_other_doors_begin_as_drawn(law):
     rng, drawn = generator(), generator(1).random(9) < 0.5
-    assert (law.begin(drawn, rng) == drawn).all()
+    assert (law.initial_states(drawn, rng) == drawn).all()
     assert rng.bit_generator.state == generator().bit_generator.state
 
 
@@ -192,11 +200,11 @@ def test_how_often_one_asks_changes_no_flip(law, step):
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
-def test_soonest_says_when_due_has_nothing(law):
+def test_before_the_next_flip_there_are_none(law):
     skipping, asking = (law.clock(8, generator(3)) for _ in range(2))
     for time in np.arange(0.0, 200.0, 0.1).tolist():
-        skipped = skipping.due(time) if skipping.soonest <= time else []
-        assert list(asking.due(time)) == list(skipped)
+        skipped = skipping.flips_until(time) if skipping.next_flip <= time else []
+        assert list(asking.flips_until(time)) == list(skipped)
 
 
 def test_uniform_flips_are_those_of_version_0_1():
@@ -208,7 +216,7 @@ def test_uniform_flips_are_those_of_version_0_1():
         found.append((due[door], door))
         due[door] += rng.uniform(5.0, 20.0)
     clock = Uniform().clock(8, other)
-    assert [(clock.soonest, *clock.due(clock.soonest)) for _ in range(500)] == found
+    assert [(clock.next_flip, *clock.flips_until(clock.next_flip)) for _ in range(500)] == found
     assert rng.bit_generator.state == other.bit_generator.state
 
 
@@ -221,7 +229,7 @@ def test_doors_that_flip_at_once_are_told_by_number():
 @pytest.mark.parametrize("law", [*RANDOM, Fixed(), Scripted(), Coupled(Fixed())], ids=str)
 def test_no_doors_no_flips(law):
     assert flips(law, count=0) == []
-    assert len(law.begin(np.zeros(0, dtype=np.bool_), generator())) == 0
+    assert len(law.initial_states(np.zeros(0, dtype=np.bool_), generator())) == 0
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
@@ -234,7 +242,7 @@ def test_each_is_a_law_that_can_be_compared_and_hashed(law):
 @pytest.mark.parametrize("law", LAWS, ids=str)
 def test_a_clock_is_not_asked_for_ever(law, time):
     with pytest.raises(InputError, match="time must be a finite number"):
-        law.clock(8, generator()).due(time)
+        law.clock(8, generator()).flips_until(time)
 
 
 @pytest.mark.parametrize(

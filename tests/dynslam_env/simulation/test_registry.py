@@ -32,7 +32,7 @@ class Together:
 
     period: float = 1.0
 
-    def begin(self, is_open, rng):
+    def initial_states(self, is_open, rng):
         return np.zeros_like(is_open)
 
     def clock(self, count, rng):

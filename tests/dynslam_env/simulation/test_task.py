@@ -15,7 +15,7 @@ class Judged:
 
     def __init__(self, task, start=Pose2()):  # noqa: B008
         self._task, self._judge = task, TaskProgress(task, 1)
-        self._judge.begin(0, LAYOUT, np.array(start))
+        self._judge.reset(0, LAYOUT, np.array(start))
 
     def __call__(self, x, y=0.0, collided=False):
         """Reward, its terms, and ends, by name, after a step of 0.1 s to (x, y)."""
@@ -89,8 +89,8 @@ def test_robots_of_one_judge_do_not_meet():
     together, alone = TaskProgress(task, n), [TaskProgress(task, 1) for _ in range(n)]
     poses = np.zeros((n, 3))
     for i, layout in enumerate(layouts):
-        together.begin(i, layout, poses[i])
-        alone[i].begin(0, layout, poses[i])
+        together.reset(i, layout, poses[i])
+        alone[i].reset(0, layout, poses[i])
     for _ in range(50):
         which = np.flatnonzero(rng.random(n) < 0.7)
         poses[which] += rng.normal(0, 0.3, (len(which), 3))

@@ -107,7 +107,7 @@ def test_each_of_several_lasers_is_described(shared_data: Path, capsys):
 def test_a_laser_that_cannot_be_read_is_warned_of(shared_data: Path, monkeypatch, capsys):
     """The others are described; where there are none, the command says why."""
     bag = shared_data / "jarvis_circular.bag"
-    unreadable = set(LASERS[:1])
+    unreadable: set[str | None] = {LASERS[0]}
 
     def read(path, choice):
         if choice.laser in unreadable:

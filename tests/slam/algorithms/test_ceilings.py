@@ -19,7 +19,7 @@ from slam.geometry import Pose2, between, wrap_angle
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.maps.true_map import TrueMap
-from slam.metrics.bound import bound, information, ray_gradient
+from slam.metrics.cramer_rao import bound, information, ray_gradient
 from slam.metrics.episode_scorer import EpisodeScorer
 from slam.motion.threshold import MotionThreshold
 from slam.trajectory import Trajectory

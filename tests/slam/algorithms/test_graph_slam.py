@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from slam.algorithms.graph_slam import FEWEST, GraphSlam
+from slam.algorithms.graph_slam import MIN_KEYFRAMES, GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
@@ -89,7 +89,7 @@ def test_a_loop_joins_stretches_that_are_not_neighbours() -> None:
 def test_what_was_added_while_poses_were_looked_for_moves_with_the_last_of_them(
     monkeypatch,
 ) -> None:
-    monkeypatch.setattr(pose_graph, "GROWN", 0.0)  # all poses are looked for, which takes long
+    monkeypatch.setattr(pose_graph, "MAX_GROWTH", 0.0)  # all poses are looked for, which takes long
     robot, began, later = GraphSlam(stretch=1.0), 0, 0
     adjusting = robot.graph.adjusting
 
@@ -142,8 +142,8 @@ def test_stretches_are_as_long_as_asked_and_begin_with_seeds() -> None:
     run(robot, drive(1.0, reach=3.0))
     *all_but_last, last = robot.places
     assert len(all_but_last) >= 8
-    assert all(2.0 <= place.way < 2.3 for place in all_but_last)
-    assert last.way < 2.3
+    assert all(2.0 <= place.length < 2.3 for place in all_but_last)
+    assert last.length < 2.3
     assert [len(place.seeds) for place in robot.places] == [0] + [4] * len(all_but_last)
     for before, after in zip(all_but_last, robot.places[1:], strict=True):
         assert [one.scan for one in after.seeds] == [one.scan for one in list(before)[-4:]]
@@ -324,7 +324,7 @@ def test_without_any_echo_the_odometry_leads(fill: float) -> None:
         assert np.isfinite(estimate.covariance).all()
     robot.finish()
     assert len(robot.places) > 8
-    assert {len(place.keyframes) for place in robot.places[:-1]} == {FEWEST}
+    assert {len(place.keyframes) for place in robot.places[:-1]} == {MIN_KEYFRAMES}
     assert not any(edge.loop for edge in robot.graph.edges)
     assert tuple(robot.pose) == pytest.approx(tuple(pose), abs=1e-6)
 

@@ -1,4 +1,4 @@
-"""Pose graphs, and what is asked of them pose by pose."""
+"""Pose graphs, and a slow reference of their cost, pose by pose."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LOOP = np.diag([1 / 0.03**2, 1 / 0.03**2, 1 / math.radians(0.5) ** 2])
 
 
 def error(edge: Edge, poses) -> np.ndarray:
-    """What an edge's displacement is off, in the second's frame."""
+    """The error of an edge's displacement, in the second's frame."""
     first, second = Pose2.of(poses[edge.first]), Pose2.of(poses[edge.second])
     return np.array((first @ edge.displacement).between(second))
 
@@ -26,7 +26,7 @@ def square(edge: Edge, poses) -> float:
 
 
 def random_information(rng: np.random.Generator) -> np.ndarray:
-    """Of deviations of 1 to 10 cm and 0.3 to 3 degrees, all correlated."""
+    """An information matrix: deviations of 1 to 10 cm and 0.3 to 3 degrees, correlated."""
     root = np.diag(10.0 ** rng.uniform((1, 1, 1.3), (2, 2, 2.3)))
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     mixed = root @ (0.7 * np.eye(3) + 0.3 * turn @ np.diag([0.2, 1.0, 2.0]) @ turn.T) @ root
@@ -34,7 +34,7 @@ def random_information(rng: np.random.Generator) -> np.ndarray:
 
 
 def noisy(displacement: Pose2, information, rng: np.random.Generator, share=1.0) -> Pose2:
-    """A displacement measured."""
+    """A measured displacement."""
     return displacement @ Pose2.of(
         share * rng.multivariate_normal(np.zeros(3), np.linalg.inv(information))
     )
@@ -50,7 +50,7 @@ def ring(n: int, laps=2, length=30.0) -> list[Pose2]:
 
 
 def chain(truth: list[Pose2], rng: np.random.Generator, share=1.0) -> PoseGraph:
-    """A chain of measurements along the truth, begun where it begins."""
+    """A chain of measurements along the truth, with the same first pose."""
     graph = PoseGraph(np.array([truth[0]]))
     for k in range(len(truth) - 1):
         moved = noisy(truth[k].between(truth[k + 1]), ODOMETRY, rng, share)
@@ -60,6 +60,6 @@ def chain(truth: list[Pose2], rng: np.random.Generator, share=1.0) -> PoseGraph:
 
 
 def loop(truth: list[Pose2], first: int, second: int, rng, off=Pose2()) -> Edge:
-    """A loop measured, `off` by what is no noise."""
+    """A measured loop with an outlier error `off`."""
     moved = noisy(truth[first].between(truth[second]), LOOP, rng) @ off
     return Edge(first, second, moved, LOOP, loop=True)

@@ -13,7 +13,7 @@ from slam.graph.edges import Edge, Edges
 from tests.slam.graph import graphs
 
 seeds = st.integers(0, 2**32 - 1)
-LEAST = np.diag(chain.LEAST)
+MIN_INFORMATION = np.diag(chain.MIN_INFORMATION)
 
 
 def chained(n: int, edges: Iterable[Edge], trust, origin: int):
@@ -21,7 +21,7 @@ def chained(n: int, edges: Iterable[Edge], trust, origin: int):
 
 
 def led(edges, erring) -> Pose2:
-    """Where edges (edge, forth) lead, of which some err (3,) in the second's frame."""
+    """The pose at the end of edges (edge, forth), some with errors (3,) in the second's frame."""
     pose = Pose2()
     for (edge, forth), e in zip(edges, erring, strict=True):
         moved = edge.displacement @ Pose2.of(e)
@@ -30,7 +30,7 @@ def led(edges, erring) -> Pose2:
 
 
 def along(edges) -> np.ndarray:
-    """Covariance of the end, in its frame: the slope by the error of each edge, numerically."""
+    """Covariance of the end, in its frame, by numerical derivatives by the edges' errors."""
     exact = np.zeros((len(edges), 3))
     end, result = led(edges, exact), np.zeros((3, 3))
     for k, (edge, _) in enumerate(edges):
@@ -40,7 +40,7 @@ def along(edges) -> np.ndarray:
             up[k, axis], down[k, axis] = 1e-6, -1e-6
             off = np.array(end.between(led(edges, up))) - end.between(led(edges, down))
             jacobian[:, axis] = off / 2e-6
-        covariance = np.linalg.inv(edge.information + LEAST)
+        covariance = np.linalg.inv(edge.information + MIN_INFORMATION)
         result += jacobian @ covariance @ jacobian.T
     return result
 
@@ -56,7 +56,7 @@ def edge_of(rng, a: int, b: int, loop=False) -> Edge:
 @settings(max_examples=30)
 @given(seeds)
 def test_errors_add_up_along_the_only_way(seed: int) -> None:
-    """A tree, its edges this way and that; seen from any of its poses."""
+    """A tree with edges of both directions, from any of its poses."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 9))
     edges, neighbours = [], {k: {} for k in range(n)}
@@ -109,7 +109,7 @@ def test_of_two_ways_the_surest_is_taken(seed: int) -> None:
 
 def test_of_two_edges_side_by_side_the_surest_is_taken() -> None:
     sure, unsure = Edge(0, 1, Pose2(1.0), np.eye(3) * 400), Edge(0, 1, Pose2(1.0), np.eye(3) * 4)
-    expected = np.linalg.inv(np.eye(3) * 400 + LEAST)
+    expected = np.linalg.inv(np.eye(3) * 400 + MIN_INFORMATION)
     for edges in ([sure, unsure], [unsure, sure]):
         np.testing.assert_allclose(chained(2, edges, np.ones(2), 0)[1], expected)
 
@@ -142,5 +142,5 @@ def test_what_cannot_be_reached_is_infinitely_unsure() -> None:
 def test_an_edge_that_knows_nothing_of_an_axis_is_not_off_without_end(axis: int) -> None:
     information = np.diag(np.where(np.arange(3) == axis, 0.0, 100.0))
     found = chained(2, [Edge(0, 1, Pose2(1.0, 0.0, math.pi / 2), information)], np.ones(1), 0)[1]
-    assert found[axis, axis] == pytest.approx(1 / LEAST[axis, axis])
+    assert found[axis, axis] == pytest.approx(1 / MIN_INFORMATION[axis, axis])
     assert np.isfinite(found).all()

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2
-from slam.graph.edges import ROOM, Edge, Edges
+from slam.graph.edges import INITIAL_EDGES, Edge, Edges
 from tests.slam.graph import graphs
 
 
@@ -22,7 +22,7 @@ def same(found: Edge, expected: Edge) -> bool:
     )
 
 
-@given(st.integers(0, 3 * ROOM), st.integers(0, 3 * ROOM))
+@given(st.integers(0, 3 * INITIAL_EDGES), st.integers(0, 3 * INITIAL_EDGES))
 def test_what_was_added_is_what_there_is(n: int, more: int) -> None:
     expected = some(n + more)
     edges = Edges(expected[:n])
@@ -36,9 +36,9 @@ def test_what_was_added_is_what_there_is(n: int, more: int) -> None:
 
 
 def test_arrays_are_of_what_there_was() -> None:
-    edges = Edges(some(ROOM - 1))
+    edges = Edges(some(INITIAL_EDGES - 1))
     before, copies = edges.measured, edges.measured.copy()
-    edges.extend(some(3 * ROOM, seed=1))
+    edges.extend(some(3 * INITIAL_EDGES, seed=1))
     np.testing.assert_array_equal(before, copies)
 
 

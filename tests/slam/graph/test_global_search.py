@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.global_search import CELL, POINTS, TURN, GlobalSearch
+from slam.graph.global_search import CANDIDATE_CELL, MAX_POINTS, TURN_STEP, GlobalSearch
 from slam.maps.static import Static
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -17,7 +17,7 @@ EVERY = np.radians(np.arange(-180, 180, 6.0))
 
 
 def random_map(rng) -> tuple[Static, Endpoint]:
-    """Of a few scans of nothing in particular."""
+    """A map of a few random scans."""
     grid, reading = Static(), Endpoint()
     for _ in range(2):
         scan = Scan(rng.uniform(0.3, 3.0, len(EVERY)), EVERY, 2.8)
@@ -26,29 +26,29 @@ def random_map(rng) -> tuple[Static, Endpoint]:
 
 
 def pooled(grid, reading) -> dict[tuple[int, int], float]:
-    """The field's maxima over squares of CELL x CELL cells of the lattice."""
+    """The field's maxima over squares of CANDIDATE_CELL x CANDIDATE_CELL cells."""
     tiles, result = grid.cells.tiles, {}
     for (row, col), value in np.ndenumerate(tiles.dense(reading.field())):
-        at = (row + tiles.row0) // CELL, (col + tiles.col0) // CELL
+        at = (row + tiles.row0) // CANDIDATE_CELL, (col + tiles.col0) // CANDIDATE_CELL
         result[at] = max(result.get(at, -math.inf), float(value))
     return result
 
 
 def value(known, unknown, points, pose: Pose2, side: float) -> float:
-    """What the field sums to where the points lie."""
+    """The sum of the field at the points."""
     cells = np.floor(transform_points(pose, points) / side).astype(int)
     return sum(known.get((row, col), unknown) for col, row in cells.tolist())
 
 
 def window(around: Pose2, reach, side: float):
     """All candidates."""
-    n, turns = (math.ceil(r / s) for r, s in ((reach[0], side), (reach[2], TURN)))
+    n, turns = (math.ceil(r / s) for r, s in ((reach[0], side), (reach[2], TURN_STEP)))
     m = math.ceil(reach[1] / side)
     for turn in range(-turns, turns + 1):
         for i in range(-m, m + 1):
             for j in range(-n, n + 1):
                 x, y = around.x + j * side, around.y + i * side
-                yield Pose2(x, y, math.remainder(around.theta + turn * TURN, math.tau))
+                yield Pose2(x, y, math.remainder(around.theta + turn * TURN_STEP, math.tau))
 
 
 @pytest.mark.parametrize("farthest", [(0.7, 0.7, math.radians(1.2)), (4.0, 3.0, 0.0)])
@@ -60,7 +60,7 @@ def test_the_best_is_as_good_as_the_best_of_all(farthest, seed: int, far: bool) 
     points = rng.uniform(-2.5, 2.5, (12, 2))
     reach = rng.uniform(0.5, 1.0, 3) * farthest
     around = Pose2.of(rng.normal(0, (3.0, 3.0, 3.0) if far else (0.4, 0.4, 2.0)))
-    side, known = CELL * grid.cells.tiles.resolution, pooled(grid, reading)
+    side, known = CANDIDATE_CELL * grid.cells.tiles.resolution, pooled(grid, reading)
     values = {
         pose: value(known, reading.unknown, points, pose, side)
         for pose in window(around, reach, side)
@@ -79,10 +79,10 @@ def test_the_window_is_not_left_by_more_than_a_candidate(seed: int, reach) -> No
     around = Pose2.of(rng.uniform(-3.0, 3.0, 3))
     search = GlobalSearch(reading)
     found = search.best(rng.normal(0, 2.0, (40, 2)), around, np.array(reach))
-    side = CELL * grid.cells.tiles.resolution + 1e-9
+    side = CANDIDATE_CELL * grid.cells.tiles.resolution + 1e-9
     assert abs(found.x - around.x) < reach[0] + side
     assert abs(found.y - around.y) < reach[1] + side
-    assert abs(math.remainder(found.theta - around.theta, math.tau)) < reach[2] + TURN + 1e-9
+    assert abs(math.remainder(found.theta - around.theta, math.tau)) < reach[2] + TURN_STEP + 1e-9
     alone = search.best(rng.normal(0, 2.0, (40, 2)), around, np.zeros(3))
     assert tuple(alone) == pytest.approx(tuple(around))
 
@@ -94,7 +94,7 @@ def test_where_nothing_is_known_all_are_equal(around: Pose2) -> None:
     _, reading = random_map(np.random.default_rng(0))
     search, reach = GlobalSearch(reading), np.array([2.0, 2.0, 0.1])
     found = search.best(np.random.default_rng(1).normal(0, 0.2, (9, 2)), around, reach)
-    assert (np.abs(np.subtract(found, around)) <= reach + (0.1, 0.1, TURN)).all()
+    assert (np.abs(np.subtract(found, around)) <= reach + (0.1, 0.1, TURN_STEP)).all()
 
 
 def test_a_view_without_points_and_a_map_without_tiles_are_lived_with() -> None:
@@ -106,7 +106,9 @@ def test_a_view_without_points_and_a_map_without_tiles_are_lived_with() -> None:
         search = GlobalSearch(reading)
         for points in (np.zeros((0, 2)), np.ones((3, 2))):
             found = search.best(points, Pose2(1.0, 2.0, 0.5), reach)
-            assert (np.abs(np.subtract(found, (1.0, 2.0, 0.5))) <= reach + (0.1, 0.1, TURN)).all()
+            assert (
+                np.abs(np.subtract(found, (1.0, 2.0, 0.5))) <= reach + (0.1, 0.1, TURN_STEP)
+            ).all()
 
 
 @pytest.mark.parametrize("off", [(1.5, -1.2, 0.5), (-1.9, 1.9, -0.6), (0.0, 0.0, 0.0)])
@@ -116,7 +118,7 @@ def test_a_view_of_the_room_is_found(off) -> None:
         reading.refresh(grid, grid.integrate(scan_at(Pose2.of(pose)), Pose2.of(pose)))
     truth = Pose2(0.3, 0.1, 2.0)
     points = np.repeat(scan_at(truth).points, 3, axis=0)
-    assert len(points) > POINTS
+    assert len(points) > MAX_POINTS
     around = Pose2(*np.add(truth, off).tolist())
     found = GlobalSearch(reading).best(points, around, np.array([2.0, 2.0, 0.7]))
     assert np.hypot(found.x - truth.x, found.y - truth.y) < 0.1

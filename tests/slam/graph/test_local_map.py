@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.local_map import CELL, SIZE, LocalMap
+from slam.graph.local_map import PANORAMA_CELL, PANORAMA_SIZE, LocalMap
 from slam.scan import Scan
 from tests.slam.worlds import FAN, beam, scan_at
 
@@ -39,7 +39,7 @@ def test_seeds_of_the_next_lie_where_they_lay(seed: int, n: int, seeds: int) -> 
             assert one.scan is known
             assert tuple(where.between(frame @ one.pose)) == pytest.approx((0, 0, 0), abs=1e-9)
         assert [(one.scan, one.pose) for one in following.keyframes] == [(scan, Pose2())]
-        assert following.way == 0.0
+        assert following.length == 0.0
         assert [one.scan for one in following] == [one for one, _ in expected] + [scan]
         before = [*expected, (scan, frame)]
         place = following
@@ -49,7 +49,7 @@ def test_the_way_is_that_of_its_own_keyframes() -> None:
     place = LocalMap((), beam(1.0)).following(beam(1.0), Pose2(5.0, 5.0, 1.0), 3)
     for pose in (Pose2(3.0, 4.0, 1.0), Pose2(3.0, 4.0, 2.0), Pose2(3.0, 2.0, 0.0)):
         place.add(beam(1.0), pose)
-    assert place.way == pytest.approx(7.0)
+    assert place.length == pytest.approx(7.0)
     assert place.middle() == pytest.approx((9 / 4, 10 / 4, 0.0))
 
 
@@ -66,10 +66,10 @@ def test_a_panorama_is_what_its_own_keyframes_saw_thinned_out(seed: int, n: int)
     points, found = np.concatenate(every), place.panorama()
     off = np.abs(found.points[:, None] - points).max(axis=2)
     assert off.min(axis=1).max() < 1e-9
-    squares = {tuple(square) for square in np.floor(points / CELL).astype(int).tolist()}
+    squares = {tuple(square) for square in np.floor(points / PANORAMA_CELL).astype(int).tolist()}
     chosen = points[off.argmin(axis=1)]
-    taken = [tuple(square) for square in np.floor(chosen / CELL).astype(int).tolist()]
-    assert len(set(taken)) == len(taken) == min(len(squares), SIZE)
+    taken = [tuple(square) for square in np.floor(chosen / PANORAMA_CELL).astype(int).tolist()]
+    assert len(set(taken)) == len(taken) == min(len(squares), PANORAMA_SIZE)
     assert found.hit.all()
     assert found.mount == Pose2()
 
@@ -79,7 +79,7 @@ def test_a_panorama_of_much_keeps_of_all_around() -> None:
     for _ in range(10):
         place.add(Scan(rng.uniform(1.0, 5.0, 360), np.linspace(-3, 3, 360), 6.0), Pose2())
     found = place.panorama().points
-    assert len(found) == SIZE
+    assert len(found) == PANORAMA_SIZE
     every = np.concatenate([one.scan.points for one in place.keyframes])
     for low in np.arange(-4.0, 4.0, 0.5):
         share, kept = (

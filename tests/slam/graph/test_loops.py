@@ -59,7 +59,7 @@ def test_a_displacement_is_found_from_two_metres_off(off: Pose2) -> None:
     error = TRUTH.between(match.pose)
     assert math.hypot(error.x, error.y) < 0.01
     assert abs(error.theta) < math.radians(0.2)
-    assert Loops().believed(match)
+    assert Loops().accepts(match)
     assert match.explained > 0.9
 
 
@@ -68,7 +68,7 @@ def test_what_is_sure_is_looked_for_nearby_alone() -> None:
     off = TRUTH @ Pose2(1.5, 0.0, 0.0)
     match = Matcher(Loops()).match(room(), panorama, off, about((0.01, 0.01, 0.001)))
     assert math.hypot(match.pose.x - off.x, match.pose.y - off.y) < 1.0
-    assert not Loops().believed(match)
+    assert not Loops().accepts(match)
 
 
 @pytest.mark.parametrize("deviations", [(0.05, 0.05, 0.02), (1.0, 1.0, 0.2)])
@@ -76,7 +76,7 @@ def test_what_is_sure_is_looked_for_nearby_alone() -> None:
 def test_another_room_is_not_believed(walls, deviations) -> None:
     panorama = mapped(HERE, walls=walls).panorama()
     match = Matcher(Loops()).match(room(), panorama, TRUTH, about(deviations))
-    assert not Loops().believed(match)
+    assert not Loops().accepts(match)
 
 
 @pytest.mark.parametrize(
@@ -85,14 +85,14 @@ def test_another_room_is_not_believed(walls, deviations) -> None:
 )
 def test_the_limits_of_belief(explained: float, contradicted: float, believed: bool) -> None:
     match = Match(Pose2(), np.eye(3), explained, contradicted)
-    assert Loops().believed(match) == believed
+    assert Loops().accepts(match) == believed
 
 
 JAGGED = pytest.mark.xfail(reason="a match holds on to the pattern of cells", strict=True)
 
 
 def of_a_corridor(step: float, turn: float) -> tuple[float, float, np.ndarray]:
-    """Information along and across it, and all of it; its frame lies turned."""
+    """Information along and across it, and the whole matrix, in a rotated frame."""
     angles, rng = np.radians(np.arange(-120, 121, step)), np.random.default_rng(0)
     places = []
     for begin in (Pose2(0.0, 0.0, turn), Pose2(0.37, 0.0, turn + 1.2)):
@@ -154,7 +154,7 @@ def test_no_match_is_surer_than_the_floor() -> None:
     ],
 )
 def test_its_information_is_in_its_own_frame(frame: Pose2, tolerance: float) -> None:
-    """The same place, seen from a frame that lies otherwise: the same information."""
+    """The same place in another frame has the same information."""
     assert abs(frame.theta) > 1.0
     loops, wide = Loops(floor=(1e-4, 1e-4, 1e-5)), about((0.05, 0.05, 0.01))
     panorama = mapped(HERE, seed=1).panorama()
@@ -179,12 +179,12 @@ def test_where_nothing_was_seen_nothing_is_believed(fill: float) -> None:
         (blind, room().panorama()),
     ):
         match = Matcher(Loops()).match(place, scan, Pose2(0.3), about((0.1, 0.1, 0.1)))
-        assert not Loops().believed(match)
+        assert not Loops().accepts(match)
         assert np.isfinite([*match.pose, *match.information.ravel()]).all()
 
 
 def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatch) -> None:
-    monkeypatch.setattr(loops, "MOST_BYTES", 0)  # one is kept
+    monkeypatch.setattr(loops, "MAX_CACHE_BYTES", 0)  # one is kept
     reading = loops.mapped(room())
     panorama, wide = mapped(HERE, seed=1).panorama(), about((0.3, 0.3, 0.1))
     ready, anew = Matcher(Loops()), Matcher(Loops())
@@ -198,7 +198,7 @@ def test_a_map_that_is_at_hand_and_one_that_is_made_anew_are_the_same(monkeypatc
             np.testing.assert_array_equal(found.information, expected.information)
             most = matcher.nbytes
             matcher.match(hall, panorama, TRUTH, wide)  # the place is packed away
-            assert list(matcher._ready) == [hall]
+            assert list(matcher._unpacked) == [hall]
             assert matcher.nbytes < 2 * most
 
 
@@ -216,7 +216,7 @@ def test_along_a_passage_little_is_believed(heading: float) -> None:
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     passage = np.array([[1600.0, 0.0, 40.0], [0.0, 9000.0, 30.0], [40.0, 30.0, 5000.0]])
     found = turn.T @ cautious(turn @ passage @ turn.T) @ turn
-    assert found[0, 0] == pytest.approx(loops.SLIDE**-2)
+    assert found[0, 0] == pytest.approx(loops.CORRIDOR_STD**-2)
     np.testing.assert_allclose(found[1:, 1:], passage[1:, 1:], rtol=1e-9)
     assert np.linalg.eigvalsh(found).min() >= 0.0
     for other in (np.diag([4000.0, 9000.0, 5000.0]), np.diag([0.2, 9000.0, 5000.0])):

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from slam.geometry import Pose2, wrap_angle
 from slam.graph import pose_graph
 from slam.graph.edges import Edge, Edges
-from slam.graph.pose_graph import RECENT, PoseGraph
+from slam.graph.pose_graph import RECENT_POSES, PoseGraph
 from slam.graph.system import System
 from tests.slam.graph import graphs
 
@@ -65,7 +65,7 @@ def test_around_a_square_the_error_is_spread_evenly(off: float) -> None:
 
 
 def test_information_is_in_the_frame_of_the_second() -> None:
-    """Its x is the world's y; so one edge knows of the world's y, and the other of its x."""
+    """Its x is the world's y: one edge has information about the world's y, the other its x."""
     knows_y = Edge(0, 1, Pose2(1.0, 0.0, math.pi / 2), np.diag([300.0, 1.0, 9.0]))
     knows_x = Edge(0, 1, Pose2(1.4, 0.4, math.pi / 2), np.diag([1.0, 300.0, 9.0]))
     found = solved([(0, 0, 0), (1, 0, 1.5)], [knows_y, knows_x])
@@ -102,7 +102,7 @@ def random_graph(seed: int, noise: float, loops: bool) -> PoseGraph:
 
 
 def residuals(free, first, edges, scale: float) -> np.ndarray:
-    """Their squares sum to what is minimised."""
+    """Residuals whose squares sum to the cost."""
     poses = np.vstack([first, free.reshape(-1, 3)])
     result = []
     for edge in edges:
@@ -237,7 +237,7 @@ def test_an_edge_that_is_no_loop_is_never_switched_off(wrong) -> None:
 
 @pytest.mark.parametrize("bias", [-1.0, 0.5, 1.0])
 def test_a_true_loop_over_a_chain_that_drifted_is_believed(bias: float) -> None:
-    """A turn too far at every pose, as large as the deviation that the chain admits."""
+    """A heading error at every pose, as large as the chain's standard deviation."""
     truth, rng = graphs.ring(100, laps=1, length=60.0), np.random.default_rng(3)
     graph = graphs.chain(truth, rng)
     turned = Pose2(0.0, 0.0, bias * math.radians(0.5))
@@ -311,7 +311,7 @@ def test_numbers_are_given_in_order() -> None:
 
 
 def grown(n=60, off=Pose2()) -> PoseGraph:
-    """Poses that were all fitted, one more, and a loop at it that is so much `off`."""
+    """Fitted poses, one more, and a loop at it with error `off`."""
     truth, rng = graphs.ring(n, length=40.0), np.random.default_rng(5)
     graph = graphs.chain(truth, rng, share=0.1)
     graph.edges.extend(graphs.loop(truth, k - n // 2, k, rng) for k in range(n // 2, n, 3))
@@ -334,7 +334,7 @@ def test_a_loop_that_fits_moves_the_last_poses_alone() -> None:
     whole = grown(off=Pose2(0.02, -0.03, 0.005))
     adjusted(graph)
     whole.optimise()
-    np.testing.assert_array_equal(graph.poses[:-RECENT], before[:-RECENT])
+    np.testing.assert_array_equal(graph.poses[:-RECENT_POSES], before[:-RECENT_POSES])
     assert np.abs(graph.poses[-1] - before[-1]).max() > 3e-3
     close(graph.poses, whole.poses, 0.02)
     assert graph.outdated
@@ -352,7 +352,7 @@ def test_a_loop_that_does_not_asks_for_all(off: Pose2) -> None:
 
 
 def test_poses_that_became_many_more_are_all_fitted(monkeypatch) -> None:
-    monkeypatch.setattr(pose_graph, "GROWN", 61 / 60)
+    monkeypatch.setattr(pose_graph, "MAX_GROWTH", 61 / 60)
     graph, whole = adjusted(grown()), grown()
     whole.optimise()
     np.testing.assert_array_equal(graph.poses, whole.poses)

@@ -14,7 +14,7 @@ POSES = [Pose2.of(pose) for pose in loop(30)]
 
 
 def anew(make, places, poses):
-    """The map from nothing."""
+    """The map built anew."""
     grid = make()
     for place, frame in zip(places, poses, strict=True):
         for scan, pose in place.keyframes:
@@ -29,7 +29,7 @@ def assert_same(one, other) -> None:
 
 
 class Course:
-    """Local maps that grow along the room, and where they are believed to lie."""
+    """Growing local maps along the room, and their estimated poses."""
 
     def __init__(self):
         self.places, self.poses, self.k = [], np.zeros((0, 3)), 0

@@ -25,12 +25,12 @@ from hypothesis import strategies as st
 from slam.errors import InputError
 from slam.io import files
 from slam.io.bags import read_bag
-from slam.io.bags.unpacking import LARGEST, unpack_bz2, unpack_lz4, unpack_zstd
+from slam.io.bags.decompression import MAX_CHUNK, decompress_bz2, decompress_lz4, decompress_zstd
 from slam.io.episode_file import load_episode
 from slam.io.formats import read_log
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.warnings import WarningCounter
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from tests.slam.io.samples import reader_of, samples
 
 NAMES = tuple(samples())
@@ -47,7 +47,7 @@ def outcome(path: Path) -> str | None:
         assert str(path.parent) in text
         return text
     if isinstance(result, LoadedRecording):
-        standing(result.episode).displacements()
+        deskewed(result.episode).displacements()
         assert all(str(warned).isprintable() for warned in result.warnings)
     return None
 
@@ -212,9 +212,13 @@ def test_only_a_bag_has_things_to_choose_from(tmp_path: Path) -> None:
     assert not read_log(path, SourceSelection(odometry="none")).episode.has_odometry
 
 
-@pytest.mark.parametrize("unpack", [unpack_bz2, unpack_lz4, unpack_zstd])
+@pytest.mark.parametrize("unpack", [decompress_bz2, decompress_lz4, decompress_zstd])
 def test_a_chunk_that_ends_early_is_damaged(unpack) -> None:
-    pack = {unpack_bz2: bz2.compress, unpack_lz4: lz4.frame.compress, unpack_zstd: zstd.compress}
+    pack = {
+        decompress_bz2: bz2.compress,
+        decompress_lz4: lz4.frame.compress,
+        decompress_zstd: zstd.compress,
+    }
     packed = pack[unpack](random.Random(0).randbytes(1000))
     assert unpack(packed) == random.Random(0).randbytes(1000)
     with pytest.raises(EOFError, match="ends early"):
@@ -378,7 +382,7 @@ def test_scans_that_announce_a_billion_ranges(tmp_path: Path) -> None:
 
 
 def test_a_text_of_one_endless_line_is_given_up(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr(files, "LONGEST_PASSED", 1 << 21)
+    monkeypatch.setattr(files, "MAX_TEXT_LINE", 1 << 21)
     path = tmp_path / "some.log"
     path.write_bytes(b"x" * (4 << 20))
     with pytest.raises(InputError, match=r"some\.log:1: a line of over 2 MB, as no log has"):
@@ -386,4 +390,4 @@ def test_a_text_of_one_endless_line_is_given_up(tmp_path: Path, monkeypatch) -> 
 
 
 def test_the_bound_on_a_chunk_is_larger_than_any_that_is_written() -> None:
-    assert LARGEST >= 100 << 20
+    assert MAX_CHUNK >= 100 << 20

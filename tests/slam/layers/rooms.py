@@ -1,4 +1,4 @@
-"""Scans of segments, by the slow way: every beam against every segment."""
+"""Simulated scans by brute force: every beam against every segment."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ HZ = 10.0
 
 
 def scan(segments: Array, pose: Pose2, time: float, max_range: float = 8.0) -> Scan:
-    """What a laser at `pose` sees of segments (w, 4), m."""
+    """A scan of segments (w, 4), m, at `pose`."""
     origin = np.array(pose[:2])
     beams = np.stack([np.cos(ANGLES + pose.theta), np.sin(ANGLES + pose.theta)], axis=1)
     ranges = np.full(len(ANGLES), np.inf)

@@ -83,7 +83,7 @@ def test_a_door_that_closes_and_opens_changes_and_is_found() -> None:
 
 
 def test_the_leaf_at_rest_is_no_wall() -> None:
-    """Nobody ever sees through it, but beside a door nothing can stand there."""
+    """No beam passes through it, but within a door's swing it is the leaf."""
     made = doors(30, 60, 2)
     grid = made.static_map()
     cells = made.spec.cells(np.array([(-0.45, y) for y in np.arange(1.35, 1.95, 0.05)]))
@@ -97,7 +97,7 @@ def test_the_wall_behind_an_open_door_stands() -> None:
 
 
 def test_a_door_that_stays_closed_is_a_wall() -> None:
-    """By no evidence of this drive is it anything else."""
+    """This drive holds no evidence against it."""
     shut = np.concatenate([HOUSE, CLOSED])
     made = layers(*watch([shut] * 60, drive(60)))
     assert not made.doors
@@ -106,7 +106,7 @@ def test_a_door_that_stays_closed_is_a_wall() -> None:
 
 @pytest.mark.parametrize("later", [-50.0, 40_000_000.0])
 def test_another_day_with_another_clock_goes_on(later: float) -> None:
-    """As sessions are put one after the other; the second day's clock begins anew, or a year on."""
+    """Concatenated sessions; the clock of the second day restarts, or is a year ahead."""
     shut, ajar = np.concatenate([HOUSE, CLOSED]), np.concatenate([HOUSE, AJAR])
     moments = ([shut] * 30 + [ajar] * 60) * 3
     scans, poses = watch(moments, drive(len(moments)))

@@ -2,7 +2,7 @@ import numpy as np
 
 from slam.geometry import Pose2 as Pose
 from slam.geometry import transform_points
-from slam.layers.surface import NO_ECHO, extent, find_surface
+from slam.layers.surface import NO_SURFACE, extent, find_surface
 from slam.maps.rays import Rays
 from tests.slam.layers.rooms import HOUSE, watch
 
@@ -22,7 +22,7 @@ def test_cells_are_those_of_the_echoes() -> None:
     np.testing.assert_array_equal(SURFACE.cells, cells)
     np.testing.assert_array_equal(SURFACE.echoes, counts)
     assert (SURFACE.number[tuple(cells.T)] == np.arange(len(cells))).all()
-    assert (SURFACE.number != NO_ECHO).sum() == len(cells)
+    assert (SURFACE.number != NO_SURFACE).sum() == len(cells)
 
 
 def test_places_are_the_means_of_the_echoes() -> None:
@@ -33,7 +33,7 @@ def test_places_are_the_means_of_the_echoes() -> None:
 
 
 def test_normals_are_those_of_the_echoes_around() -> None:
-    """The plain way: the smaller eigenvector of the scatter of all echoes within two cells."""
+    """A slow reference: the smaller eigenvector of the scatter of all echoes within two cells."""
     points, told = echoes(), 0
     cells = SPEC.cells(points)
     for i, cell in enumerate(SURFACE.cells):

@@ -1,4 +1,4 @@
-"""Drives and single beams that all map models are tested with; values by cells of the lattice."""
+"""Drives and single beams for tests of all map models; values by cells of the lattice."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CLOSED, OPEN, HIDDEN = 3.0, 6.0, 1.0
 
 
 def drive(n: int = 12, seed: int = 0, step: float = 1.3):
-    """(scan, pose) of a drive in which part of the room's walls come and go."""
+    """(scan, pose) of a drive in which some of the room's walls appear and disappear."""
     rng = np.random.default_rng(seed)
     result = []
     for k, pose in enumerate(loop(n)):
@@ -57,7 +57,7 @@ def integrated(grid, history):
 
 
 def seen(history):
-    """[(time, {cell: hit})], as the naive maps take it."""
+    """[(time, {cell: hit})], the input of the naive maps."""
     return [(s.time, naive.seen(s, p, 0.05, RAYS.reach, RAYS.no_echo_reach)) for s, p in history]
 
 
@@ -112,7 +112,7 @@ def beams_seen(of: list[tuple[float, float]]):
 
 
 def scans_until(grid, length: float, begin: float, step: float, done) -> int:
-    """How many scans, `step` s apart from `begin` on, it takes until `done(h of the door)`."""
+    """The number of scans, `step` s apart from `begin` on, until `done(h of the door)`."""
     for n in range(1, 5000):
         if done(watched(grid, (begin + (n - 1) * step, length))[0]):
             return n

@@ -10,7 +10,7 @@ RESOLUTION = 0.5
 
 
 def centroids() -> Centroids:
-    """With room for echoes in (-32, 32) x (-32, 32) m."""
+    """Centroids with tiles allocated for (-32, 32) x (-32, 32) m."""
     tiles = Tiles(RESOLUTION)
     result = Centroids(tiles)
     tiles.extend((-31.0, -31.0), (31.0, 31.0))

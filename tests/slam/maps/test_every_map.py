@@ -1,4 +1,4 @@
-"""What every map model keeps to, whatever it makes of what it sees."""
+"""Properties of every map model."""
 
 import math
 
@@ -38,7 +38,7 @@ from tests.slam.maps.driving import (
 from tests.slam.worlds import beam, loop, scan_at
 
 every_model = pytest.mark.parametrize("model", MODELS)
-MOST_BYTES = 18  # of a cell in a model's own layers: a building of 200 x 200 m has 16 million cells
+MAX_BYTES = 18  # of a cell in a model's own layers: a building of 200 x 200 m has 16 million cells
 
 
 @every_model
@@ -230,7 +230,7 @@ def test_a_large_building_fits(model) -> None:
     grid = model()
     tiles = grid.cells.tiles
     own = tiles.nbytes - Cells(0.05, 0.2, Rays()).tiles.nbytes
-    assert own / (tiles.used * AREA) <= MOST_BYTES
+    assert own / (tiles.used * AREA) <= MAX_BYTES
 
 
 @every_model

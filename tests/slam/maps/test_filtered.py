@@ -1,4 +1,4 @@
-"""Filtered maps against their table, and what becomes of people and doors."""
+"""Filtered maps against the table of the paper, and with people and doors."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""HMM maps against chains that go in small steps, and what they learn of doors and walls."""
+"""HMM maps against chains simulated in small steps, and the rates learned of doors and walls."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Hybrid maps against the static map and the full history, and what they remember."""
+"""Hybrid maps against the static map and the full history."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Recency maps against all that was seen, each with its age, and what they promise of doors."""
+"""Recency maps against sums over all observations by age, and the times until a cell changes."""
 
 import math
 

@@ -20,8 +20,8 @@ from slam.sensor_models.endpoint import Endpoint
 from tests.slam.worlds import FAN, MAX_RANGE, ROOM, beam, scan_at
 
 VIEWS = [scan_at(Pose2(0.2, 0.1, 0.3 * k), walls=np.delete(ROOM, k, axis=0)) for k in range(4)]
-FARTHEST = 0.1  # m, the largest sigma that cells of 5 cm allow: a field of 6 cells
-PARTS = [(Static, lambda: Endpoint(sigma=FARTHEST)), (Histogram, Endpoint), (Static, Beam)]
+MAX_SIGMA = 0.1  # m, the largest sigma that cells of 5 cm allow: a field of 6 cells
+PARTS = [(Static, lambda: Endpoint(sigma=MAX_SIGMA)), (Histogram, Endpoint), (Static, Beam)]
 
 places = st.integers(-60, 60).map(lambda n: n * 0.0707)
 poses = st.builds(Pose2, places, places, st.sampled_from([0.0, 1.0, 2.5]))
@@ -99,7 +99,7 @@ def assert_each_is_its_mirror(particles: Particles) -> None:
 
 
 def assert_in_order(tiles: Tiles, branches: list[TileIndex]) -> None:
-    """The books are right: who has which slot, where it lies, and which are free."""
+    """The slots of all maps, their places, references and the free ones are consistent."""
     recount = np.zeros(tiles.used, np.int32)
     recount[0] = 1
     for branch in branches:
@@ -132,7 +132,7 @@ def test_every_branch_is_what_a_map_of_its_own_would_be(model, reading, program)
 @settings(max_examples=40)
 @given(poses, st.integers(0, 3), st.integers(0, 3))
 def test_what_one_branch_sees_leaves_the_others_bytes_alone(pose, first, second) -> None:
-    grid, reading = Static(), Endpoint(sigma=FARTHEST)
+    grid, reading = Static(), Endpoint(sigma=MAX_SIGMA)
     tiles = grid.cells.tiles
     for k in range(3):
         integrate(grid, reading, view(first, k), Pose2())
@@ -149,7 +149,7 @@ def test_what_one_branch_sees_leaves_the_others_bytes_alone(pose, first, second)
 
 
 def test_a_beam_through_a_wall_of_old_changes_a_tile_that_it_does_not_cross() -> None:
-    grid, reading = Static(), Endpoint(sigma=FARTHEST)
+    grid, reading = Static(), Endpoint(sigma=MAX_SIGMA)
     tiles, pose = grid.cells.tiles, Pose2(0.5, 0.02)  # along the border of two tiles
     integrate(grid, reading, beam(1.5), pose)
     other = tiles.fork()

@@ -1,4 +1,4 @@
-"""The temporal map is the histogram map, with a memory of when it was so."""
+"""The temporal map equals the histogram map, and keeps the history."""
 
 import numpy as np
 import pytest

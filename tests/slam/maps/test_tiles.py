@@ -18,7 +18,7 @@ steps = st.lists(st.tuples(boxes, st.integers(0, 2**32 - 1)), min_size=1, max_si
 
 
 class Naive:
-    """What tiles should hold: a value per cell of the lattice, and an id that stays."""
+    """A reference of tiles: a value per cell of the lattice, and an id that stays the same."""
 
     def __init__(self) -> None:
         self.values: dict[tuple[int, int], int] = {}
@@ -31,7 +31,7 @@ def cell(tiles: Tiles, row: int, col: int) -> int:
 
 
 def take_some(tiles: Tiles, rng: np.random.Generator) -> None:
-    """Enter a few tiles of the index in a random order, as a tracer does; then take them."""
+    """Enter a few tiles of the index in a random order, as a tracer does; then allocate them."""
     free = np.argwhere(tiles.index == 0)
     used = tiles.used
     for row, col in rng.permutation(free)[:4]:

@@ -9,7 +9,7 @@ from slam.geometry import Pose2
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import GaussianMotion
 
-SURE = np.zeros((3, 3))
+EXACT = np.zeros((3, 3))
 WIDE = math.radians(120.0)
 
 
@@ -17,12 +17,12 @@ def taught(error_per_m: float, step: float = 0.1, way: float = 10.0) -> Adaptive
     model = AdaptiveOdometry()
     for k in range(round(way / step)):
         sign = 1.0 if k % 2 else -1.0
-        model.learn(Pose2(step, 0.0, 0.0), Pose2(step, 0.0, sign * error_per_m * step), SURE)
+        model.learn(Pose2(step, 0.0, 0.0), Pose2(step, 0.0, sign * error_per_m * step), EXACT)
     return model
 
 
 def rate(model: AdaptiveOdometry, step: float = 1.0) -> float:
-    """rad/m of deviation that is due to the way alone."""
+    """rad/m, the deviation by distance alone."""
     still = model.deviations(Pose2())[2]
     return math.sqrt(model.deviations(Pose2(step, 0.0, 0.0))[2] ** 2 - still**2) / step
 
@@ -47,7 +47,7 @@ def test_it_stays_wide_where_the_odometry_is_bad() -> None:
 def test_it_follows_what_was_found_lately() -> None:
     model = taught(0.0, way=20.0)
     for _ in range(30):
-        model.learn(Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.0, math.radians(6.0)), SURE)
+        model.learn(Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.0, math.radians(6.0)), EXACT)
     assert rate(model) > math.radians(80.0)
 
 
@@ -63,7 +63,7 @@ def test_no_displacement_is_corrected_and_turns_on_the_spot_teach_nothing() -> N
     model = taught(math.radians(60.0))
     assert model.corrected(Pose2(0.1, 0.2, 0.3)) == Pose2(0.1, 0.2, 0.3)
     before = model.rate
-    model.learn(Pose2(0.0, 0.0, 1.0), Pose2(0.0, 0.0, 0.2), SURE)
+    model.learn(Pose2(0.0, 0.0, 1.0), Pose2(0.0, 0.0, 0.2), EXACT)
     assert model.rate == before
 
 

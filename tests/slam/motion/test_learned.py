@@ -1,4 +1,4 @@
-"""A motion model that learns how the odometry's heading drifts."""
+"""The motion model that learns the bias of the odometry's heading."""
 
 import math
 
@@ -13,19 +13,19 @@ from slam.motion.gaussian import GaussianMotion
 from slam.motion.learned import LearnedOdometry
 from tests.slam.worlds import PAPERS_BIAS, drive
 
-SURE = np.diag([1e-6, 1e-6, math.radians(0.1) ** 2])
+EXACT = np.diag([1e-6, 1e-6, math.radians(0.1) ** 2])
 STRAIGHT = Pose2(0.1)
 
 
 def taught(model: LearnedOdometry, per_m=0.0, per_rad=0.0, keyframes=40, seed=0, noise=0.0):
-    """Shown true motions beside what the odometry made of them: so much too far."""
+    """Learn from true motions and odometry with a given bias."""
     rng = np.random.default_rng(seed)
     for _ in range(keyframes):
         true = Pose2(0.1, 0.0, rng.uniform(-0.2, 0.2))
         error = per_m * 0.1 + per_rad * true.theta
         told = Pose2(0.0, 0.0, error / 2) @ true @ Pose2(0.0, 0.0, error / 2)
         found = Pose2(true.x, true.y, true.theta + rng.normal(0, noise) if noise else true.theta)
-        model.learn(told, found, SURE)
+        model.learn(told, found, EXACT)
     return model
 
 
@@ -81,24 +81,24 @@ def test_a_bias_that_changes_is_followed() -> None:
 
 
 def test_what_no_scan_told_teaches_nothing() -> None:
-    """With nothing to be seen the odometry's own prediction is found, and as unsure."""
+    """Without information in the scan the prediction is found, with its own covariance."""
     model = taught(LearnedOdometry(), per_m=0.6, keyframes=20)
-    bias, doubt = model.bias.copy(), model.doubt.copy()
+    bias, doubt = model.bias.copy(), model.bias_covariance.copy()
     for _ in range(50):
         blind = np.diag(model.deviations(STRAIGHT) ** 2)
         model.learn(STRAIGHT, model.corrected(STRAIGHT), blind)
     np.testing.assert_array_equal(model.bias, bias)
-    assert (np.diag(model.doubt) >= np.diag(doubt)).all()
+    assert (np.diag(model.bias_covariance) >= np.diag(doubt)).all()
 
 
 def test_the_prediction_is_taken_out_of_what_was_found() -> None:
-    """What was found lies half way to the scan's own opinion; that opinion is learned."""
+    """The pose found is half way between prediction and scan; the bias of the scan is learned."""
     model, other = LearnedOdometry(), LearnedOdometry()
     before = model.deviations(STRAIGHT)[2] ** 2
     half = np.diag([1e-4, 1e-4, before / 2])
     model.learn(STRAIGHT, Pose2(0.1, 0.0, 0.05), half)  # a scan as sure as the odometry said 0.1
-    noise = before + other._left.deviations(STRAIGHT)[2] ** 2
-    gain = other.doubt[0, 0] * 0.1 / (other.doubt[0, 0] * 0.01 + noise)
+    noise = before + other._remaining.deviations(STRAIGHT)[2] ** 2
+    gain = other.bias_covariance[0, 0] * 0.1 / (other.bias_covariance[0, 0] * 0.01 + noise)
     assert model.bias[0] == pytest.approx(gain * 0.1, rel=0.05)
 
 
@@ -106,17 +106,17 @@ def test_standing_or_turning_on_the_spot_is_lived_with() -> None:
     model = LearnedOdometry()
     for motion in (Pose2(), Pose2(0.0, 0.0, 0.2), Pose2(0.0, 0.0, -3.1)):
         for _ in range(20):
-            model.learn(motion, motion, SURE)
+            model.learn(motion, motion, EXACT)
     assert np.isfinite(model.bias).all()
     assert model.bias == pytest.approx([0.0, 0.0])
-    assert (np.linalg.eigvalsh(model.doubt) >= -1e-12).all()
+    assert (np.linalg.eigvalsh(model.bias_covariance) >= -1e-12).all()
 
 
 def test_headings_are_compared_the_short_way() -> None:
     model = LearnedOdometry()
     told, found = Pose2(0.1, 0.0, math.pi - 0.01), Pose2(0.1, 0.0, -math.pi + 0.01)
     for _ in range(50):
-        model.learn(told, found, SURE)
+        model.learn(told, found, EXACT)
     assert model.corrected(told).theta == pytest.approx(found.theta, abs=0.002)
     assert np.abs(model.bias).max() < 0.1
 

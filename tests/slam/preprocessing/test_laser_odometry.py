@@ -1,4 +1,4 @@
-"""Odometry out of the scans alone."""
+"""Laser odometry: odometry from the scans alone."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The room as a map, with a reading brought up to date."""
+"""A room as a map, with a refreshed sensor model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MODELS = {"static": Static, "histogram": Histogram}
 
 @cache
 def room(resolution=0.05, model="static", beta=0.2, scans=15) -> Endpoint:
-    """A reading of the room, mapped from true poses."""
+    """A sensor model of the room, mapped from true poses."""
     grid: MapModel = MODELS[model](resolution)
     reading = Endpoint(beta=beta, sigma=min(0.05, 1.9 * resolution))
     for k, pose in enumerate(loop(scans + 1)[:-1]):
@@ -28,10 +28,10 @@ def room(resolution=0.05, model="static", beta=0.2, scans=15) -> Endpoint:
 
 @cache
 def view(truth: Pose2):
-    """What the laser sees of the room."""
+    """A scan of the room."""
     return scan_at(truth)
 
 
 def in_room(reading, truth: Pose2, start: Pose2, displacement: Pose2, deviations) -> Posterior:
-    """A posterior of the view from `truth`; the odometry leads to `start @ displacement`."""
+    """The posterior of a scan at `truth`, predicted at `start @ displacement`."""
     return Posterior(reading, view(truth), Prediction(start, displacement, deviations))

@@ -1,4 +1,4 @@
-"""Readings whose log-likelihood is known everywhere, and a posterior made of one."""
+"""Sensor models of known log-likelihood, and their posteriors."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from slam.motion.gaussian import Prediction
 from tests.slam.worlds import beam
 
 WIDTH = np.array([0.05, 0.05, 0.05])  # m, m, rad
-WIDE = np.array([10.0, 10.0, 10.0])  # a motion that says next to nothing
+WIDE = np.array([10.0, 10.0, 10.0])  # a motion model with almost no information
 
 
 class Peaks:
-    """The highest of some paraboloids: log-likelihoods with a peak at each of `tops` (n, 3).
+    """The maximum of some paraboloids: a log-likelihood with a peak at each of `tops` (n, 3).
 
     heights  (n,) of the peaks
     known    whether bounds are given; infinity otherwise
@@ -34,7 +34,7 @@ class Peaks:
         self.asked: list[np.ndarray] = []
 
     def refresh(self, map_model, changed):
-        """It knows all from the start."""
+        """Does nothing."""
 
     def log_likelihood(self, scan, poses, floor=-math.inf):
         self.asked.append(poses.copy())
@@ -67,7 +67,7 @@ class Peaks:
 
 
 class Plain(Peaks):
-    """Sees nothing: the same everywhere, exactly."""
+    """No information: exactly the same everywhere."""
 
     def __init__(self, known=True):
         super().__init__((0.0, 0.0, 0.0), known=known)

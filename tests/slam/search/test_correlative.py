@@ -1,4 +1,4 @@
-"""The correlative search is exhaustive: to the bit what looking at every candidate would give."""
+"""The correlative search equals the exhaustive search to the bit."""
 
 import math
 
@@ -34,14 +34,14 @@ def candidates(search: Correlative, deviations) -> np.ndarray:
 
 
 def first_of_the_best(search: Correlative, asked: Posterior) -> Pose2:
-    """Every candidate is looked at, in order."""
+    """Evaluate every candidate, in order."""
     errors = candidates(search, asked.prediction.deviations)
     poses = asked.prediction.poses(errors)
     return Pose2.of(poses[asked(poses).argmax()])
 
 
 def counted(search: Correlative, asked: Posterior) -> tuple[Pose2, int]:
-    """The best, and how many poses were looked at for it."""
+    """The best pose, and the number of poses evaluated for it."""
     ask, count = asked.sensor_model.log_likelihood, []
 
     def asking(scan, poses, floor=-math.inf):
@@ -193,7 +193,7 @@ def test_with_a_floor_all_that_reach_it_are_exact_and_no_other_is_above(beta: fl
 
 
 def asked_of(search: Correlative, deviations) -> np.ndarray:
-    """The errors that an exhaustive search asks for."""
+    """The errors that an exhaustive search evaluates."""
     reading = Plain()
     search.exhaustive(posterior(reading, Pose2(), deviations))
     return reading.asked[0]

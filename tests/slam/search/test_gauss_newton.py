@@ -1,4 +1,4 @@
-"""Gauss-Newton climbs to the very top of the peak that it begins on."""
+"""Gauss-Newton climbs to the maximum of the peak that it starts on."""
 
 import math
 
@@ -145,7 +145,7 @@ OFFSETS = [
 
 
 def found_from(factor: float, levels: int) -> int:
-    """From how many of the offsets, stretched by a factor, the truth is found."""
+    """The number of offsets, scaled by a factor, from which the truth is found."""
     count = 0
     for off in OFFSETS:
         start = TRUTH @ Pose2.of(np.array(off) * factor)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from slam.geometry import Pose2
-from slam.search.laplace import STEPS, laplace, wide_information
+from slam.search.laplace import NARROW_STEPS, laplace, wide_information
 from tests.slam.search.maps import room, view
 from tests.slam.search.objectives import Plain
 from tests.slam.worlds import beam
@@ -11,20 +11,20 @@ POSE = Pose2(2.0, -1.0, 0.7)
 
 
 class Shape(Plain):
-    """A log-likelihood of any shape, the errors from POSE given in units of the STEPS."""
+    """A log-likelihood of any shape, the errors from POSE given in units of the NARROW_STEPS."""
 
     def __init__(self, function):
         super().__init__()
         self.function = function
 
     def _values(self, poses, reach):
-        return self.function((poses - np.array(POSE)) / STEPS)
+        return self.function((poses - np.array(POSE)) / NARROW_STEPS)
 
 
 def found(function) -> tuple[float, np.ndarray]:
-    """The value, and the information in units of the STEPS."""
+    """The value, and the information in units of the NARROW_STEPS."""
     value, information = laplace(Shape(function), beam(1.0), POSE)
-    return value, information * np.outer(STEPS, STEPS)
+    return value, information * np.outer(NARROW_STEPS, NARROW_STEPS)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -59,12 +59,14 @@ def test_a_saddle_holds_none_where_it_bends_up() -> None:
 
 
 def test_where_it_levels_off_no_two_axes_are_bound_together() -> None:
-    """A likelihood of the distance alone says nothing of a direction."""
+    """A likelihood of the distance alone has the same information in all directions."""
 
     def bell(errors):
         return 4.0 * np.exp(-0.02 * np.square(errors).sum(axis=1))
 
-    information = wide_information(Shape(bell), beam(1.0), POSE) * np.outer(STEPS, STEPS)
+    information = wide_information(Shape(bell), beam(1.0), POSE) * np.outer(
+        NARROW_STEPS, NARROW_STEPS
+    )
     assert information[0, 0] > 0.1
     np.testing.assert_allclose(information, information[0, 0] * np.eye(3), atol=1e-6)
 

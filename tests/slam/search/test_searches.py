@@ -140,7 +140,7 @@ def test_a_climber_takes_the_best_of_its_neighbours() -> None:
 
 
 def starts_of(restarts: int, seed: int, displacement=Pose2(), deviations=DEVIATIONS) -> np.ndarray:
-    """Where the climbing began."""
+    """The poses at which the climbs start."""
     reading = Plain()
     asked = posterior(reading, START, deviations, displacement)
     RandomRestart(restarts=restarts)(asked, np.random.default_rng(seed))

@@ -1,4 +1,4 @@
-"""Maps that the readings are tested on, from poses that are true."""
+"""Maps from true poses, for tests of the sensor models."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CORNER = np.array([[-0.4, 0.62, 0.9, 0.62], [0.9, 0.62, 0.9, -0.5]])
 
 
 def mapped(grid, reading, poses=None, angles=FAN, walls=ROOM, noise=0.0):
-    """The walls, mapped; the reading is brought up to date scan by scan."""
+    """A map of the walls; the sensor model is refreshed scan by scan."""
     rng = np.random.default_rng(5)
     for k, pose in enumerate(loop(20) if poses is None else poses):
         pose = Pose2.of(pose)
@@ -26,7 +26,7 @@ def mapped(grid, reading, poses=None, angles=FAN, walls=ROOM, noise=0.0):
 
 
 def observed(grid: MapModel) -> np.ndarray:
-    """The ids of all cells that anything was seen of."""
+    """The ids of all observed cells."""
     return np.flatnonzero(grid.cells.observed.flat)
 
 

@@ -103,7 +103,7 @@ def test_it_does_not_stick_to_the_cells() -> None:
 
 
 def door(states, hit=1.5) -> tuple[Histogram, Beam]:
-    """A door 1.2 m ahead, now shut, now open on a wall 2.2 m ahead, as often as `states` says."""
+    """A door 1.2 m ahead, closed or open to a wall 2.2 m ahead, by `states`."""
     grid, reading = Histogram(delta_t=1.0, evidence=Evidence(hit=hit)), Beam(beta=1.0)
     for k, shut in enumerate(states):
         for j in range(4):

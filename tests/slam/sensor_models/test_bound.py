@@ -1,4 +1,4 @@
-"""`bound` is never below the likelihood within reach, for every reading."""
+"""`bound` is never below the likelihood within reach, for every sensor model."""
 
 import numpy as np
 import pytest
@@ -83,7 +83,7 @@ def test_bounds_are_the_same_whenever_they_are_asked_for_first() -> None:
 
 
 def test_no_echo_anywhere_is_above_its_bound() -> None:
-    """One beam, all over the map: where the field is even, the bound has nothing to spare."""
+    """One beam, all over the map: where the field is constant, the bound is tight."""
     endpoint, tiles = READINGS[Endpoint], GRID.cells.tiles
     rows, cols = tiles.spec.shape
     x, y = np.meshgrid(np.arange(1.0, cols - 1, 1.5), np.arange(1.0, rows - 1, 1.5))

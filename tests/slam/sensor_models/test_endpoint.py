@@ -123,7 +123,7 @@ def test_what_is_not_positive_is_refused(name: str) -> None:
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.0, 3.2), (-3.2, -6.4)])
 def test_a_wall_on_the_border_of_tiles_reads_the_same_from_both_sides(offset) -> None:
-    """A wall at x = 0 exactly, its echoes now in this tile and now in that: a former bug."""
+    """Echoes of a wall at x = 0 exactly fall into one tile or the other: a former bug."""
     wall = np.array([[0.0, -1.0, 0.0, 1.0]]) + np.tile(offset, 2)
     angles = np.radians(np.arange(-40, 41, 2.0))
     found = []

@@ -1,4 +1,4 @@
-"""The field of `Endpoint`, kept up to date bit by bit, against the field built at once."""
+"""The field of `Endpoint`, updated incrementally, against the field computed at once."""
 
 import math
 
@@ -20,7 +20,7 @@ TABLE = 1.5e-3  # half a step of the logarithm's table, log(50) / 4095 / 2, and 
 
 
 def rebuilt(grid, endpoint: Endpoint) -> np.ndarray:
-    """The field anew, from h (in 1/255) and centroids (in 1/256 of a cell) as noted."""
+    """The field computed from the endpoint's h (in 1/255) and centroids (in 1/256 of a cell)."""
     tiles, resolution = grid.cells.tiles, grid.cells.tiles.resolution
     moved = tiles.dense(endpoint._centroid)
     known = np.dstack([tiles.dense(endpoint._h_level) / 255, moved / 256 * resolution])
@@ -40,7 +40,7 @@ def assert_up_to_date(grid, endpoint: Endpoint) -> None:
 
 
 def assert_noted(grid, endpoint: Endpoint) -> None:
-    """What was noted is the map's, as far as it is followed."""
+    """The endpoint's h and centroids are the map's, up to the changes that are ignored."""
     tiles, cells = grid.cells.tiles, grid.cells
     echoes = tiles.dense(cells.centroids.count) > 0
     h = np.clip(tiles.dense(cells.occupied) * 255, H_MIN, H_MAX)
@@ -71,9 +71,7 @@ def test_after_many_scans_the_field_is_that_of_the_final_map() -> None:
     assert_up_to_date(grid, fresh)
     tiles = grid.cells.tiles
     apart = np.abs(tiles.dense(endpoint.field(0)) - tiles.dense(fresh.field(0)))
-    assert (
-        apart.max() < 0.15
-    )  # MIN_CENTROID_CHANGE / 256 of a cell, at the steepest, and MIN_H_CHANGE of h
+    assert apart.max() < 0.15  # both ignored changes, at the steepest
     assert apart.mean() < 0.005
     poses = np.array([[0.1, 0.2, 0.3], [0.4, -0.1, 2.0]])
     scan = scan_at(Pose2(0.1, 0.2, 0.3))
@@ -104,7 +102,7 @@ def test_echoes_about_a_tiles_border_reach_over_it(x: float, y: float) -> None:
 
 
 def test_an_echo_far_out_is_looked_around_within_what_the_map_spans() -> None:
-    """A block by the border of all tiles: a former read beyond the end of the array."""
+    """A block at the border of all tiles: it was read beyond the end of the array once."""
     for k in range(64):
         grid, endpoint = Static(), Endpoint(sigma=0.05)
         endpoint.refresh(grid, grid.integrate(beam(1.0), Pose2(0.05 * k, 0.05 * k, math.pi / 2)))

@@ -1,4 +1,4 @@
-"""`slope`: the value, its gradient, and a curvature that bends down."""
+"""`slope`: the value, its gradient, and a negative semi-definite curvature."""
 
 import numpy as np
 import pytest

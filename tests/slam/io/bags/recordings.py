@@ -13,7 +13,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 
 from slam.geometry import Pose2
 from slam.io.bags import read_bag
-from slam.io.bags.sink import Sink, sink
+from slam.io.bags.bag_writer import BagWriter, new_bag
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 
 LASER, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
@@ -25,10 +25,10 @@ class Said(NamedTuple):
 
     topic: str
     received: float
-    build: Callable[[Sink], Any]
+    build: Callable[[BagWriter], Any]
 
 
-def typed(out: Sink, kind: str, **fields: Any) -> Any:
+def typed(out: BagWriter, kind: str, **fields: Any) -> Any:
     return out._store.types[kind](**fields)
 
 
@@ -48,7 +48,7 @@ def scan(
     values = np.array(list(ranges), dtype=np.float32)
     end = fan[0] + fan[1] * (len(values) - 1) if last is None else last
 
-    def build(out: Sink) -> Any:
+    def build(out: BagWriter) -> Any:
         header = out.make.header(time if stamp is None else stamp, frame)
         return typed(
             out, LASER, header=header, angle_min=fan[0], angle_max=end, angle_increment=fan[1],
@@ -71,7 +71,7 @@ def odom(
 ) -> Said:
     """A nav_msgs/Odometry."""
 
-    def build(out: Sink) -> Any:
+    def build(out: BagWriter) -> Any:
         told = time if stamp is None else stamp
         message = out.make.odometry(told, "odom", child, Pose2(x, y, 0.0))
         message.pose.pose.orientation = quaternion(out, turn)
@@ -92,7 +92,7 @@ def frame(
 ) -> Said:
     """A TFMessage of one transform."""
 
-    def build(out: Sink) -> Any:
+    def build(out: BagWriter) -> Any:
         message = out.make.transform(time if stamp is None else stamp, parent, child, Pose2())
         transform = message.transforms[0].transform
         transform.translation.x, transform.translation.y, transform.translation.z = place
@@ -106,7 +106,7 @@ def static(child: str, *args: Any, parent: str = "base_link", **options: Any) ->
     return frame(1.0, parent, child, *args, topic="/tf_static", **options)
 
 
-def quaternion(out: Sink, turn: tuple[float, ...]) -> Any:
+def quaternion(out: BagWriter, turn: tuple[float, ...]) -> Any:
     x, y, z, w = turn
     return typed(out, "geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
 
@@ -124,7 +124,7 @@ def drive(scans: int = 5) -> list[Said]:
 
 def write(path: Path, said: Iterable[Said]) -> Path:
     """.bag, .mcap, .db3, or a folder."""
-    with sink(path) as out:
+    with new_bag(path) as out:
         _put(out, said)
     return path
 
@@ -135,17 +135,17 @@ def write_packed(path: Path, said: Iterable[Said], packing: str) -> Path:
         writer = rosbag1.Writer(path)
         writer.set_compression(rosbag1.Writer.CompressionFormat[packing.upper()])
         with writer:
-            _put(Sink(writer), said)
+            _put(BagWriter(writer), said)
         return path
     plugin, _, mode = packing.partition(" ")
     folder = rosbag2.Writer(path, version=8, storage_plugin=StoragePlugin[plugin.upper()])
     folder.set_compression(CompressionMode[mode.upper()], CompressionFormat.ZSTD)
     with folder:
-        _put(Sink(folder), said)
+        _put(BagWriter(folder), said)
     return path
 
 
-def _put(out: Sink, said: Iterable[Said]) -> None:
+def _put(out: BagWriter, said: Iterable[Said]) -> None:
     for topic, received, build in sorted(said, key=lambda one: one.received):
         out.put(topic, received, build(out))
 

@@ -10,8 +10,8 @@ from rosbags import rosbag1
 
 from slam.errors import InputError
 from slam.io.bags import read_bag
-from slam.io.bags.file import ROS1, ROS2
-from slam.io.bags.sink import Sink
+from slam.io.bags.bag import ROS1, ROS2
+from slam.io.bags.bag_writer import BagWriter
 from slam.io.formats import kind_of, read_log
 from slam.io.loaded_recording import LoadedRecording
 from tests.slam.io.bags.recordings import drive, scan, told, write, write_packed
@@ -64,7 +64,7 @@ def test_messages_in_the_other_byte_order(tmp_path: Path) -> None:
 
     path = tmp_path / "big"
     with rosbag2.Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
-        out, connections = Sink(writer), {}
+        out, connections = BagWriter(writer), {}
         for topic, received, build in drive():
             message = build(out)
             kind = message.__msgtype__
@@ -79,7 +79,7 @@ def test_transforms_of_the_oldest_recordings(tmp_path: Path) -> None:
     """tf/tfMessage, before tf2."""
     path = tmp_path / "old.bag"
     with rosbag1.Writer(path) as writer:
-        out, connections = Sink(writer), {}
+        out, connections = BagWriter(writer), {}
         for topic, received, build in drive():
             message = build(out)
             kind = message.__msgtype__
@@ -95,7 +95,7 @@ def test_two_programs_on_one_topic(tmp_path: Path) -> None:
     """rosbag keeps a connection for each."""
     path = tmp_path / "two.bag"
     with rosbag1.Writer(path) as writer:
-        out, connections = Sink(writer), {}
+        out, connections = BagWriter(writer), {}
         for number, (topic, received, build) in enumerate(drive()):
             message = build(out)
             who = f"/program{number % 2}"

@@ -12,7 +12,7 @@ from slam.geometry import Pose2, compose
 from slam.io.bags import read_bag, read_reference
 from slam.io.loaded_recording import SourceSelection
 from slam.metrics.trajectory import alignment, ate
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 
 SECURITY = "/driver_laser_security/laser_scan"
 NAVIGATION = "/driver_laser_navigation/laser_scan"
@@ -45,7 +45,7 @@ def test_what_is_in_it(jarvis: Path, laser: str, scans: int, beams: int, ahead: 
 
 @pytest.mark.parametrize("variant", ["dynamic-graph", "hmm-ml"])
 def test_its_path_within_three_centimetres(jarvis: Path, variant: str) -> None:
-    drive = standing(read_bag(jarvis, SourceSelection(SECURITY)).episode)
+    drive = deskewed(read_bag(jarvis, SourceSelection(SECURITY)).episode)
     truth = read_reference(jarvis, "/pose_ground_truth").at(drive.times)
     found = np.asarray(run(slam.make(variant), drive).poses)
     assert ate(compose(np.array(alignment(found, truth)), found), truth) <= 0.03

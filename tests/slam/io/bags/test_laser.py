@@ -8,7 +8,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.io.bags import read_bag
 from slam.io.loaded_recording import SourceSelection
-from slam.preprocessing.deskewing import standing
+from slam.preprocessing.deskewing import deskewed
 from tests.slam.io.bags.recordings import (
     Said,
     drive,
@@ -193,11 +193,11 @@ def test_topics_of_one_name_and_of_different_kinds(tmp_path: Path) -> None:
     from rosbags import rosbag2
     from rosbags.rosbag2 import StoragePlugin
 
-    from slam.io.bags.file import ROS2
-    from slam.io.bags.sink import Sink
+    from slam.io.bags.bag import ROS2
+    from slam.io.bags.bag_writer import BagWriter
 
     with rosbag2.Writer(tmp_path / "both", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
-        out = Sink(writer)
+        out = BagWriter(writer)
         for topic, received, build in said:
             message = build(out)
             kind = message.__msgtype__
@@ -214,7 +214,7 @@ def test_a_sweep_on_the_move_is_put_where_the_beams_were(tmp_path: Path) -> None
     ranges = [10 - 0.5 - 0.1 * k - 0.3 for k in range(3)]  # 0.5 m driven at the stamp, mount 0.3
     said = [static("laser", (0.3, 0.0, 0.0)), *poses, scan(1.5, ranges, (0.0, 1e-9), beam_time=0.1)]
     raw = read(tmp_path, said).episode
-    (still,) = standing(raw).scans
+    (still,) = deskewed(raw).scans
     assert raw.scans[0].beam_time == pytest.approx(0.1)
     at_stamp = compose(np.array([0.5, 0, 0]), np.array(still.mount))
     np.testing.assert_allclose(at_stamp[0] + still.ranges, 10, atol=1e-5)
@@ -228,5 +228,5 @@ def test_a_sweep_beyond_its_reach_stays_no_echo(tmp_path: Path) -> None:
 
     one = Scan(np.array([10.0, 4.0, 10.0]), np.zeros(3), 10.0, time=0.0, beam_time=0.1)
     odometry = Trajectory(np.array([0.0, 1.0]), np.array([[0.0, 0, 0], [-5.0, 0, 0]]))
-    (still,) = standing(Episode((one,), odometry)).scans
+    (still,) = deskewed(Episode((one,), odometry)).scans
     assert still.no_echo.tolist() == [True, False, True]

@@ -12,8 +12,8 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.bags import read_bag, write_result
-from slam.io.bags.file import opened
-from slam.io.bags.result import PATH_POSES
+from slam.io.bags.bag import open_bag
+from slam.io.bags.result import MAX_PATH_POSES
 from slam.io.bags.transforms import Transforms, seen_from_above
 from slam.io.warnings import WarningCounter
 from slam.snapshot import MapSnapshot
@@ -45,7 +45,7 @@ def stages(online: Array, *scans: int) -> list[MapSnapshot]:
 
 def messages(path: Path) -> dict[str, list[Any]]:
     found = defaultdict(list)
-    with opened(path, WarningCounter("message")) as bag:
+    with open_bag(path, WarningCounter("message")) as bag:
         for name, _, message in bag.messages(list(bag.topics)):
             found[name].append(message)
     return found
@@ -111,7 +111,7 @@ def test_maps_are_as_they_were_and_lie_in_the_map_frame(
 
 
 def test_paths_on_the_way_are_thinned_and_the_last_is_whole(tmp_path: Path) -> None:
-    count = 2 * PATH_POSES
+    count = 2 * MAX_PATH_POSES
     drive = record_corridor(3, "moving")
     one = drive.scans[0]
     scans = tuple(dataclasses.replace(one, time=0.1 * k) for k in range(count))
@@ -119,7 +119,7 @@ def test_paths_on_the_way_are_thinned_and_the_last_is_whole(tmp_path: Path) -> N
     long = Episode(scans, Trajectory(np.array([scan.time for scan in scans]), poses))
     write_result(tmp_path / "a.mcap", long, poses, stages(poses, count - 5, count - 1))
     first, last = messages(tmp_path / "a.mcap")["/path"]
-    assert len(first.poses) == PATH_POSES
+    assert len(first.poses) == MAX_PATH_POSES
     assert first.poses[0].pose.position.x == 0.0
     assert first.poses[-1].pose.position.x == count - 5
     assert [pose.pose.position.x for pose in last.poses] == list(range(count))

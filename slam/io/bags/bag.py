@@ -1,7 +1,7 @@
-"""ROS recordings opened with care: ROS 1 bags, and ROS 2 bags as a folder, .mcap or .db3.
+"""Open ROS recordings: ROS 1 bags, and ROS 2 bags as a folder, .mcap or .db3.
 
-Messages are read by the definitions that rosbags itself brings, never by those in the file, out of
-which it would generate code.
+Messages are read by the definitions that come with rosbags, never by those in the file, from which
+rosbags would generate code.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from slam.errors import InputError
-from slam.io.bags.cut_off import CutBag1, CutMcap
-from slam.io.bags.guarded import Bag1, Folder, Mcap, Sqlite
-from slam.io.bags.unpacking import bounded
+from slam.io.bags.decompression import limited_decompression
+from slam.io.bags.safe_readers import Bag1, Folder, Mcap, Sqlite
+from slam.io.bags.truncated import TruncatedBag1, TruncatedMcap
 from slam.io.files import MCAP_MAGIC, ROS1_MAGIC, SQLITE_MAGIC, AnyPath, reading
 from slam.io.one_line import one_line
 from slam.io.warnings import WarningCounter
@@ -32,12 +32,13 @@ READERS: dict[bytes, type[Bag1] | type[Mcap] | type[Sqlite]] = {
     MCAP_MAGIC: Mcap,
     SQLITE_MAGIC: Sqlite,
 }
-CUT_OFF = {Bag1: CutBag1, Mcap: CutMcap}
-MENDED_BY = {Bag1: "rosbag reindex", Mcap: "mcap recover", Folder: "ros2 bag reindex"}
+TRUNCATED = {Bag1: TruncatedBag1, Mcap: TruncatedMcap}
+REPAIR_COMMANDS = {Bag1: "rosbag reindex", Mcap: "mcap recover", Folder: "ros2 bag reindex"}
 
 
 class Topic(NamedTuple):
-    """What a recording holds under one name: kind as `sensor_msgs/msg/LaserScan`."""
+    """A topic of a recording: its name, its type such as `sensor_msgs/msg/LaserScan`, and how many
+    messages it has."""
 
     name: str
     kind: str
@@ -75,48 +76,48 @@ class Bag:
         }
 
     def named(self, *kinds: str) -> list[str]:
-        """The topics of some kinds that hold a message."""
+        """The topics of the given types that have a message."""
         return [one.name for one in self.topics.values() if one.kind in kinds and one.messages]
 
     def messages(self, names: list[str]) -> Iterator[tuple[str, float, Any]]:
-        """Topic, time at which it was received (s), and message; one that cannot be read is
-        counted in the warnings and passed over."""
+        """Topic, time of reception (s), and message; one that cannot be read is counted in the
+        warnings and left out."""
         wanted = [one for name in names for one in self._connections[name]]
         number = 0
         try:
             for number, (connection, time, data) in enumerate(self._reader.messages(wanted), 1):
                 try:
                     message = self._read(data, connection.msgtype)
-                except Exception:  # anything can stand in a damaged message
+                except Exception:  # a damaged message can raise anything
                     kind = f"{one_line(connection.topic, 60)}: no {connection.msgtype}, left out"
                     self.warnings.add(kind, number)
                     continue
                 yield connection.topic, time * 1e-9, message
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from None
-        except Exception as error:  # or in a damaged file
+        except Exception as error:  # a damaged file too
             if not number:
                 raise InputError(f"{self.path}: damaged ({one_line(error)})") from None
             self.warnings.add(f"file damaged ({one_line(error)}), the part before used", number)
 
 
 @contextmanager
-def opened(path: AnyPath, warnings: WarningCounter) -> Iterator[Bag]:
-    """A recording open for reading; of one that was cut off, the part before, with a warning.
+def open_bag(path: AnyPath, warnings: WarningCounter) -> Iterator[Bag]:
+    """A recording open for reading; of a truncated one the part that is there, with a warning.
 
-    Raises InputError where it is none, or damaged.
+    Raises InputError where the file is no recording, or damaged.
     """
     reader = _reader(Path(path))
-    with bounded(_size(Path(path))), ExitStack() as stack:
+    with limited_decompression(_size(Path(path))), ExitStack() as stack:
         try:
             bag = _bag(path, reader, warnings, stack)
         except InputError as error:
             raise InputError(f"{path}: {one_line(error)}") from None
         except Exception as error:
-            mended = _mended(path, reader, warnings, stack)
-            if mended is None:
-                raise InputError(f"{path}: {_cannot(error, reader)}") from None
-            bag = mended
+            truncated = _truncated(path, reader, warnings, stack)
+            if truncated is None:
+                raise InputError(f"{path}: {_not_readable(error, reader)}") from None
+            bag = truncated
         yield bag
 
 
@@ -126,11 +127,11 @@ def _bag(path: AnyPath, reader: Reader, warnings: WarningCounter, stack: ExitSta
     return Bag(path, reader, warnings)
 
 
-def _mended(
+def _truncated(
     path: AnyPath, broken: Reader, warnings: WarningCounter, stack: ExitStack
 ) -> Bag | None:
-    """What can be read without an index."""
-    kind = CUT_OFF.get(type(broken))
+    """The recording as far as it can be read without an index; None where it cannot."""
+    kind = TRUNCATED.get(type(broken))
     if kind is None:
         return None
     try:
@@ -155,14 +156,14 @@ def _reader(path: Path) -> Reader:
             return Folder(path)
         files = [one for one in path.iterdir() if one.suffix in (".mcap", ".db3")]
         if len(files) == 1:
-            return _reader(files[0])  # metadata.yaml is written when a recording ends well
+            return _reader(files[0])  # no metadata.yaml: the recorder was killed
         raise InputError(
             f"{path}: no metadata.yaml in it, as a ROS 2 bag has; `ros2 bag reindex` writes it"
         )
     with reading(path) as file:
-        begins = file.read(16)
+        head = file.read(16)
     for start, kind in READERS.items():
-        if begins.startswith(start):
+        if head.startswith(start):
             return kind(path)
     raise InputError(f"{path}: no ROS bag, MCAP or SQLite file")
 
@@ -173,7 +174,7 @@ def _size(path: Path) -> int:
     return sum(one.stat().st_size for one in path.iterdir() if one.is_file())
 
 
-def _cannot(error: Exception, reader: Reader) -> str:
+def _not_readable(error: Exception, reader: Reader) -> str:
     why = f"cannot be read as a ROS recording ({one_line(error, 150)})"
-    mended_by = MENDED_BY.get(type(reader))
-    return f"{why}; if it was cut off, `{mended_by}` may mend it" if mended_by else why
+    command = REPAIR_COMMANDS.get(type(reader))
+    return f"{why}; if it was cut off, `{command}` may mend it" if command else why

@@ -7,7 +7,14 @@ from scipy import stats
 from dynslam_env import Corridor
 from slam import InputError, Pose2
 from slam.geometry import compose
-from slam.metrics.bound import LEAST_COSINE, bound, information, ray_gradient, tracked, transition
+from slam.metrics.cramer_rao import (
+    LEAST_COSINE,
+    bound,
+    information,
+    ray_gradient,
+    tracked,
+    transition,
+)
 
 ANGLES = np.radians(np.arange(-90.0, 91.0))
 AROUND = np.radians(np.arange(-180.0, 180.0, 2.0))

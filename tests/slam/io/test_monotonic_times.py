@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.io.clock import TICK, steady
+from slam.io.monotonic_times import TICK, monotonic
 
 FORWARD = "time runs backwards, stamp moved forward"
 STILL = "time stands still, stamp moved forward"
@@ -16,7 +16,7 @@ SET_BACK = "clock set back, its times shifted from there on"
 def steadied(times: np.ndarray) -> tuple[np.ndarray, Counter[str]]:
     told: Counter[str] = Counter()
     alone = np.zeros(len(times), dtype=bool)
-    return steady(times, alone, lambda _, kind: told.update([kind])), told
+    return monotonic(times, alone, lambda _, kind: told.update([kind])), told
 
 
 def clock(n: int = 1000) -> np.ndarray:
@@ -87,7 +87,7 @@ def test_two_leaping_moments_of_two_messages_each() -> None:
     times = np.repeat([1.0, 2, 9000, 9001, 3, 4], 2)
     joined = np.arange(12) % 2 == 1
     told: list[tuple[int, str]] = []
-    result = steady(times, joined, lambda at, kind: told.append((at, kind)))
+    result = monotonic(times, joined, lambda at, kind: told.append((at, kind)))
     expected = np.repeat([1, 2, 2 + TICK, 2 + 2 * TICK, 3, 4], 2)
     assert result == pytest.approx(expected, abs=1e-9)
     assert told == [(4, AHEAD), (6, AHEAD)]
@@ -113,7 +113,7 @@ stamps = st.floats(-1e11, 1e11) | st.floats(0, 100) | st.sampled_from([0.0, 1.0,
 @given(st.lists(st.tuples(stamps, st.booleans()), min_size=1, max_size=20))
 def test_any_times_increase_and_joined_ones_stay_together(found: list[tuple[float, bool]]) -> None:
     joined = np.array([False, *(together for _, together in found[1:])])
-    result = steady(np.array([time for time, _ in found]), joined, lambda *_: None)
+    result = monotonic(np.array([time for time, _ in found]), joined, lambda *_: None)
     assert ((np.diff(result) == 0) == joined[1:]).all()
     assert (np.diff(result) >= 0).all()
 

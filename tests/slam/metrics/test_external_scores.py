@@ -20,7 +20,7 @@ from slam.grid import GridSpec, OccupancyGrid, moved
 from slam.io.ros_map import read_placed_map, write_ros_map
 from slam.io.tum import write_tum
 from slam.metrics.episode_scorer import EpisodeScorer
-from slam.metrics.outside import score_outside
+from slam.metrics.external import score_external
 from slam.metrics.reference import associated, score_reference
 from slam.trajectory import Trajectory
 
@@ -46,7 +46,7 @@ def as_evo(trajectory: Trajectory) -> PoseTrajectory3D:
 def test_the_ate_is_evos(episode, done, frame):
     """evo reads the very files that a user would give to both."""
     shifted = compose(np.array(Pose2(0.3, -0.2, 0.1)), done.poses)
-    found = score_outside(episode, Trajectory(episode.times, shifted), frame=frame)
+    found = score_external(episode, Trajectory(episode.times, shifted), frame=frame)
     truth = as_evo(Trajectory(episode.times, episode.truth.poses))
     estimate = as_evo(Trajectory(episode.times, shifted))
     truth, estimate = sync.associate_trajectories(truth, estimate)
@@ -69,19 +69,19 @@ def test_evos_own_command_finds_the_same_in_our_files(episode, done, tmp_path):
     arguments = ["tum", files[0], files[1], "--align", "--save_results", files[2]]
     subprocess.run([str(command), *arguments], check=True, capture_output=True, cwd=tmp_path)
     evos = file_interface.load_res_file(files[2]).stats["rmse"]
-    ours = score_outside(episode, Trajectory(episode.times, done.poses), frame="aligned")["ate"]
+    ours = score_external(episode, Trajectory(episode.times, done.poses), frame="aligned")["ate"]
     assert ours == pytest.approx(evos, rel=1e-6)
 
 
 def test_the_map_is_scored_as_our_own_are(episode, done, tmp_path):
     expected = EpisodeScorer(episode).scores(done.poses, done.grid)
     trajectory = Trajectory(episode.times, done.poses)
-    found = score_outside(episode, trajectory, done.grid, frame="world")
+    found = score_external(episode, trajectory, done.grid, frame="world")
     for name, value in expected.items():  # stamps are looked up: the last bit may differ
         assert found[name] == pytest.approx(value, rel=1e-9), name
     write_ros_map(done.grid, tmp_path / "map.yaml")
     grid, frame = read_placed_map(tmp_path / "map.yaml")
-    again = score_outside(episode, trajectory, grid, frame, "world")
+    again = score_external(episode, trajectory, grid, frame, "world")
     for name in ("f1_5cm", "recall_10cm_aligned", "adnn_truth_to_map"):
         assert again[name] == pytest.approx(expected[name], abs=1e-9)
 
@@ -96,7 +96,7 @@ def test_a_map_in_a_frame_of_its_own_is_scored_where_it_lies(episode, done):
     corner = own @ Pose2(x1, y1, 0.0)
     spec = GridSpec(0.05, round(corner.y / 0.05), round(corner.x / 0.05), *rows.shape)
     turned = OccupancyGrid(spec, done.grid.occupied[::-1, ::-1], done.grid.observed[::-1, ::-1])
-    found = score_outside(episode, Trajectory(episode.times, poses), turned)
+    found = score_external(episode, Trajectory(episode.times, poses), turned)
     expected = EpisodeScorer(episode).scores(
         compose(np.array(world @ Pose2.of(done.poses[0]).inverse()), done.poses), done.grid
     )
@@ -110,7 +110,7 @@ def test_of_keyframes_no_scan_between_them_is_scored(episode):
     """Else a perfect trajectory has an error, and its first pose lies on that of another scan."""
     sparse = slice(6, None, 7)
     truth = Trajectory(episode.times[sparse], episode.truth.poses[sparse])
-    found = score_outside(episode, truth)
+    found = score_external(episode, truth)
     assert found["scans"] == len(truth)
     assert found["ate"] == pytest.approx(0.0, abs=1e-9)
     assert found["heading_max"] == pytest.approx(0.0, abs=1e-9)
@@ -120,7 +120,7 @@ def test_poses_between_the_scans_are_interpolated(episode):
     """At 10 Hz, as the scans are, but not at the same moments."""
     whole = Trajectory(episode.times, episode.truth.poses)
     times = episode.times[:-1] + 0.05
-    found = score_outside(episode, Trajectory(times, whole.at(times)))
+    found = score_external(episode, Trajectory(times, whole.at(times)))
     assert found["scans"] == len(times) - 1
     assert found["ate_aligned"] == pytest.approx(0.0, abs=0.005)
 
@@ -129,8 +129,8 @@ def test_where_the_maps_frame_lies_in_the_trajectorys_is_undone(episode, done):
     """The same trajectory and map, both seen from elsewhere; aligned, no frame is the world's."""
     elsewhere, here = Pose2(1.0, 2.0, 0.7), Trajectory(episode.times, done.poses)
     there = Trajectory(episode.times, compose(np.array(elsewhere), done.poses))
-    plain = score_outside(episode, here, done.grid, frame="aligned")
-    found = score_outside(episode, there, done.grid, elsewhere, frame="aligned")
+    plain = score_external(episode, here, done.grid, frame="aligned")
+    found = score_external(episode, there, done.grid, elsewhere, frame="aligned")
     assert found["ate"] == pytest.approx(plain["ate"], abs=1e-9)
     for name in ("f1_5cm", "adnn_map_to_truth", "adnn_truth_to_map"):
         assert found[name] == pytest.approx(plain[name], rel=1e-6)
@@ -138,18 +138,18 @@ def test_where_the_maps_frame_lies_in_the_trajectorys_is_undone(episode, done):
 
 def test_a_trajectory_that_begins_late_is_scored_where_it_is(episode, done):
     late = Trajectory(episode.times[100:], done.poses[100:])
-    found = score_outside(episode, late)
+    found = score_external(episode, late)
     assert found["scans"] == pytest.approx(len(episode.scans) - 100, abs=1)
 
 
 def test_stamps_that_never_meet_are_refused(episode, done):
     other = Trajectory(episode.times + 1000, done.poses)
     with pytest.raises(InputError, match="no stamp of the reference"):
-        score_outside(episode, other)
+        score_external(episode, other)
     with pytest.raises(InputError, match="frame must be one of anchored, world, aligned"):
-        score_outside(episode, Trajectory(episode.times, done.poses), frame="map")
+        score_external(episode, Trajectory(episode.times, done.poses), frame="map")
     with pytest.raises(InputError, match="a score needs an episode that holds the truth"):
-        score_outside(Episode(episode.scans, episode.odometry), other)
+        score_external(Episode(episode.scans, episode.odometry), other)
 
 
 # -- a reference with stamps of its own ------------------------------------------------------------

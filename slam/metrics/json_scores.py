@@ -7,7 +7,7 @@ import math
 Number = float | int | bool
 
 
-def flat(names_and_values: dict[str, Number], suffix: str = "") -> dict[str, Number | None]:
+def json_scores(names_and_values: dict[str, Number], suffix: str = "") -> dict[str, Number | None]:
     """The same with `suffix` after every name; NaN and infinity, which JSON lacks, become None."""
     return {
         name + suffix: value if math.isfinite(value) else None

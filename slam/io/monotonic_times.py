@@ -1,4 +1,4 @@
-"""Recorders' clocks run backwards and stand still; a trajectory's times may not."""
+"""Make the times of a log increase, as those of a trajectory must."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ import numpy as np
 
 from slam.geometry import Array
 
-TICK = 1e-6  # s, the logs' own precision
-LEAP = 10.0  # s: a stamp this far ahead of the next ones is itself wrong, as far behind: set back
-GLITCH = 1.0  # s: steps back in real logs are smaller (Intel's recording: up to 0.9 s)
-AHEAD = 5  # stamps looked at to tell a wrong one from a gap; half of them may be wrong too
+TICK = 1e-6  # s, the precision of the logs
+MAX_STEP = 10.0  # s: a stamp farther ahead of the next ones is wrong; farther behind, the clock is
+MAX_STEP_BACK = 1.0  # s: real logs step back by less (Intel's recording: up to 0.9 s)
+LOOK_AHEAD = 5  # stamps that tell a wrong one from a gap; half of them may be wrong too
 
 
-def steady(times: Array, joined: np.ndarray, warn: Callable[[int, str], None]) -> Array:
-    """Times (n,) in file order made to increase, each by as little as it takes.
+def monotonic(times: Array, joined: np.ndarray, warn: Callable[[int, str], None]) -> Array:
+    """Times (n,) in file order, changed as little as needed to increase.
 
     A time that does not come after the one before it is moved to a tick after that. One or two that
-    leap ahead of those that follow are moved back instead, so that they do not push on all the
-    rest. Where the clock was set back by more than `LEAP` and goes on from there, its times are
+    are far ahead of those that follow are moved back instead, so that the rest need not be moved.
+    Where the clock was set back by more than `MAX_STEP` and goes on from there, its times are
     shifted to go on from the last one at the log's usual step, and keep their differences, until
     the clock is right again. `joined` (n,) bool: this message is of the same moment as the one
-    before it and keeps its time. `warn(at, kind)` is told of every move, once of a whole shift.
+    before it and keeps its time. `warn(at, kind)` is called for every move, once for a whole shift.
     """
     new = ~joined
     new[:1] = True
@@ -34,14 +34,14 @@ def steady(times: Array, joined: np.ndarray, warn: Callable[[int, str], None]) -
     last, shift = -math.inf, 0.0
     for k, own in enumerate(moments.tolist()):
         time = own + shift
-        following = (moments[k + 1 : k + 1 + AHEAD] + shift).tolist()
+        following = (moments[k + 1 : k + 1 + LOOK_AHEAD] + shift).tolist()
         if _leaps(time, following, last):
             warn(first[k], "time stamp leaps ahead, moved back")
-            time = last if math.isfinite(last) else min(following) - (AHEAD + 1) * TICK
+            time = last if math.isfinite(last) else min(following) - (LOOK_AHEAD + 1) * TICK
         else:
-            if shift and own > last - GLITCH:
+            if shift and own > last - MAX_STEP_BACK:
                 time, shift = own, 0.0
-            elif time < last - LEAP and following and following[0] <= last:
+            elif time < last - MAX_STEP and following and following[0] <= last:
                 warn(first[k], "clock set back, its times shifted from there on")
                 shift = last + usual - own
                 time = own + shift
@@ -56,7 +56,7 @@ def steady(times: Array, joined: np.ndarray, warn: Callable[[int, str], None]) -
 
 def _leaps(time: float, following: list[float], last: float) -> bool:
     """Whether at least half of the following times lie well before this one, but after the last."""
-    back = sum(last <= other < time - LEAP for other in following)
+    back = sum(last <= other < time - MAX_STEP for other in following)
     return back > 0 and 2 * back >= len(following)
 
 

@@ -1,8 +1,7 @@
-"""The readers of rosbags, made fit for files that may be damaged, or made to harm.
+"""The readers of rosbags, hardened against files that are damaged or malicious.
 
-What is packed is unpacked up to a bound; settings of the network, which nobody needs here, are not
-parsed where they are unusual; and no file makes a reader run longer, or hold more, than its size
-gives reason to.
+Decompression is bounded, unusual quality-of-service settings are not parsed (they are not needed
+here), and the time and memory of a reader are bounded by the size of its file.
 """
 
 from __future__ import annotations
@@ -20,37 +19,37 @@ from rosbags.rosbag2 import metadata, storage_mcap, storage_sqlite3
 from rosbags.rosbag2 import reader as rosbag2_reader
 
 from slam.errors import InputError
-from slam.io.bags.unpacking import (
-    LARGEST,
-    as_it_is,
-    unpack_bz2,
-    unpack_lz4,
-    unpack_zstd,
-    unpacking_zstd,
+from slam.io.bags.decompression import (
+    MAX_CHUNK,
+    decompress_bz2,
+    decompress_lz4,
+    decompress_zstd,
+    open_zstd,
+    uncompressed,
 )
 
-LARGEST_METADATA = 1 << 21  # bytes of metadata.yaml
-LARGEST_QOS = 1 << 14  # characters of one topic's quality of service
-STEPS = 100_000_000  # of SQLite's machine, about a second of them, if it is more than
-STEPS_A_BYTE = 20  # steps a byte of the file
+MAX_METADATA = 1 << 21  # bytes of metadata.yaml
+MAX_QOS = 1 << 14  # characters of one topic's quality of service
+MIN_STEP_LIMIT = 100_000_000  # of SQLite's virtual machine, about a second, if more than
+STEPS_PER_BYTE = 20  # of the file
 
-rosbag1_reader.decompressors |= {"none": as_it_is, "bz2": unpack_bz2, "lz4": unpack_lz4}
+rosbag1_reader.decompressors |= {"none": uncompressed, "bz2": decompress_bz2, "lz4": decompress_lz4}
 storage_mcap.DECOMPRESSORS |= {
-    "": lambda data, _: as_it_is(data),
-    "lz4": lambda data, _: unpack_lz4(data),
-    "zstd": lambda data, _: unpack_zstd(data),
+    "": lambda data, _: uncompressed(data),
+    "lz4": lambda data, _: decompress_lz4(data),
+    "zstd": lambda data, _: decompress_zstd(data),
 }
-_zstd = SimpleNamespace(open=unpacking_zstd, decompress=unpack_zstd)
+_zstd = SimpleNamespace(open=open_zstd, decompress=decompress_zstd)
 rosbag2_reader.zstd = _zstd  # pyright: ignore[reportPrivateImportUsage, reportAttributeAccessIssue]
 
 
-def _qos(told: Any) -> list[Any]:
-    """Those of a topic, none where they are not as ROS writes them: they are not needed."""
-    text = str(told) if isinstance(told, str) else ""
-    if len(text) > LARGEST_QOS or "&" in text:
+def _qos(text_or_list: Any) -> list[Any]:
+    """Settings of a topic, which are not needed; none where they are not as ROS writes them."""
+    text = str(text_or_list) if isinstance(text_or_list, str) else ""
+    if len(text) > MAX_QOS or "&" in text:
         return []
     try:
-        return metadata.parse_qos(told)
+        return metadata.parse_qos(text_or_list)
     except Exception:
         return []
 
@@ -60,13 +59,13 @@ for _module in (rosbag2_reader, storage_mcap, storage_sqlite3):
 
 
 class Bag1(rosbag1.Reader):
-    """A ROS 1 bag whose index is no larger than the file: chunks may share one that is stored
-    once."""
+    """A ROS 1 bag whose index, as it is read, is no larger than the file: several chunks could
+    point to the same stored index."""
 
     _indexed = 0
 
     def read_index_data(self, pos: int, indexes: dict[int, list[rosbag1_reader.IndexData]]) -> None:
-        """Of one chunk and one connection."""
+        """Read the index of one chunk and one connection. Raises InputError."""
         assert self.bio
         start = self.bio.tell()
         super().read_index_data(pos, indexes)
@@ -76,20 +75,20 @@ class Bag1(rosbag1.Reader):
 
 
 class Mcap(storage_mcap.McapReader):
-    """An MCAP file; without chunks, as `ros2 bag record` writes them fast, in any order."""
+    """An MCAP file; one without chunks, which `ros2 bag record` can write, has no order."""
 
     def messages(self, connections: Any, start: int | None = None, stop: int | None = None) -> Any:
-        """As they were recorded, if there is no index."""
+        """The messages in order of time, or in order of the file where there is no index."""
         if self.chunks:
             return super().messages(connections, start, stop)
         return self.messages_scan(connections, start, stop)
 
 
 class Sqlite(storage_sqlite3.Sqlite3Reader):
-    """An SQLite file of any name, that holds no more than its size, and is asked for so long."""
+    """An SQLite file of any name; the size of its messages and the time of queries are bounded."""
 
     def __init__(self, path: Any) -> None:
-        super().__init__(Path(quote(str(path))))  # it becomes a part of a URI
+        super().__init__(Path(quote(str(path))))  # rosbags puts it into a URI
         self._size = Path(path).stat().st_size
 
     def open(self) -> None:
@@ -109,13 +108,13 @@ class Sqlite(storage_sqlite3.Sqlite3Reader):
             raise
 
     def _bound(self, connection: apsw.Connection) -> None:
-        left = [max(STEPS, STEPS_A_BYTE * self._size)]
+        left = [max(MIN_STEP_LIMIT, STEPS_PER_BYTE * self._size)]
 
         def too_long() -> bool:
             left[0] -= 100_000
             return left[0] < 0
 
-        connection.limit(apsw.SQLITE_LIMIT_LENGTH, LARGEST)
+        connection.limit(apsw.SQLITE_LIMIT_LENGTH, MAX_CHUNK)
         connection.set_progress_handler(too_long, 100_000)
 
 
@@ -125,15 +124,15 @@ class Folder(rosbag2_reader.DirectoryReader):
     STORAGE_PLUGINS = {"mcap": Mcap, "sqlite3": Sqlite}  # noqa: RUF012
 
     def open(self) -> None:
-        """Raises InputError for what ROS does not write."""
+        """Open it. Raises InputError for anything that ROS does not write."""
         folder = Path(str(self.path))
         for one in folder.iterdir():
             if not (one.is_file() or one.is_dir()):
                 raise InputError(f"{one.name} in it is no file")
         described = folder / "metadata.yaml"
-        if described.stat().st_size > LARGEST_METADATA:
+        if described.stat().st_size > MAX_METADATA:
             raise InputError("its metadata.yaml is larger than any")
-        # a name used over and over again (&name, *name) is how YAML makes much out of little
+        # anchors and aliases (&name, *name) let a small YAML file expand to a huge one
         if re.search(r"(^|[\s:,\[\-])[&*]\w", described.read_text(errors="replace")):
             raise InputError("its metadata.yaml repeats itself, as ROS writes none")
         super().open()

@@ -1,4 +1,4 @@
-"""A garbled pose that still reads as numbers: it leaps away, and the next one is back."""
+"""Garbled poses that are valid numbers: far from both the pose before and the one after."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 
 from slam.geometry import Array
 
-LEAP = 50.0  # m between two messages: no robot drives that
+MAX_STEP = 50.0  # m between two messages: no robot drives that
 
 
-def leaps(poses: Array) -> np.ndarray:
-    """(n,) bool: which of the odometry's poses (n, 3), in file order, leap away for one message.
+def outliers(poses: Array) -> np.ndarray:
+    """(n,) bool: which of the odometry's poses (n, 3), in file order, are single outliers.
 
-    Such a pose lies farther than `LEAP` from the one before it while the one after is near that
+    Such a pose lies farther than `MAX_STEP` from the one before it while the one after is near that
     again. The last one need only be far; so must the first, with the two after it near each other.
-    An odometry that was reset stays where it is, and is no leap.
+    An odometry that was reset stays where it is, and is no outlier.
     """
     points = poses[:, :2].tolist()
     found = np.zeros(len(points), dtype=bool)
@@ -33,4 +33,4 @@ def leaps(poses: Array) -> np.ndarray:
 
 
 def _far(a: list[float], b: list[float]) -> bool:
-    return math.dist(a, b) > LEAP
+    return math.dist(a, b) > MAX_STEP

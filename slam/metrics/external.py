@@ -1,4 +1,4 @@
-"""Scores of what some other system made of an episode: a trajectory, and maybe a map."""
+"""Scores of another SLAM system's trajectory, and of its map where there is one."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from slam.episode import Episode
 from slam.geometry import Array, Pose2, compose
 from slam.grid import OccupancyGrid
 from slam.metrics.episode_scorer import EpisodeScorer
-from slam.metrics.flat import Number
+from slam.metrics.json_scores import Number
 from slam.metrics.reference import associated
 from slam.metrics.trajectory import alignment, score_trajectory
 from slam.trajectory import Trajectory
 from slam.validation import one_of
 
-APART = 0.01  # s: the stamps are those of the scans; evo's `t_max_diff`
+STAMP_TOLERANCE = 0.01  # s from a scan's stamp; evo's `t_max_diff`
 FRAMES = ("anchored", "world", "aligned")
 
 
-def score_outside(
+def score_external(
     episode: Episode,
     trajectory: Trajectory,
     grid: OccupancyGrid | None = None,
@@ -37,14 +37,14 @@ def score_outside(
     """
     one_of("frame", frame, FRAMES)
     true_poses = episode.known_truth("a score").poses
-    truth, found = associated(Trajectory(episode.times, true_poses), trajectory, APART)
+    truth, found = associated(Trajectory(episode.times, true_poses), trajectory, STAMP_TOLERANCE)
     world = _frame(frame, found, truth)
     poses = compose(np.array(world), found)
     scores: dict[str, Number | None] = {"scans": len(poses)}
     scores |= score_trajectory(poses, truth).as_dict()
     if grid is not None:
-        judge = EpisodeScorer(episode, grid.spec.resolution)
-        scores |= judge.map_scores(grid, alignment(poses, truth), world @ map_frame)
+        scorer = EpisodeScorer(episode, grid.spec.resolution)
+        scores |= scorer.map_scores(grid, alignment(poses, truth), world @ map_frame)
     return scores
 
 

@@ -1,5 +1,5 @@
-"""Recordings whose end is missing, as a crash or a full disk leaves them: they have no index, and
-are gone through from their beginning up to where they break."""
+"""Recordings whose end, and with it the index, is missing after a crash or on a full disk: they are
+read from the beginning up to the first damaged record."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from rosbags.rosbag1.reader import (
 )
 
 from slam.errors import InputError
-from slam.io.bags.guarded import Bag1, Mcap
+from slam.io.bags.safe_readers import Bag1, Mcap
 
-FOOTER, END_OF_DATA = 0x02, 0x0F  # records of MCAP
+FOOTER, END_OF_DATA = 0x02, 0x0F  # types of MCAP records
 
 
-class CutBag1(Bag1):
-    """A ROS 1 bag, its index made by going through the chunks."""
+class TruncatedBag1(Bag1):
+    """A ROS 1 bag without its index, which is rebuilt from the chunks."""
 
     def open(self) -> None:
-        """Go through the file."""
+        """Read all records."""
         self.bio = self.path.open("rb")
         self.bio.readline()
         Header.read(self.bio, RecordType.BAGHEADER)
@@ -42,13 +42,13 @@ class CutBag1(Bag1):
                 pass
         except InputError:
             raise
-        except Exception:  # here it breaks
+        except Exception:  # the first damaged record
             pass
         self.connections = [one._replace(msgcount=len(found[one.id])) for one in self.connections]
         self.indexes = {one.id: sorted(found[one.id]) for one in self.connections}
 
     def _take_record(self, found: dict[int, list[IndexData]]) -> bool:
-        """False where it was the last."""
+        """Read one record; False where it was the last."""
         assert self.bio
         at = self.bio.tell()
         header = Header.read(self.bio)
@@ -57,7 +57,9 @@ class CutBag1(Bag1):
         left = self.path.stat().st_size - start
         if header.get_uint8("op") == RecordType.CHUNK:
             packing = header.get_string("compression")
-            if packing == "none" and not 0 < size <= left:  # its size is written when it is whole
+            if (
+                packing == "none" and not 0 < size <= left
+            ):  # the size is written when the chunk is complete
                 size = left
             unpack = decompressors[packing]
             self.chunks[at] = Chunk(size, start, unpack)
@@ -69,7 +71,7 @@ class CutBag1(Bag1):
     def _take_chunk(self, at: int, chunk: BytesIO, found: dict[int, list[IndexData]]) -> None:
         whole, end = self.bio, len(chunk.getbuffer())
         times = []
-        with suppress(ReaderError):  # where it is cut off
+        with suppress(ReaderError):  # the truncated end
             while (offset := chunk.tell()) < end:
                 header = Header.read(chunk)
                 if header.get_uint8("op") == RecordType.CONNECTION:
@@ -91,8 +93,8 @@ class CutBag1(Bag1):
             self.chunk_infos.append(ChunkInfo(at, min(times), max(times) + 1, {}))
 
 
-class CutMcap(Mcap):
-    """An MCAP file without its last part, read up to the last record that is whole."""
+class TruncatedMcap(Mcap):
+    """An MCAP file without its end, read up to the last complete record."""
 
     def _open(self) -> None:
         assert self.bio
@@ -106,14 +108,15 @@ class CutMcap(Mcap):
             self.data_end = self.bio.seek(end)
         self.meta_scan()
         assert self.statistics
-        told = self.statistics
-        if not told.message_count:
+        statistics = self.statistics
+        if not statistics.message_count:
             raise InputError("no message in it")
-        counts = told.channel_message_counts
+        counts = statistics.channel_message_counts
         self.connections = [
             one._replace(msgcount=counts.get(one.id, 0)) for one in self.connections
         ]
         self.metadata = self.metadata._replace(
-            duration=told.end_time - told.start_time, message_count=told.message_count,
-            start_time=told.start_time, end_time=told.end_time,
+            duration=statistics.end_time - statistics.start_time,
+            message_count=statistics.message_count,
+            start_time=statistics.start_time, end_time=statistics.end_time,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Text files of numbers in columns, comments after `#`."""
+"""Text files with columns of numbers, and comments after `#`."""
 
 from __future__ import annotations
 

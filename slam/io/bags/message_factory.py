@@ -1,4 +1,4 @@
-"""ROS messages made of what a SLAM knows, by the definitions of either ROS."""
+"""ROS messages of scans, poses and maps, by the definitions of ROS 1 or ROS 2."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.scan import Scan
 
-EVEN = 1e-6  # rad: beams that are less uneven count as even
+EVEN_TOLERANCE = 1e-6  # rad: beams this close to an even spread are even
 
 
-class Messages:
+class MessageFactory:
     """Makes messages with the types of `store`."""
 
     def __init__(self, store: Typestore):
@@ -34,7 +34,9 @@ class Messages:
             raise InputError("a bag needs evenly spread beams")
         low, high = np.float32(scan.min_range), np.float32(scan.max_range)
         ranges = scan.ranges.astype(np.float32)
-        ranges[scan.hit] = np.minimum(ranges[scan.hit], np.nextafter(high, low))  # still an echo
+        ranges[scan.hit] = np.minimum(
+            ranges[scan.hit], np.nextafter(high, low)
+        )  # rounding must not make it "no echo"
         ranges[~scan.hit] = np.where(scan.no_echo[~scan.hit], np.inf, np.nan)
         return self._make(
             "sensor_msgs/msg/LaserScan", header=self.header(scan.time, frame),
@@ -139,7 +141,7 @@ class Messages:
 def even(angles: Array) -> bool:
     """Whether beams are evenly spread, as a LaserScan's are."""
     straight = angles[:1] + _step(angles) * np.arange(len(angles))
-    return bool(np.abs(angles - straight).max(initial=0.0) <= EVEN)
+    return bool(np.abs(angles - straight).max(initial=0.0) <= EVEN_TOLERANCE)
 
 
 def _step(angles: Array) -> float:

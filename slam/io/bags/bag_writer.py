@@ -1,4 +1,4 @@
-"""Where messages are written to: a ROS 1 bag, or a ROS 2 bag as a folder, .mcap or .db3."""
+"""Write ROS messages: to a ROS 1 bag, or a ROS 2 bag as a folder, .mcap or .db3."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.io.bags.file import ROS1, ROS2
-from slam.io.bags.messages import Messages
+from slam.io.bags.bag import ROS1, ROS2
+from slam.io.bags.message_factory import MessageFactory
 from slam.io.files import AnyPath
 
 FOREVER = QosTime(9_223_372_036, 854_775_807)
@@ -36,20 +36,20 @@ KEPT = ("/tf_static", "/map")
 LATEST = 2.0**31 - 1  # s: ROS 2 counts to there, ROS 1 twice as far
 
 
-class Sink:
-    """An open recording.
+class BagWriter:
+    """A recording open for writing.
 
-    make  makes messages of the types that it takes
+    make  makes messages of its ROS version
     """
 
     def __init__(self, writer: rosbag1.Writer | rosbag2.Writer):
         self._writer = writer
         self._store = ROS1 if isinstance(writer, rosbag1.Writer) else ROS2
         self._connections: dict[str, Connection] = {}
-        self.make = Messages(self._store)
+        self.make = MessageFactory(self._store)
 
     def put(self, topic: str, time: float, message: Any) -> None:
-        """Write a message as recorded at `time`, s."""
+        """Write a message, recorded at `time`, s."""
         kind = message.__msgtype__
         writer, store = self._writer, self._store
         nanoseconds = round(time * 1e9)
@@ -72,17 +72,17 @@ class Sink:
 
 
 def check_times(episode: Episode) -> None:
-    """Raises InputError for stamps that a ROS message cannot hold."""
+    """Raise InputError for stamps that a ROS message cannot hold."""
     for times in (episode.times, episode.odometry.times):
         if not 0 <= times.min() <= times.max() < LATEST:
             raise InputError("a bag needs times from 0 to 2**31 s")
 
 
 @contextmanager
-def sink(path: AnyPath) -> Iterator[Sink]:
-    """A new recording at `path`, in place when all is written: .bag is ROS 1, .mcap and .db3 are
-    one file of ROS 2, no ending is a folder of it. Raises InputError where it cannot be written; a
-    folder that is there already is left alone."""
+def new_bag(path: AnyPath) -> Iterator[BagWriter]:
+    """A new recording at `path`, which appears when all is written: .bag is ROS 1, .mcap and .db3
+    one file of ROS 2, no ending a folder of ROS 2. Raises InputError where it cannot be written, or
+    the folder exists."""
     path = Path(path)
     if path.is_dir() or (path.exists() and not path.suffix):
         raise InputError(f"{path}: is there already; a bag is written into a new folder")
@@ -91,7 +91,7 @@ def sink(path: AnyPath) -> Iterator[Sink]:
             made = Path(temporary) / path.name  # the file in a folder is named after it
             if path.suffix == ".bag":
                 with rosbag1.Writer(made) as writer:
-                    yield Sink(writer)
+                    yield BagWriter(writer)
                 made.replace(path)
             else:
                 plugin = StoragePlugin.SQLITE3 if path.suffix == ".db3" else StoragePlugin.MCAP
@@ -99,7 +99,7 @@ def sink(path: AnyPath) -> Iterator[Sink]:
                 if plugin == StoragePlugin.MCAP:  # its chunks, as ROS itself does
                     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
                 with writer:
-                    yield Sink(writer)
+                    yield BagWriter(writer)
                 files = [one for one in made.iterdir() if one.suffix == path.suffix]
                 (files[0] if path.suffix else made).replace(path)
     except (OSError, rosbag1.WriterError, rosbag2.WriterError) as error:

@@ -18,7 +18,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, lever_jacobian, transform_points
 from slam.validation import finite, positive_number
 
-LEAST_COSINE = 0.05  # of the incidence: closer to grazing, a range says no more than here
+LEAST_COSINE = 0.05  # of the incidence; a smaller one, of a grazing beam, counts as this
 SINGULAR = 1e-12  # of the largest eigenvalue: what is known a million times less is not known
 
 

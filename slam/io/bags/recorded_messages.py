@@ -1,4 +1,5 @@
-"""What is taken out of a ROS recording: one laser, one odometry, all frames, on one clock."""
+"""The messages of a ROS recording that an episode is made of: one laser, one odometry, all
+transforms, with the stamps of one clock."""
 
 from __future__ import annotations
 
@@ -6,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from slam.io.bags.file import Bag
+from slam.io.bags.bag import Bag
 from slam.io.bags.laser_scan import Sweep, sweep
 from slam.io.bags.poses import Poses, Stamped, stamp
 from slam.io.bags.transforms import Transforms, plain
 from slam.io.warnings import WarningCounter
 
 FRAMES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-SET_BACK = 1.0  # s: stamps that run back by more are no clock
+MAX_STEP_BACK = 1.0  # s: stamps that run back by more are not used
 
 
 class StampedTransform(NamedTuple):
@@ -21,10 +22,10 @@ class StampedTransform(NamedTuple):
 
     received  s, when it was recorded
     time      s, its stamp
-    parent    the frame that it is told in
-    child     the frame that it places there
+    parent    frame in which the transform is given
+    child     frame whose pose it gives
     row       x, y, z in m and quaternion x, y, z, w
-    still     whether it is of /tf_static
+    static    whether it is of /tf_static
     """
 
     received: float
@@ -32,18 +33,20 @@ class StampedTransform(NamedTuple):
     parent: str
     child: str
     row: tuple[float, ...]
-    still: bool
+    static: bool
 
 
 class RecordedMessages(NamedTuple):
-    """What was taken out of a recording, in the order in which it was recorded."""
+    """Messages of a recording, in the order in which they were recorded."""
 
     sweeps: list[Sweep]
     odometry: Stamped
     frames: list[StampedTransform]
 
 
-def take(bag: Bag, laser: str, topic: str | None, warnings: WarningCounter) -> RecordedMessages:
+def read_messages(
+    bag: Bag, laser: str, topic: str | None, warnings: WarningCounter
+) -> RecordedMessages:
     """Read the messages of one laser, of the odometry's topic if there is one, and all frames."""
     sweeps: list[Sweep] = []
     poses = Poses()
@@ -60,26 +63,26 @@ def take(bag: Bag, laser: str, topic: str | None, warnings: WarningCounter) -> R
             if not poses.add(received, message):
                 warnings.add("odometry that is no pose, left out", number)
         else:
-            still = "static" in name
-            frames += [_frame(received, told, still) for told in message.transforms]
+            static = "static" in name
+            frames += [_frame(received, each, static) for each in message.transforms]
     return RecordedMessages(sweeps, poses.collected(), frames)
 
 
-def _frame(received: float, told: Any, still: bool) -> StampedTransform:
-    at, turn = told.transform.translation, told.transform.rotation
+def _frame(received: float, message: Any, static: bool) -> StampedTransform:
+    at, turn = message.transform.translation, message.transform.rotation
     row = (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)
-    parent, child = plain(told.header.frame_id), plain(told.child_frame_id)
-    return StampedTransform(received, stamp(told, received), parent, child, row, still)
+    parent, child = plain(message.header.frame_id), plain(message.child_frame_id)
+    return StampedTransform(received, stamp(message, received), parent, child, row, static)
 
 
 def on_one_clock(recorded: RecordedMessages, warnings: WarningCounter) -> RecordedMessages:
-    """The stamps, or where they are no common clock, the times of recording."""
+    """The messages with their stamps or, where these are not of one clock, times of recording."""
     scans = np.array([one.time for one in recorded.sweeps])
-    moving = np.array([one.time for one in recorded.frames if not one.still])
-    told = recorded.odometry.times if len(recorded.odometry.times) else moving
-    apart = len(told) and (told.max() < scans.min() or told.min() > scans.max())
-    back = (np.diff(scans) < -SET_BACK).any() or (
-        np.diff(recorded.odometry.times) < -SET_BACK
+    moving = np.array([one.time for one in recorded.frames if not one.static])
+    moves = recorded.odometry.times if len(recorded.odometry.times) else moving
+    apart = len(moves) and (moves.max() < scans.min() or moves.min() > scans.max())
+    back = (np.diff(scans) < -MAX_STEP_BACK).any() or (
+        np.diff(recorded.odometry.times) < -MAX_STEP_BACK
     ).any()
     if not (apart or back):
         return recorded
@@ -93,7 +96,7 @@ def on_one_clock(recorded: RecordedMessages, warnings: WarningCounter) -> Record
 
 
 def tree_of(recorded: RecordedMessages, warnings: WarningCounter) -> Transforms:
-    """The frames; what cannot be a transform is counted in the warnings."""
+    """The tree of frames; an invalid transform is counted in the warnings."""
     tree = Transforms()
     for number, one in enumerate(recorded.frames, 1):
         if not tree.add(one.parent, one.child, (one.time, *one.row)):
