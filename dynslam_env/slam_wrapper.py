@@ -35,7 +35,7 @@ class SlamWrapper(
     estimated pose to the observation. With a `render_mode`, the map is drawn beside the world.
 
     ```python
-    env = SlamWrapper(gym.make("DoorCorridor-v0"), slam="dynamic-ml", map_crop=4.0)
+    env = dynslam_env.SlamWrapper(gym.make("DoorCorridor-v0"), slam="dynamic-ml", map_crop=4.0)
     ```
 
     ## Arguments

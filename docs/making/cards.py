@@ -1,6 +1,6 @@
-"""`python -m docs.making.cards`: writes docs/environments.md from the classes' docstrings.
+"""`python -m docs.making.cards`: writes docs/environments.md from the docstrings of the classes.
 
-The page is in the repository, so that it reads on a code host too; a test compares the two.
+The page is kept in the repository, to be readable on a code host; a test compares the two.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ SLAM's map where a SLAM is inside.
 
 
 def ids() -> list[str]:
-    """The names that dynslam_env registers, in their order."""
+    """The ids that dynslam_env registers, in the order of registration."""
     return [*WORLDS, *PATROLS]
 
 
 def page() -> str:
-    """The whole page: a picture and the facts of each name, and each class's docstring once."""
+    """The whole page: a card of each id, and the docstring of each class once."""
     by_class: dict[str, list[EnvSpec]] = {}
     for name in ids():
         spec = gym.spec(name)
@@ -77,7 +77,7 @@ def _card(spec: EnvSpec) -> str:
     many = "yes" if spec.vector_entry_point else "no"
     rows = [
         ("class", f"`{str(spec.entry_point).rpartition(':')[2]}`"),
-        ("doors, people (seed 0)", _inhabitants(spec.id)),
+        ("doors, people (seed 0)", _doors_and_people(spec.id)),
         ("registered with", keywords),
         ("time limit", f"{spec.max_episode_steps} steps" if spec.max_episode_steps else "its own"),
         ("observation", _space(spec.id, "observation_space")),
@@ -100,7 +100,7 @@ def _space(name: str, which: str) -> str:
     return f"`{space}`"
 
 
-def _inhabitants(name: str) -> str:
+def _doors_and_people(name: str) -> str:
     env = gym.make(name)
     env.reset(seed=0)
     world: Any = env.unwrapped
@@ -115,12 +115,12 @@ def _specification(entry_point: str, names: list[str]) -> str:
     text = inspect.getdoc(getattr(import_module(module), attribute)) or ""
     head, _, rest = text.partition("\n")
     rest = re.sub(r"^## ", "#### ", rest, flags=re.MULTILINE)
-    return f"### {attribute}\n\nThe specification of {_listed(names)}. {head}\n{rest}\n"
+    return f"### {attribute}\n\nThe specification of {_enumeration(names)}. {head}\n{rest}\n"
 
 
-def _listed(names: list[str]) -> str:
-    told = [f"`{name}`" for name in names]
-    return told[0] if len(told) == 1 else f"{', '.join(told[:-1])} and {told[-1]}"
+def _enumeration(names: list[str]) -> str:
+    quoted = [f"`{name}`" for name in names]
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""Docstrings for the API pages: the house's two columns of names and meanings become lists.
+"""Docstrings on the API pages: blocks of two columns, name and meaning, become Markdown lists.
 
-In a docstring stands
+A docstring has, for example,
 
     ranges  (beams,) m; no echo is inf
     time    s, when it was
             taken
 
-which Markdown would run together into one paragraph.
+which Markdown would join into one paragraph.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ROW = re.compile(r"^(?P<name>[a-z_*][\w*]*(?:, [a-z_*][\w*]*)*) {2,}(?P<what>\S.
 
 
 def listed(text: str) -> str:
-    """The same text with each block of two columns as a Markdown list."""
+    """The text with each block of two columns replaced by a Markdown list."""
     blocks = re.split(r"\n\s*\n", text)
     return "\n\n".join(_block(block) for block in blocks)
 
@@ -43,9 +43,9 @@ def _block(block: str) -> str:
 
 
 class Columns(griffe.Extension):
-    """Rewrites every docstring that griffe has read."""
+    """A griffe extension that applies `listed` to every docstring."""
 
     def on_object(self, *, obj: griffe.Object, **kwargs: Any) -> None:
-        """Called for each module, class, function and attribute."""
+        """Rewrite the docstring of one module, class, function or attribute."""
         if obj.docstring is not None:
             obj.docstring.value = listed(obj.docstring.value)

@@ -1,4 +1,4 @@
-"""Formulas of the pages: LaTeX in a ```math fence becomes MathML, which needs no script."""
+"""Formulas of the pages: LaTeX in a ```math fence becomes MathML, which needs no JavaScript."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from latex2mathml.converter import convert
 
 
 def fence(source: str, language: str, css_class: str, *_: Any, **__: Any) -> str:
-    """What pymdownx.superfences puts where a ```math block was: a formula on a line of its own."""
+    """HTML of one ```math block, as pymdownx.superfences calls it: a displayed formula."""
     mathml = convert(source.strip(), display="block")
     return (
         f'<div class="{css_class}" role="math" aria-label="{escape(source.strip())}">{mathml}</div>'

@@ -1,6 +1,6 @@
-"""`python -m docs.making.pictures`: the site's pictures of environments and maps.
+"""`python -m docs.making.pictures`: draws the site's pictures of environments and maps.
 
-Without arguments all of them; or the files that are named, such as worlds/DoorLoop-v0.png.
+Arguments name the files to draw, such as worlds/DoorLoop-v0.png; without arguments, all.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ DPI = 80
 
 
 def environment(env_id: str, path: Path) -> None:
-    """The environment some seconds after its reset: the truth, and the map if a SLAM is inside."""
+    """Draw an environment `SECONDS` after its reset: the truth, and the map if it has a SLAM."""
     env: gym.Env[Any, Any] = gym.make(env_id, render_mode="rgb_array")
     observation, info = env.reset(seed=SEED)
     action = driver(env)
@@ -47,7 +47,7 @@ def environment(env_id: str, path: Path) -> None:
 
 
 def driver(env: gym.Env[Any, Any]) -> Callable[[Any], Any]:
-    """Action by observation: along the path of a world; on a patrol where most is to be learned."""
+    """A policy: along the path of a world; on a patrol, to the largest information gain."""
     if isinstance(env.action_space, gym.spaces.Discrete):
         return lambda observation: int(np.flatnonzero(observation["action_mask"])[-1])
     place: Any = env.unwrapped
@@ -59,7 +59,7 @@ def driver(env: gym.Env[Any, Any]) -> Callable[[Any], Any]:
 
 
 def loop_map(path: Path) -> None:
-    """What `dynslam run` draws in the tutorial."""
+    """Draw the map that `dynslam run` draws in the tutorial."""
     episode = record_path("DoorLoop-v0", RECORDED)
     done = run(slam.make("hmm-ml"), episode)
     title = f"DoorLoop-v0-{RECORDED}.log.gz, hmm-ml"
@@ -67,7 +67,7 @@ def loop_map(path: Path) -> None:
 
 
 def map_without_doors(path: Path) -> None:
-    """The first and the last map of the example."""
+    """Draw the first and the last map of the example `map_a_log`."""
     episode = record_path("DoorCorridor-v0", RECORDED, doors="moving")
     slam.register("without-doors", map_a_log.without_doors)
     panels = []

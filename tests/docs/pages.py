@@ -1,4 +1,4 @@
-"""The pages that the project shows, and what code blocks and commands they hold."""
+"""The pages of the documentation, and the code blocks and commands in them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Block(NamedTuple):
 
 
 def name(page: Path) -> str:
-    """How a test calls a page."""
+    """The path of a page in the repository."""
     return str(page.relative_to(ROOT))
 
 
@@ -45,13 +45,13 @@ def lines(block: Block) -> list[str]:
 
 def commands(page: Path) -> list[str]:
     """Each `dynslam ...` of a page, in blocks and in running text."""
-    told = [line for block in blocks(page) for line in lines(block)]
-    told += INLINE.findall(page.read_text(encoding="utf-8"))
-    ours = (re.match(r"(?:\.venv/bin/)?dynslam (?=[a-z])(.*)", line) for line in told)
+    shown = [line for block in blocks(page) for line in lines(block)]
+    shown += INLINE.findall(page.read_text(encoding="utf-8"))
+    ours = (re.match(r"(?:\.venv/bin/)?dynslam (?=[a-z])(.*)", line) for line in shown)
     return list(dict.fromkeys(match[1] for match in ours if match))
 
 
 def arguments(command: str) -> list[str]:
-    """A command as one that can be given: of a choice the first, for a lone capital a number."""
+    """The words of a command that can be parsed: the first of a choice, 1 for a single capital."""
     words = shlex.split(re.sub(r"[][]|\.\.\.", " ", command))
     return [re.sub(r"^[A-Z]$", "1", word.split("|")[0]) for word in words]

@@ -1,4 +1,4 @@
-"""The examples run, with small numbers, and do what their pages say."""
+"""The examples run, with small numbers, and give the results that their pages state."""
 
 import re
 import shlex
@@ -50,8 +50,8 @@ def test_an_explorer_is_trained_and_judged(tmp_path, capsys):
 def test_the_pages_give_the_examples_what_they_take():
     from importlib import import_module
 
-    told = [line for page in PAGES for block in blocks(page) for line in lines(block)]
-    given = [line for line in told if line.startswith("python docs/examples/")]
+    shown = [line for page in PAGES for block in blocks(page) for line in lines(block)]
+    given = [line for line in shown if line.startswith("python docs/examples/")]
     assert len(given) == len(EXAMPLES)
     for line in given:
         _, path, *arguments = shlex.split(line)

@@ -1,4 +1,4 @@
-"""What the pages say of the code is so: cards, names of variants, how to cite, pictures."""
+"""The pages agree with the code: cards, names of variants, citation, pictures."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""What README and documentation show is what runs; what they link to is there."""
+"""The code and commands of README and documentation run, and their links lead somewhere."""
 
 # pyright: reportMissingImports=false
 import re
@@ -6,12 +6,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import matplotlib
 import pytest
 import tyro
 from dynslam_cli import main
 
 import agents.registry
+import dynslam_env
 import slam
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from slam import registry
@@ -50,7 +52,7 @@ def elsewhere(tmp_path, monkeypatch) -> Path:
 
 
 def status(words: list[str]) -> int | str | None:
-    """How `dynslam WORDS` leaves; the parser itself leaves for help and for a mistake."""
+    """Exit status of `dynslam WORDS`; for help and for errors the parser itself exits."""
     try:
         return main.status(words)
     except SystemExit as left:
@@ -59,8 +61,10 @@ def status(words: list[str]) -> int | str | None:
 
 @pytest.mark.parametrize("page", WITH_PYTHON + DOCSTRINGS, ids=name)
 def test_the_code_runs(page: Path, elsewhere, capsys):
-    """A page's blocks one after the other, as somebody would who types them in."""
-    namespace: dict[str, Any] = {}
+    """All blocks of a page, one after the other, in one namespace; examples in docstrings assume
+    `import dynslam_env` and `import gymnasium as gym`."""
+    assumed = {"dynslam_env": dynslam_env, "gym": gym} if page in DOCSTRINGS else {}
+    namespace: dict[str, Any] = dict(assumed)
     for block in blocks(page):
         if block.language == "python":
             exec(compile(block.text, name(page), "exec"), namespace)
@@ -75,7 +79,7 @@ def test_the_code_runs(page: Path, elsewhere, capsys):
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_the_commands_are_understood(page: Path, monkeypatch, capsys):
-    """By the parser itself, so that an option that was renamed is noticed. Nothing is run."""
+    """By the parser itself, which rejects an option that was renamed. No command is run."""
     parse = tyro.cli
 
     def parsed_only(*given: Any, **options: Any) -> Any:
@@ -95,10 +99,10 @@ def test_the_commands_are_understood(page: Path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_what_make_and_pip_are_asked_for_is_there(page: Path):
-    told = [line for block in blocks(page) for line in lines(block)]
+    shown = [line for block in blocks(page) for line in lines(block)]
     makefile = (ROOT / "Makefile").read_text()
     project = (ROOT / "pyproject.toml").read_text()
-    for line in told:
+    for line in shown:
         for target in re.findall(r"^make (\w+)$", line):
             assert re.search(rf"^{target}:", makefile, re.MULTILINE), line
         for extras in re.findall(r"\.\[([\w,]+)\]", line):
@@ -120,7 +124,8 @@ def test_suites_are_suites(page: Path, tmp_path):
 def test_each_link_leads_somewhere(page: Path):
     """To a file, so that a page reads in a checkout too; the site's builder checks anchors."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+    linked = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text) + re.findall(r'src="([^":]+)"', text)
+    for target in linked:
         assert (page.parent / target).exists(), target
 
 
