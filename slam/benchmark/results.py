@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from slam.errors import InputError
-from slam.io.files import reading
 
 Result = dict[str, Any]
 """One run: flat scores by name, and what made them."""
@@ -84,13 +83,11 @@ def read(path: Path) -> list[Result]:
     """
     found: list[Result] = []
     try:
-        with reading(path) as file:
-            lines = file.read().decode("utf-8").split("\n")[:-1]
-        for line in lines:
+        for line in path.read_text(encoding="utf-8").split("\n")[:-1]:
             found += [json.loads(line, parse_constant=_no_number)] if line else []
         return found
-    except InputError:
-        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except ValueError as error:  # UnicodeDecodeError and JSONDecodeError among them
         raise InputError(f"{path}:{len(found) + 1}: not a line of results ({error})") from None
 

@@ -146,7 +146,7 @@ def test_stamps_that_never_meet_are_refused(episode, done):
     other = Trajectory(episode.times + 1000, done.poses)
     with pytest.raises(InputError, match="no stamp of the reference"):
         score_external(episode, other)
-    with pytest.raises(InputError, match="frame must be one of anchored, world, aligned"):
+    with pytest.raises(InputError, match="frame must be one of 'anchored', 'world', 'aligned'"):
         score_external(episode, Trajectory(episode.times, done.poses), frame="map")
     with pytest.raises(InputError, match="a score needs an episode that holds the truth"):
         score_external(Episode(episode.scans, episode.odometry), other)
