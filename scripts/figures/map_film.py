@@ -14,7 +14,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2, transform_points
 from slam.io.files import AnyPath
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 
 from .canvas import GREYS, MapCanvas
 from .film import Colours, write_film

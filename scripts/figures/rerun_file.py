@@ -14,7 +14,7 @@ from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.interface import Estimate
 from slam.io.files import AnyPath, placing
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 
 from .canvas import ROBOT_RADIUS
 from .ellipse import ellipses

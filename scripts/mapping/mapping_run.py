@@ -8,8 +8,8 @@ from slam.benchmark.run import Playback, Run
 from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 from slam.interface import Estimate, Slam
+from slam.maps.snapshot import MapSnapshot
 from slam.scan import Scan
-from slam.snapshot import MapSnapshot
 
 from ..console.interrupts import deferred_interrupt
 from ..console.progress import progress_bar

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slam.benchmark.run import Playback
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 
 
 class SnapshotRecorder:

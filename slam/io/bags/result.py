@@ -14,8 +14,8 @@ from slam.io.bags.bag_writer import BagWriter, check_times, new_bag
 from slam.io.bags.message_factory import even
 from slam.io.bags.write import BASE, LASER, ODOM
 from slam.io.files import AnyPath
+from slam.maps.snapshot import MapSnapshot
 from slam.scan import Scan
-from slam.snapshot import MapSnapshot
 
 MAP = "map"
 MAX_PATH_POSES = 300  # of a path but the last: all poses each time would grow with n^2

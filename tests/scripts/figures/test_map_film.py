@@ -12,7 +12,7 @@ from slam.benchmark.run import Playback
 from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from slam.benchmark.snapshots import SnapshotRecorder
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.interface import Estimate
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 
 
 class Drive(NamedTuple):

@@ -16,7 +16,7 @@ from slam.io.bags.bag import open_bag
 from slam.io.bags.result import MAX_PATH_POSES
 from slam.io.bags.transforms import Transforms, seen_from_above
 from slam.io.warnings import WarningCounter
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 from slam.trajectory import Trajectory
 
 SCANS = 30

@@ -1,7 +1,7 @@
 import numpy as np
 
 from slam.grid import GridSpec, OccupancyGrid
-from slam.snapshot import MapSnapshot
+from slam.maps.snapshot import MapSnapshot
 
 
 def test_the_map_comes_back_to_half_a_percent_and_the_scan_is_the_last_pose() -> None:
