@@ -38,7 +38,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         ),
         "info": Command(
             "recordings.info", "InfoCommand",
-            "Tell what is in a recording: topics, laser, odometry, how long and how far, what is "
+            "Tell what is in a recording: topics, lasers, odometry, how long and how far, what is "
             "wrong.",
         ),
         "convert": Command(
@@ -78,12 +78,11 @@ GROUPS: dict[str, dict[str, Command]] = {
         ),
         "evaluate": Command(
             "training.evaluate", "EvaluateCommand",
-            "Let agents patrol the same worlds; write results.jsonl, report.html and films.",
+            "Compare agents on the same patrols; write results.jsonl, report.html and films.",
         ),
         "curves": Command(
             "training.curves", "CurvesCommand",
-            "Draw what several trainings had learned by when: each as a thin line, their "
-            "interquartile mean with its bootstrap 95 % interval (Agarwal et al. 2021).",
+            "Draw the learning curves of several trainings and their interquartile mean.",
         ),
         "play": Command(
             "driving.play", "PlayCommand",

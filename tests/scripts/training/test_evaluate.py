@@ -195,6 +195,7 @@ def test_a_film_of_a_patrol(tmp_path, suffix):
 
 def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
     from dynslam_cli.training.evaluate import EvaluateCommand
+    from dynslam_cli.training.run_evaluation import patrols_of
 
     names = []
     for folder in ("a", "b"):
@@ -204,7 +205,7 @@ def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
     asked = EvaluateCommand(
         agents=(*names, "random"), worlds="all", slam="odometry,static-ml", episodes=2
     )
-    patrols = asked._patrols([*names, "random"])
+    patrols = patrols_of(asked, [*names, "random"])
     filmed = [patrol for patrol in patrols if patrol.film]
     assert len(filmed) == 3 * len(EPISODE_STEPS)
     assert {(patrol.seed, patrol.slam) for patrol in filmed} == {(7000, "odometry")}

@@ -1,0 +1,91 @@
+"""The work of `dynslam train`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.envs.registration import load_env_creator
+
+import slam
+from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
+from dynslam_env.patrol.vector import DoorPatrolVectorEnv
+from dynslam_env.simulation.find_world import find_world
+from slam.errors import InputError
+from slam.validation import number, one_of, whole_number
+
+from ..console.exits import EXIT_INTERRUPTED
+from ..console.output import output_directory
+from ..console.progress import progress_bar
+from ..trials.jobs import file_name
+from .train import TrainCommand
+
+
+def run_training(command: TrainCommand) -> int:
+    """Check the options, train with a progress bar, and say where the policy lies."""
+    try:
+        from agents.training.settings import ALGORITHMS, read_settings
+        from agents.training.train import Training, train
+    except ImportError as error:
+        raise InputError(f"training needs {error.name}: install dynslam[train]") from None
+    one_of("algo", command.algo, ALGORITHMS)
+    slam.make(command.slam)
+    find_world(command.world)
+    whole_number("workers", command.workers, 1)
+    _check_env(command.env)
+    settings = read_settings(command.algo, command.env, command.hyperparameters)
+    steps = _timesteps(settings) if command.steps is None else command.steps
+    parameters = {"world": command.world, "slam": command.slam}
+    training = Training(command.env, command.algo, settings, command.seed, steps, parameters)
+    name = f"{command.env}-{file_name(command.world)}-{command.algo}-{command.seed}"
+    out = output_directory(command.out or Path("out") / "train" / name)
+    with progress_bar() as bar:
+        task = bar.add_task("training", total=steps)
+
+        def report(row: dict[str, Any]) -> None:
+            bar.update(task, completed=min(row["steps"], steps))
+            bar.console.print(
+                f"{row['steps']:>9,} steps  reward {row['reward']:.2f}  "
+                f"Brier of doors {row['door_brier']:.3f}"
+            )
+
+        try:
+            train(training, out, resume=command.resume, workers=command.workers, report=report)
+        except KeyboardInterrupt:
+            print(
+                "train: interrupted; the same command with --resume continues from the last "
+                "evaluation",
+                file=sys.stderr,
+            )
+            return EXIT_INTERRUPTED
+    print(f"look at {out}")
+    if command.env == "DoorPatrol-v0":
+        print(f"compare it: dynslam evaluate {out / 'best.zip'} nearest-frontier")
+    return 0
+
+
+def _check_env(name: str) -> None:
+    """Raises InputError for an unknown environment, and for one that is no patrol."""
+    try:
+        spec = gym.spec(name)
+    except gym.error.Error as error:
+        raise InputError(str(error)) from None
+    made = spec.vector_entry_point or spec.entry_point
+    if not _is_patrol(load_env_creator(made) if isinstance(made, str) else made):
+        raise InputError(
+            f"{name} is no patrol and has no SLAM to train with: use stable-baselines3 and "
+            f"agents.vec_env.NativeVecEnv"
+        )
+
+
+def _is_patrol(made: Any) -> bool:
+    return isinstance(made, type) and issubclass(made, (DoorPatrolVectorEnv, DoorPatrolGoalsEnv))
+
+
+def _timesteps(settings: Mapping[str, Any]) -> int:
+    steps = settings.get("n_timesteps", 1_000_000)
+    number("n_timesteps", steps, 1)
+    return int(steps)
