@@ -13,9 +13,7 @@ from dynslam_env.navigation.goal import Goal, explore
 from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from slam.validation import positive, within
 
-SAME_FRONTIER_DISTANCE = (
-    1.5  # m, by which a frontier may move while it is approached
-)
+SAME_FRONTIER_DISTANCE = 1.5  # m, by which a frontier may move while it is approached
 SWITCH_COST = 1.5  # by which another frontier must be cheaper than the present goal
 
 Cost = Callable[[Frontier], float]
