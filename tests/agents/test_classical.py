@@ -103,7 +103,8 @@ class Recorded:
 def test_a_decision_reads_one_snapshot_of_the_environment(name):
     env, observation = patrol("crowd")
     seen = Recorded(env.unwrapped)
-    agent: Any = agents.make(name, Shown(seen), 0)
+    shown: Any = Shown(seen)
+    agent: Any = agents.make(name, shown, 0)
     every = set()
     for _ in range(60):
         seen.reads.clear()
