@@ -13,7 +13,7 @@ from typing import Annotated, Any, NamedTuple, Union
 from .console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE, EXIT_PIPE
 
 
-class Command(NamedTuple):
+class Subcommand(NamedTuple):
     """A subcommand, which is imported only when it is asked for.
 
     module   below `dynslam_cli`
@@ -30,79 +30,79 @@ class Command(NamedTuple):
         return getattr(import_module(f"{__package__}.{self.module}"), self.name)
 
 
-GROUPS: dict[str, dict[str, Command]] = {
+GROUPS: dict[str, dict[str, Subcommand]] = {
     "Map a recording": {
-        "map": Command(
+        "map": Subcommand(
             "mapping.map", "MapCommand",
             "Make a map of a recording without traces of moving doors and people.",
         ),
-        "info": Command(
+        "info": Subcommand(
             "recordings.info", "InfoCommand",
             "Tell what is in a recording: topics, lasers, odometry, how long and how far, what is "
             "wrong.",
         ),
-        "convert": Command(
+        "convert": Subcommand(
             "recordings.convert", "ConvertCommand", "Write a recording in another format."
         ),
-        "run": Command(
+        "run": Subcommand(
             "mapping.run", "RunCommand",
             "Run a SLAM variant on a recording and measure its accuracy, time and memory.",
         ),
     },
     "Compare SLAM variants": {
-        "demo": Command(
+        "demo": Subcommand(
             "demo.demo", "DemoCommand",
             "Run the paper's experiment: paired drives past static and moving doors.",
         ),
-        "bench": Command(
+        "bench": Subcommand(
             "bench.bench", "BenchCommand",
             "Run SLAM variants on the same episodes and write scores, statistics and a report.",
         ),
-        "compare": Command(
+        "compare": Subcommand(
             "bench.compare", "CompareCommand",
             "Compare two benches of the same suite, before and after a change of the code.",
         ),
-        "record": Command(
+        "record": Subcommand(
             "recordings.record", "RecordCommand",
             "Record simulated drives as files for any SLAM system.",
         ),
-        "score": Command(
+        "score": Subcommand(
             "bench.score", "ScoreCommand",
             "Score a trajectory, and a map if given, against the truth of a recorded episode.",
         ),
     },
     "Train agents": {
-        "train": Command(
+        "train": Subcommand(
             "training.train", "TrainCommand",
             "Train a policy by PPO; the same seed gives the same policy, interrupted or not.",
         ),
-        "evaluate": Command(
+        "evaluate": Subcommand(
             "training.evaluate", "EvaluateCommand",
             "Compare agents on the same patrols; write results.jsonl, report.html and films.",
         ),
-        "curves": Command(
+        "curves": Subcommand(
             "training.curves", "CurvesCommand",
             "Draw the learning curves of several trainings and their interquartile mean.",
         ),
-        "play": Command(
+        "play": Subcommand(
             "driving.play", "PlayCommand",
             "Drive a simulated robot by keyboard and watch the map grow.",
         ),
     },
     "Studies of the project": {
-        "study": Command(
+        "study": Subcommand(
             "studies.study", "StudyCommand",
             "Run a study that varies one part of the SLAM or of the world at a time.",
         ),
-        "ghosts": Command(
+        "ghosts": Subcommand(
             "studies.ghosts", "GhostsCommand",
             "Count ghosts in maps: occupied cells where nothing permanent stands.",
         ),
-        "endure": Command(
+        "endure": Subcommand(
             "studies.endure", "EndureCommand",
             "Drive at random through all worlds; report NaNs, escapes, memory growth, slow steps.",
         ),
-        "speed": Command(
+        "speed": Subcommand(
             "speed.speed", "SpeedCommand",
             "Measure processor time and memory of the environment and of SLAM variants.",
         ),
