@@ -11,7 +11,7 @@ from dynslam_env.navigation.sight import viewpoint
 from slam.geometry import Array
 
 LEAF_RADIUS = 0.5  # m around a door's centre, in which its own leaf does not count as hiding it
-NO_TARGET = (math.inf, math.inf)  # m: of a goal that is for no particular target
+NO_TARGET = (math.inf, math.inf)  # m: of a goal without a target
 
 
 class Goal(NamedTuple):

@@ -58,7 +58,7 @@ def parsed(
 
 
 def floats(values: Any, dimensions: int) -> Array:
-    """Values as an array of float64. Raises InputError where they are no numbers."""
+    """Values as an array of float64. Raises InputError if they are not numbers."""
     array = np.asarray(values)
     if array.dtype.kind not in "biuf" or array.ndim != dimensions:
         raise InputError(
@@ -69,7 +69,7 @@ def floats(values: Any, dimensions: int) -> Array:
 
 
 def names(path: AnyPath) -> set[str]:
-    """The names of the arrays in an .npz file. Raises InputError where it is none."""
+    """The names of the arrays in an .npz file. Raises InputError if it is not an .npz file."""
     try:
         with zipfile.ZipFile(path) as packed:
             return {name.removesuffix(".npy") for name in packed.namelist()}

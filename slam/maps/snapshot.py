@@ -18,7 +18,7 @@ UNSEEN = -1
 class MapSnapshot:
     """The map and the trajectory after one of the scans.
 
-    poses   (scan + 1, 3) at each scan up to this one, as believed then
+    poses   (scan + 1, 3) at each scan up to this one, as estimated then
     spec    the map's cells
     packed  the map: h in whole percent, as ROS has it, compressed
     """

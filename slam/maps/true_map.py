@@ -27,7 +27,7 @@ class Outline(NamedTuple):
 
     cells    (n,) int64 ids
     centre   (n, 2) mean of the segments' points in each cell, from the cell's centre, in cells
-    samples  (n,) number of points that the mean is of
+    samples  (n,) number of points in the mean
     """
 
     cells: np.ndarray

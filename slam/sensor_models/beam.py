@@ -37,7 +37,7 @@ COS, SIN = np.cos(np.arange(ANGLES) * np.pi / ANGLES), np.sin(np.arange(ANGLES) 
 
 
 class BeamMap(NamedTuple):
-    """What beams are traced through; the layers flat, see `_update`.
+    """The arrays that beams are traced through; flat layers, see `_update`.
 
     tile_index  (tile rows, tile columns) `Tiles.index`
     passing     (cells,)

@@ -19,10 +19,10 @@ MULTI_ECHO = "sensor_msgs/msg/MultiEchoLaserScan"
 class Sweep(NamedTuple):
     """One LaserScan.
 
-    received  s, when it was recorded
+    received  s, time of recording
     time      s, its stamp
     ranges    (beams,) m, as written
-    angles    (beams,) rad in the laser's frame, either way round
+    angles    (beams,) rad in the laser's frame, clockwise or counter-clockwise
     reach     range_min and range_max, m, as written
     frame     the laser's
     step      s from a beam to the next

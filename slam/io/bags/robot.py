@@ -18,7 +18,7 @@ from slam.trajectory import Trajectory
 
 BASES = ("base_link", "base_footprint")  # REP 105
 NO_ODOMETRY = "none"  # in a SourceSelection
-MIN_UPRIGHT = math.cos(math.radians(10.0))  # cosine of the tilt; with more, ranges are too long
+MIN_UPRIGHT = math.cos(math.radians(10.0))  # cosine of the tilt; beyond it, ranges are too long
 
 
 class OdometrySource(NamedTuple):

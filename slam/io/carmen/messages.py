@@ -29,7 +29,7 @@ FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25}
 
 
 class Garbled(ValueError):  # noqa: N818 (counted as a warning, never shown as an error)
-    """A line is no message of its kind; the text says what was expected."""
+    """A line is not a valid message of its kind; the text says what was expected."""
 
 
 class Odom(NamedTuple):
