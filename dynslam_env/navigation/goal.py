@@ -28,7 +28,7 @@ class Goal(NamedTuple):
 
 
 def explore(planning: PlanningSnapshot, frontier: Frontier) -> Goal | None:
-    """Stand before a frontier and look beyond it; None where no path leads there."""
+    """Stand before a frontier and look beyond it; None if no path leads there."""
     if frontier.cell is None:
         return None
     heading = _bearing(planning, frontier.cell, frontier.beyond)

@@ -29,7 +29,7 @@ class GoalCandidate(NamedTuple):
     """A goal to choose.
 
     size   cells of the frontier; 1 for anything else
-    age    s since it was seen; inf where it never was
+    age    s since it was seen; inf if never seen
     flips  1/s
     rest   s for which it is not offered again once it was reached
     """

@@ -138,7 +138,7 @@ def _arrive(i, lengths, gates, state, clock):
 
 @kernel
 def _share_at_end(i, opened, routes, lengths, gates, state):
-    """Share of the speed at the end of the leg: 0 where the person must stop, less in a bend."""
+    """Share of the speed at the end of the leg: 0 if the person must stop, less in a bend."""
     at, to = state[i, 0], state[i, 1]
     onward = 2 * to - at
     if onward < 0 or onward >= lengths[i]:

@@ -27,7 +27,7 @@ UNREADABLE = (
 
 
 def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
-    """All arrays of an .npz file by name. Raises InputError where it is no `what`."""
+    """All arrays of an .npz file by name. Raises InputError if it is not `what`."""
     with reading(path):
         pass
     try:
@@ -47,7 +47,7 @@ def parsed(
     path: AnyPath, what: str, file_format: str, parse: Callable[[dict[str, Any]], Parsed]
 ) -> Parsed:
     """`parse` of the arrays of an .npz file whose array `format` is `file_format`. Raises
-    InputError where it is no `what`."""
+    InputError if it is not `what`."""
     data = read_arrays(path, what)
     try:
         if str(data["format"]) != file_format:

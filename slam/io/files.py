@@ -33,7 +33,7 @@ class CutShortError(InputError):
 def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
     """Line numbers (from 1) and lines of a text file, compressed or not, in bounded memory.
 
-    Raises InputError where the file cannot be opened, CutShortError if a compressed one is damaged.
+    Raises InputError if the file cannot be opened, CutShortError if a compressed one is damaged.
     """
     with reading(path) as raw:
         packed = raw.peek(2)[:2] == GZIP_MAGIC  # pyright: ignore[reportAttributeAccessIssue]
@@ -69,7 +69,7 @@ def text_lines(path: AnyPath) -> Iterator[tuple[int, str]]:
 
 @contextmanager
 def reading(path: AnyPath) -> Iterator[IO[bytes]]:
-    """A file open for reading. Raises InputError where the system refuses it, and for a pipe or a
+    """A file open for reading. Raises InputError if the system refuses it, and for a pipe or a
     device, which might never end."""
     try:
         if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):

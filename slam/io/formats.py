@@ -87,7 +87,7 @@ def _registered_kind(path: Path) -> str:
 
 
 def _kind_among(readers: dict[str, Reader], path: Path) -> str:
-    """The first of the formats that recognises the file; empty where none does."""
+    """The first of the formats that recognises the file; empty if none does."""
     head = b""
     if not path.is_dir():
         with reading(path) as file:
@@ -96,7 +96,7 @@ def _kind_among(readers: dict[str, Reader], path: Path) -> str:
 
 
 def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
-    """Read a recording of any known format. Raises InputError where it is none, or cannot be used.
+    """Read a recording of any known format. Raises InputError if it cannot be read as one.
 
     What `choice` leaves unspecified is detected. Only a bag has several lasers and odometries.
     """

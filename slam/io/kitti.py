@@ -26,7 +26,7 @@ def write_kitti(trajectory: Trajectory, path: AnyPath) -> Path:
     """Write a planar trajectory (z = 0); returns the path of the file of stamps beside it.
 
     The format has no stamps: as in KITTI's times.txt they are a file of their own, s, one a line:
-    `poses-times.txt` beside `poses.txt`. Raises InputError where they cannot be written.
+    `poses-times.txt` beside `poses.txt`. Raises InputError if they cannot be written.
     """
     x, y, theta = trajectory.poses.T
     c, s = np.cos(theta), np.sin(theta)

@@ -40,7 +40,7 @@ class MapSnapshot:
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The map, unpacked: h to the whole percent, 0.5 where nothing was seen."""
+        """The map, unpacked: h rounded to whole percent, 0.5 in unobserved cells."""
         cells = np.frombuffer(zlib.decompress(self.packed), np.int8).reshape(self.spec.shape)
         observed = cells != UNSEEN
         return OccupancyGrid(self.spec, np.where(observed, cells / 100.0, 0.5), observed)

@@ -44,7 +44,7 @@ class ChangeScores(NamedTuple):
 class Calibration(NamedTuple):
     """Reliability diagram of h: mean h of each bin against the true share of time occupied.
 
-    Observed cells by h, in ten equal bins; lists of ten, 0 where a bin is empty.
+    Observed cells by h, in ten equal bins; lists of ten, 0 if a bin is empty.
 
     cells     number of cells
     believed  mean h

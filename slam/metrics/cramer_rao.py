@@ -113,7 +113,7 @@ def tracked(before: Array, F: Array, Q: Array, measured: Array) -> Array:
     before    J_{t-1}; may be singular; zeros for an unknown start
     F         `transition` of the motion
     Q         covariance of the motion's noise, at its end; may be singular, zeros for none
-    measured  I_t, the `information` of the scan; zeros where there was none
+    measured  I_t, the `information` of the scan; zeros if there was none
 
     Computed as (identity + M Q)^-1 M, M = F^-T J F^-1, which inverts neither J nor Q.
     """

@@ -31,7 +31,7 @@ class GhostScores(NamedTuple):
 
     ghosts_per_m  ghost cells for every metre of wall that was seen
     ghost_cells   number of ghost cells
-    wall_recall   share of the seen wall within 10 cm of an occupied cell; NaN where none was seen
+    wall_recall   share of the seen wall within 10 cm of an occupied cell; NaN if none was seen
     """
 
     ghosts_per_m: float

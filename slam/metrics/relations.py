@@ -44,7 +44,7 @@ class Relations:
 
 
 class RelationScores(NamedTuple):
-    """Mean and standard deviation of the relations' errors; NaN where none could be scored.
+    """Mean and standard deviation of the relations' errors; NaN if none could be scored.
 
     translation_mean, translation_std    m, of |trans(d_ij (-) d*_ij)|
     rotation_mean_deg, rotation_std_deg  degrees, of |rot(d_ij (-) d*_ij)|

@@ -107,7 +107,7 @@ def heading_errors(estimate: Array, truth: Array) -> Array:
 def rpe(estimate: Array, truth: Array, distance: float) -> tuple[float, float]:
     """Relative pose error over `distance` m of true path: RMSE of translation, m, and heading, rad.
 
-    From every pose to the first pose at least that far along. NaN where the path is shorter.
+    From every pose to the first pose at least that far along. NaN if the path is shorter.
     """
     _check(estimate, truth)
     path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])

@@ -81,7 +81,7 @@ def check_times(episode: Episode) -> None:
 @contextmanager
 def new_bag(path: AnyPath) -> Iterator[BagWriter]:
     """A new recording at `path`, created atomically when complete: .bag is ROS 1, .mcap and .db3
-    one file of ROS 2, no ending a folder of ROS 2. Raises InputError where it cannot be written, or
+    one file of ROS 2, no ending a folder of ROS 2. Raises InputError if it cannot be written, or
     the folder exists."""
     path = Path(path)
     if path.is_dir() or (path.exists() and not path.suffix):

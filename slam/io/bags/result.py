@@ -41,7 +41,7 @@ def write_result(
     /scan, /points  LaserScans, and the echoes of those with uneven beams as PointCloud2
 
     /tf belongs to the map of its time: a closed loop shows as a jump of `odom` in `map`, together
-    with another map and path. Raises InputError where it cannot be written, and
+    with another map and path. Raises InputError if it cannot be written, and
     for times that ROS cannot represent.
     """
     if not len(online):

@@ -98,7 +98,7 @@ class Transforms:
 
     def path(self, parent: str, child: str) -> tuple[list[str], list[str]]:
         """The frames whose edges lead from their last common ancestor down to `parent`, and to
-        `child`. Raises InputError where they are not connected."""
+        `child`. Raises InputError if they are not connected."""
         up, down = self.ancestors(parent), self.ancestors(child)
         if up[-1] != down[-1]:
             raise InputError(f"no transform leads from frame {parent!r} to {child!r}")

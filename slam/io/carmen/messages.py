@@ -44,9 +44,9 @@ class LaserMessage(NamedTuple):
 
     robot      pose by the odometry; m, rad
     ranges     (beams,) m, as written
-    angles     (beams,) rad, or None where they are by convention (FLASER)
-    max_range  m, or None where the line does not say
-    mount      the sensor on the robot, or None where the line does not say
+    angles     (beams,) rad, or None if implied by convention (FLASER)
+    max_range  m, or None if the line does not say
+    mount      the sensor on the robot, or None if the line does not say
     """
 
     time: float
