@@ -14,7 +14,7 @@ from slam.geometry import Array
 
 
 class PathPatrol:
-    """Follows a path to its end, then back, by the SLAM's pose. Where it is stuck, it turns back.
+    """Follows a path to its end, then back, by the SLAM's pose. If it is stuck, it turns back.
 
     The path is the layout's: apart from the oracle, no other agent is given any of the truth. It
     stands for a script written from the floor plan.

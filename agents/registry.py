@@ -44,7 +44,7 @@ POLICIES = Path(__file__).parent / "policies"
 
 
 def register(name: str, builder: AgentBuilder) -> None:
-    """Make `builder` known as `name` in this process; an entry point makes it known in all."""
+    """Register `builder` as `name` in this process; an entry point does so in every process."""
     if not name or any(c.isspace() or c in ",:" for c in name):
         raise InputError(f"an agent's name has no spaces, commas or colons, got {name!r}")
     if name in BUILDERS:
@@ -66,9 +66,9 @@ def make(name: str, env: Env, seed: int = 0) -> Driver:
     name  one of `names()`; the file of a policy that `dynslam train` wrote (best.zip); or
           FILE.py:NAME, where NAME is an `AgentBuilder` in that file
     env   a patrol environment after `reset`. Its `unwrapped` is the `PatrolView`; of its
-          `unwrapped.place`, the true world, "scripted-path" reads the path of the layout, "oracle"
-          the doors, and no other agent anything
-    seed  of the agent's own randomness: the same seed, the same actions
+          `unwrapped.place`, the true world, is read by "scripted-path" (the path of the layout)
+          and "oracle" (the doors) only
+    seed  of the agent's random generator: the same seed gives the same actions
 
     Raises InputError for an unknown name.
     """
@@ -76,8 +76,8 @@ def make(name: str, env: Env, seed: int = 0) -> Driver:
 
 
 def check(name: str) -> None:
-    """Raises InputError where `make` would for an unknown name or a wrong file; takes no
-    environment."""
+    """Check a name as `make` does, without an environment: raises InputError for an unknown name or
+    a wrong file."""
     if name not in names() and not names_object(name) and Path(name).is_file():
         _training().read_policy(Path(name))
     else:
@@ -97,9 +97,9 @@ def builder_of(name: str) -> AgentBuilder:
 
 @cache
 def _discover() -> None:
-    """Register the entry points of all installed packages, once; what was registered stays.
+    """Register the entry points of all installed packages, once; registered names are kept.
 
-    One that does not load is left out with a warning: it is no reason for the others to fail.
+    One that fails to load is skipped with a warning, so that the others still load.
     """
     for entry in entry_points(group="dynslam.agents"):
         if entry.name in _BUILDERS:
@@ -169,6 +169,6 @@ BUILDERS: dict[str, AgentBuilder] = {
     "oracle": _oracle,
     "ppo": _ppo,
 }
-"""dynslam's own agents."""
+"""The built-in agents."""
 
 _BUILDERS = dict(BUILDERS)

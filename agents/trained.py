@@ -17,10 +17,10 @@ from slam.errors import InputError
 
 
 class Trained:
-    """Acts by the policy in a file, of which it reads the weights and runs no code.
+    """Acts by the policy in a file; only its weights are read, no code in it is run.
 
     path  of best.zip, checkpoint.zip, or a copy by `policy_file.write_slim`
-    env   with the observations and actions of the training
+    env   environment with the observation and action spaces of the training
     """
 
     def __init__(self, path: Path, env: gym.Env[Any, Any]):

@@ -1,4 +1,4 @@
-"""The native vector environment as stable-baselines3 takes it. Needs `dynslam[train]`."""
+"""Adapter of the native vector environments to stable-baselines3. Needs `dynslam[train]`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `dynslam`: its subcommands, and one line instead of a traceback for a mistake."""
+"""The command `dynslam`: its subcommands; user errors print one line without a traceback."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE, EXIT_PIPE
 
 
 class Subcommand(NamedTuple):
-    """A subcommand, which is imported only when it is asked for.
+    """A subcommand, which is imported only when it is run.
 
     module   below `dynslam_cli`
     name     of the dataclass in it: its fields are the options, a call runs the command
@@ -114,12 +114,12 @@ COMMANDS = {name: command for group in GROUPS.values() for name, command in grou
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run `dynslam ARGUMENTS` and leave with its exit status."""
+    """Run `dynslam ARGUMENTS` and exit with its status."""
     sys.exit(status(arguments))
 
 
 def status(arguments: list[str] | None = None) -> int:
-    """Run `dynslam ARGUMENTS`; 0, or 2 after a mistake, 130 after Ctrl-C, 141 cut off by a pipe."""
+    """Run `dynslam ARGUMENTS`; 0, 2 after a user error, 130 after Ctrl-C, 141 on a broken pipe."""
     mistake = foreign_packages()
     if mistake:
         print(f"dynslam: {mistake}", file=sys.stderr)
@@ -177,7 +177,7 @@ def overview() -> str:
 
 
 def _parse(kind: Any, program: str, arguments: list[str]) -> Any:
-    """The command with its options; leaves with status 0 after --help, 2 after a mistake."""
+    """The command with its options; exits with status 0 after --help, 2 after a user error."""
     import tyro
 
     config = (tyro.conf.FlagCreatePairsOff, tyro.conf.OmitSubcommandPrefixes)
@@ -194,7 +194,7 @@ def _any_command() -> Any:
 
 
 def foreign_packages() -> str:
-    """What to say if somebody else's `slam` or `agents` would be imported for ours, else empty.
+    """Message if a foreign package `slam` or `agents` shadows ours, else empty.
 
     Ours lie beside this folder, in a checkout and in site-packages alike.
     """

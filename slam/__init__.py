@@ -1,8 +1,8 @@
 """2D laser SLAM that treats change as information. Pure numpy, numba and scipy.
 
-What a SLAM variant, a map model or a file reader of one's own needs is imported from here, in one
-line: `from slam import Static, maximum_likelihood, register, run, score`. Each name is loaded when
-it is first used, so that `import slam` alone takes no time.
+Everything needed to write a custom SLAM variant, map model or file reader is imported from here:
+`from slam import Static, maximum_likelihood, register, run, score`. Each name is loaded when it is
+first used, so that `import slam` itself is fast.
 """
 
 # ruff: noqa: F401  (for pyright and editors; at run time `__getattr__` imports them)

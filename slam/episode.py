@@ -1,4 +1,4 @@
-"""Episode: the recorded scans and odometry of one drive, and the truth where it is known."""
+"""Episode: the recorded scans and odometry of one drive, and the ground truth if known."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from slam.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Truth:
-    """What only a simulation (or a reference system) knows.
+    """Ground truth, from a simulation or a reference system.
 
-    poses   (n, 3) the robot at every scan, in the world
-    walls   (w, 4) segments x1, y1, x2, y2 in m that never move
-    doors   (n, d, 4) outline segments of whatever moves, at every scan
+    poses   (n, 3) the robot's pose at every scan, in the world
+    walls   (w, 4) static segments x1, y1, x2, y2, m
+    doors   (n, d, 4) outline segments of everything that moves, at every scan
     """
 
     poses: Array
@@ -32,9 +32,9 @@ class Truth:
 class Episode:
     """One drive: scans in the order of time, and the odometry beside them.
 
-    odometry  at least one pose a scan; a log may hold more. Its frame is the odometry's own.
-    meta      what made it: configuration, seed, source; any JSON. `odometry` in it says where the
-              odometry is from; empty: nowhere, and it stands still
+    odometry  at least one pose a scan; a log may hold more. In the odometry's own frame.
+    meta      provenance: configuration, seed, source; any JSON. Its `odometry` is the source of the
+              odometry; an empty one means that there is none, and `odometry` is constant
     """
 
     scans: tuple[Scan, ...]
@@ -52,8 +52,8 @@ class Episode:
             )
 
     def known_truth(self, need: str) -> Truth:
-        """The truth. Raises InputError where the episode holds none: `need`, such as "a score",
-        needs it."""
+        """The truth. Raises InputError if the episode holds none; the message names `need`, such as
+        "a score", which needs it."""
         if self.truth is None:
             raise InputError(f"{need} needs an episode that holds the truth, and this one does not")
         return self.truth
@@ -65,11 +65,11 @@ class Episode:
 
     @property
     def has_odometry(self) -> bool:
-        """Whether anything told how the robot moved."""
+        """Whether the recording has odometry."""
         return self.meta.get("odometry") != ""
 
     def displacements(self) -> list[Pose2]:
-        """What the odometry says the robot moved before each scan, in its frame; first: zero."""
+        """Odometry displacements from scan to scan, in the robot's frame; the first is zero."""
         poses = self.odometry.at(self.times)
         moved = between(poses[:-1], poses[1:])
         return [Pose2(), *(Pose2(*row) for row in moved.tolist())]

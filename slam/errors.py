@@ -1,5 +1,5 @@
-"""The one kind of error that is a user's mistake and not a bug."""
+"""The exception for invalid user input; any other exception is a bug."""
 
 
 class InputError(ValueError):
-    """What the user gave cannot be used; the message is one line that says what was expected."""
+    """Invalid user input; the message is one line that says what was expected."""

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class Pose2(NamedTuple):
-    """A pose in the plane, or the transform it stands for: x, y in m, theta in rad.
+    """A pose in the plane, or the corresponding transform: x, y in m, theta in rad.
 
     `world_from_robot @ robot_from_sensor` composes two of them.
     """
@@ -32,17 +32,17 @@ class Pose2(NamedTuple):
         )
 
     def inverse(self) -> Pose2:
-        """The transform back: `pose @ pose.inverse()` is the identity."""
+        """The inverse transform: `pose @ pose.inverse()` is the identity."""
         c, s = math.cos(self.theta), math.sin(self.theta)
         return Pose2(-c * self.x - s * self.y, s * self.x - c * self.y, -self.theta)
 
     def between(self, other: Pose2) -> Pose2:
-        """`other` as seen from this pose: `self @ self.between(other) == other`."""
+        """`other` relative to this pose: `self @ self.between(other) == other`."""
         return self.inverse() @ other
 
     @staticmethod
     def of(values: ArrayLike) -> Pose2:
-        """From any three numbers (x, y, theta)."""
+        """Make a pose from three numbers (x, y, theta)."""
         x, y, theta = np.asarray(values, dtype=np.float64).tolist()
         return Pose2(x, y, theta)
 
@@ -77,7 +77,7 @@ def inverse(a: ArrayLike) -> Array:
 
 
 def between(a: ArrayLike, b: ArrayLike) -> Array:
-    """Poses `b` as seen from poses `a`, shapes (..., 3)."""
+    """Poses `b` relative to poses `a`, shapes (..., 3)."""
     return compose(inverse(a), b)
 
 
@@ -90,9 +90,9 @@ def transform_points(pose: Pose2, points: ArrayLike) -> Array:
 
 @kernel
 def lever_jacobian(x, y):
-    """(3, 3) Jacobian of a pose that lies (x, y) m from a frame's origin, by the frame's pose.
+    """(3, 3) Jacobian of a pose, fixed at (x, y) m from a frame's origin, by the frame's pose.
 
-    Rigidly, world axes: an error of the frame's heading, rad, moves the pose by (-y, x) m.
+    World axes: a heading error of the frame, rad, moves the pose by (-y, x) m per rad.
     """
     J = np.eye(3)
     J[0, 2], J[1, 2] = -y, x

@@ -1,4 +1,4 @@
-"""Grids on one world-wide lattice of square cells, that grow without ever being resampled."""
+"""Grids on one global lattice of square cells, which grow without resampling."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 
 TILE = 64  # a grid's borders lie on multiples of this many cells
-MOST_CELLS = 40_000_000  # of one grid, a square of 316 m at 5 cm: some 2.4 GB of map and field
+MOST_CELLS = 40_000_000  # of a grid: 316 m x 316 m at 5 cm, about 2.4 GB of map and field
 
 
 class GridSpec(NamedTuple):
-    """Which cells of the lattice a grid holds.
+    """The range of lattice cells that a grid covers.
 
     Cell (row, col) of the grid is the square with its lower left corner at
     ((col0 + col) * resolution, (row0 + row) * resolution) in the world: x grows with the column,
@@ -96,10 +96,10 @@ def grown(array: np.ndarray, old: GridSpec, new: GridSpec, fill: float) -> np.nd
 
 @dataclass(frozen=True)
 class OccupancyGrid:
-    """A map as it leaves a SLAM.
+    """The map that a SLAM returns.
 
-    occupied  (rows, cols) h, P(occupied now); the prior where nothing was seen
-    observed  (rows, cols) bool, where anything was seen
+    occupied  (rows, cols) h, P(occupied now); the prior in unobserved cells
+    observed  (rows, cols) bool, True in cells that were observed
     """
 
     spec: GridSpec
@@ -108,8 +108,8 @@ class OccupancyGrid:
 
 
 def moved(grid: OccupancyGrid, frame: Pose2) -> OccupancyGrid:
-    """A map whose frame lies at `frame` in the world, on the world's lattice: each cell as the one
-    of the map that holds its centre."""
+    """A map whose frame has the pose `frame` in the world, resampled on the world's lattice by
+    nearest neighbour: each cell takes the value of the map's cell that holds its centre."""
     if frame == Pose2():
         return grid
     left, right, bottom, top = grid.spec.extent

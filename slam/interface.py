@@ -1,4 +1,4 @@
-"""The protocols: what a SLAM is, and the four parts that a maximum likelihood SLAM is made of."""
+"""The protocols of a SLAM, and of the four parts of a maximum likelihood SLAM."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Estimate(NamedTuple):
     pose        the robot in the world
     covariance  (3, 3) of x, y in m and theta in rad, in the world
     score       mean log-likelihood per beam of the last matched scan; 0 before
-    matched     whether the pose was found from this scan, rather than by dead reckoning alone
-    revised     whether earlier poses are believed to have been others than was said then
+    matched     whether this scan was matched; otherwise the pose is dead reckoned
+    revised     whether estimates of earlier poses have changed
     """
 
     pose: Pose2
@@ -33,17 +33,17 @@ class Estimate(NamedTuple):
 
 
 class Slam(Protocol):
-    """Anything that turns odometry and scans into a pose and a map. One object an episode."""
+    """A SLAM: estimates the pose and a map from odometry and scans. One object an episode."""
 
     pose: Pose2
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Take in the odometry's displacement since the last update, in the robot's frame, then the
+        """Process the odometry's displacement since the last update, in the robot's frame, then the
         scan."""
         ...
 
     def map(self) -> OccupancyGrid:
-        """The map as it is believed now: a copy, which later updates leave alone."""
+        """The current map: a copy, which later updates do not change."""
         ...
 
 
@@ -52,8 +52,8 @@ class Revising(Slam, Protocol):
     """A SLAM that may revise earlier poses, as when a loop closes."""
 
     def trajectory(self) -> Array:
-        """(n, 3) the pose of every update so far, as believed now: the smoothed trajectory, beside
-        the online one, which the estimates made at their time."""
+        """(n, 3) the current estimate of the pose of every update so far: the smoothed trajectory,
+        as opposed to the online one of the estimates that `update` returned."""
         ...
 
     def finish(self) -> None:
@@ -62,24 +62,24 @@ class Revising(Slam, Protocol):
 
 
 class MapModel(Protocol):
-    """A map model: the memory of what the cells have been."""
+    """A map model: what is stored of the history of every cell, and its occupancy h."""
 
     cells: Cells
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Put a scan taken at `pose` into the map, which grows to hold it.
+        """Integrate a scan taken at `pose` into the map, which grows as needed.
 
-        Gives the ids of all cells whose h or centroid may have changed.
+        Returns the ids of all cells whose h or centroid may have changed.
         """
         ...
 
 
 class Slope(NamedTuple):
-    """A function around a pose.
+    """Second-order expansion of a function at a pose.
 
     value      at the pose
     gradient   (3,) by x, y in m and theta in rad, world
-    curvature  (3, 3), nowhere positive: the Hessian, or what of it bends down
+    curvature  (3, 3), negative semi-definite: the Hessian, or its negative part
     """
 
     value: float
@@ -90,7 +90,7 @@ class Slope(NamedTuple):
 class SensorModel(Protocol):
     """A sensor model: log p(scan | pose, h).
 
-    levels  how many resolutions it can be evaluated at; 0 is the finest, the model itself
+    levels  number of resolutions it can be evaluated at; 0 is the finest, the model itself
     """
 
     levels: int
@@ -107,8 +107,8 @@ class SensorModel(Protocol):
         ...
 
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
-        """(n,) no less than the log-likelihood at any pose within `reach` m, in x and in y, of each
-        of the poses (n, 3), with the same heading. Infinity where nothing better is known."""
+        """(n,) upper bounds of the log-likelihood over all poses within `reach` m, in x and in y,
+        of each of the poses (n, 3), with the same heading. Infinity if no bound is known."""
         ...
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
@@ -117,7 +117,7 @@ class SensorModel(Protocol):
 
 
 class Posterior:
-    """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant: what a search climbs."""
+    """log p(z | s, h) + log p(s | u, s') of poses s, up to a constant: the search objective."""
 
     def __init__(self, sensor_model: SensorModel, scan: Scan, prediction: Prediction):
         self.sensor_model = sensor_model
@@ -125,28 +125,28 @@ class Posterior:
         self.prediction = prediction
 
     def __call__(self, poses: Array, floor: float = -math.inf) -> Array:
-        """(n,) at each of the poses (n, 3); maybe -inf where it is below `floor`."""
+        """(n,) at each of the poses (n, 3); may be -inf below `floor`."""
         likelihood = self.sensor_model.log_likelihood(
             self.scan, poses, floor
         )  # no prior is above 0
         return likelihood + self.prediction.log_density(poses)
 
     def slope(self, pose: Pose2, level: int = 0) -> Slope:
-        """Value, gradient and curvature, with the scan read at one of the resolutions."""
+        """Value, gradient and curvature, with the likelihood at one of the resolutions."""
         scan = self.sensor_model.slope(self.scan, pose, level)
         value, gradient, curvature = self.prediction.slope(pose)
         return Slope(scan.value + value, scan.gradient + gradient, scan.curvature + curvature)
 
 
 class MotionModel(Protocol):
-    """The motion model p(s | u, s'): a displacement by the odometry, and its error."""
+    """The motion model p(s | u, s'): corrects an odometry displacement, and models its error."""
 
     def corrected(self, displacement: Pose2) -> Pose2:
         """The expected displacement where the odometry measured `displacement`."""
         ...
 
     def deviations(self, displacement: Pose2) -> Array:
-        """(3,) standard deviations of its error, in the frame of the pose that it leads to."""
+        """(3,) standard deviations of its error, in the frame of the pose after it."""
         ...
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
@@ -156,12 +156,12 @@ class MotionModel(Protocol):
 
 
 class Search(Protocol):
-    """The argmax of equation 7."""
+    """A search for the argmax of equation 7."""
 
     def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
-        """The pose of the largest `posterior` near the one that the odometry predicts."""
+        """The pose that maximises `posterior` near the pose that the odometry predicts."""
         ...
 
 
 Builder = Callable[[Pose2, np.random.Generator], Slam]
-"""Makes a new SLAM: (start pose in the world, randomness) -> Slam."""
+"""Makes a new SLAM: (start pose in the world, random generator) -> Slam."""

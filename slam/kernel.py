@@ -1,4 +1,4 @@
-"""Compiled kernels: numba's `njit`, with a cache that notices edits in other files."""
+"""Compiled kernels: numba's `njit`, with a cache that is invalidated by edits in other files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from numba.core.registry import CPUDispatcher
 def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Compile `function` by numba and keep the result on disk; `options` are those of `njit`.
 
-    Numba compiles again when the kernel's own file was edited. This does so, too, when an imported
-    kernel was edited, the value of an imported number, or the fields of an imported NamedTuple, in
-    whatever file. A kernel that takes a NamedTuple says so in its signature, which imports it.
+    Numba recompiles a kernel when its own file was edited. This decorator also recompiles when an
+    imported kernel, the value of an imported number, or the fields of an imported NamedTuple
+    changed in another file. A kernel that takes a NamedTuple names it in its signature, and so
+    imports it.
     """
     if function is None:
         return lambda kernel_function: kernel(kernel_function, **options)
@@ -26,7 +27,7 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
 
 def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
-    """The kernels, numbers and NamedTuples in the module of `function` so far."""
+    """The kernels, numbers and NamedTuples defined so far in the module of `function`."""
     for name, value in sorted(function.__globals__.items()):
         if isinstance(value, CPUDispatcher) and value.__module__ != function.__module__:
             yield name, _cache_index(value)._source_stamp
@@ -37,5 +38,5 @@ def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _cache_index(compiled: Any) -> Any:
-    """numba's file of what is in the cache, and of the source that it was compiled from."""
+    """Numba's index file of the cache, which holds a stamp of the source."""
     return compiled._cache._cache_file

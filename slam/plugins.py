@@ -1,4 +1,4 @@
-"""Entry points: what other installed packages register under a name."""
+"""Entry points: objects that other installed packages register under a name."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any
 def load_entry_points(
     group: str, known: Callable[[str], bool], register: Callable[[str, Any], None]
 ) -> None:
-    """Register the objects of all entry points of a group, but for the names that are known.
+    """Register the objects of all entry points of a group, except for known names.
 
-    One that does not load is left out with a warning: it is no reason for the others to fail.
+    One that fails to load is skipped with a warning, so that the others still load.
     """
     for entry in entry_points(group=group):
         if known(entry.name):

@@ -1,6 +1,6 @@
-"""SLAM variants by name: name -> builder. `register` and `register_map` add variants of one's own.
+"""SLAM variants by name: name -> builder. `register` and `register_map` add custom variants.
 
-Installed packages add theirs by entry points, known to every command without an import: in the
+Installed packages add theirs by entry points, available in every command without an import: in the
 group `dynslam.variants` the object is a `Builder`, in `dynslam.maps` it makes a `MapModel`.
 """
 
@@ -23,9 +23,9 @@ _BUILDERS: dict[str, Builder] = dict(BUILDERS)
 
 
 def register(name: str, builder: Builder) -> None:
-    """Make `builder` known as `name` in this process; an entry point makes it known in all.
+    """Register `builder` as `name` in this process; an entry point does so in every process.
 
-    Raises InputError for a name that a command line could not hold, or that is taken by dynslam.
+    Raises InputError for a name with spaces or commas, or that of a built-in variant.
     """
     if not name or any(c.isspace() or c == "," for c in name):
         raise InputError(f"a variant's name has no spaces or commas, got {name!r}")
@@ -38,12 +38,12 @@ def register(name: str, builder: Builder) -> None:
 def register_map(
     name: str, map_model: Callable[[], MapModel], particle_filter: bool = True
 ) -> None:
-    """Make the variants of a map model known, as those of dynslam's own maps: `NAME-ml` (with
+    """Register the variants of a map model, as for the built-in maps: `NAME-ml` (with
     `/beta1`, `/beam` and `/literal`), `NAME-graph` and `NAME-pf`.
 
     map_model        makes a new map: a class, or a function without arguments
-    particle_filter  False where the map keeps anything outside of its tiles, which particles share:
-                     then there is no `NAME-pf`
+    particle_filter  False if the map stores anything outside its tiles, which particles share: then
+                     there is no `NAME-pf`
 
     Raises InputError as `register`.
     """
@@ -60,9 +60,9 @@ def variants() -> list[str]:
 
 
 def make(name: str, start: Pose2 = Pose2(), seed: int = 0) -> Slam:
-    """A new SLAM of the variant `name` that begins at `start`; the same seed, the same result.
+    """A new SLAM of the variant `name` that starts at `start`; deterministic for a given `seed`.
 
-    Raises InputError for an unknown name, and for a ceiling: `build` makes it from an episode.
+    Raises InputError for an unknown name, and for a ceiling, which `build` makes from an episode.
     """
     if name in CEILINGS:
         raise InputError(
@@ -84,6 +84,6 @@ def builder_of(name: str) -> Builder:
 
 @cache
 def _discover() -> None:
-    """Register the entry points of all installed packages, once; what was registered stays."""
+    """Register the entry points of all installed packages, once; registered names are kept."""
     load_entry_points("dynslam.variants", _BUILDERS.__contains__, register)
     load_entry_points("dynslam.maps", lambda name: f"{name}-ml" in _BUILDERS, register_map)

@@ -1,4 +1,4 @@
-"""Scan: what a laser tells a SLAM. The border of the library."""
+"""Scan: the laser measurement that a SLAM receives."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from slam.kernel import kernel
 class Scan:
     """One sweep of a planar laser.
 
-    ranges     (beams,) m; `inf` or anything at or above `max_range` is no echo; NaN and anything
-               below `min_range` is no reading at all
+    ranges     (beams,) m; `inf` or a value at or above `max_range` means no echo; NaN or a value
+               below `min_range` means no valid reading
     angles     (beams,) rad, in the sensor's frame, 0 straight ahead, counter-clockwise
-    max_range  m, beyond it the sensor hears no echo
-    min_range  m, below it a reading is not to be trusted
+    max_range  m, maximum range of the sensor
+    min_range  m, readings below it are invalid
     time       s
-    mount      the sensor on the robot (robot_from_sensor)
-    beam_time  s from a beam to the next; `time` is the first one's
+    mount      pose of the sensor on the robot (robot_from_sensor)
+    beam_time  s from a beam to the next; `time` is that of the first beam
                (see `slam.preprocessing.deskewing`)
     """
 
@@ -54,12 +54,12 @@ class Scan:
 
     @cached_property
     def hit(self) -> np.ndarray:
-        """(beams,) bool: an echo came back from within the sensor's reach."""
+        """(beams,) bool: an echo within the sensor's range."""
         return (self.ranges >= self.min_range) & (self.ranges < self.max_range) & (self.ranges > 0)
 
     @cached_property
     def no_echo(self) -> np.ndarray:
-        """(beams,) bool: nothing stood within the sensor's reach."""
+        """(beams,) bool: no obstacle within the sensor's range."""
         return self.ranges >= self.max_range
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Trajectory: poses at times, from odometry, from the truth, or from a SLAM."""
+"""Trajectory: timed poses, from odometry, ground truth, or a SLAM."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Trajectory:
         return len(self.times)
 
     def at(self, times: Array) -> Array:
-        """Poses (m, 3) at `times`, interpolated (the heading the short way); held at the ends."""
+        """Poses (m, 3) at `times`, interpolated (heading the shorter way); clamped at the ends."""
         x, y, theta = (np.interp(times, self.times, column) for column in self._columns)
         return np.column_stack([x, y, wrap_angle(theta)])
 
     @cached_property
     def _columns(self) -> tuple[Array, Array, Array]:
-        """x, y and the heading without leaps; made once, for `at` is asked for every scan."""
+        """x, y and the unwrapped heading; cached, because `at` is called for every scan."""
         x, y, theta = np.ascontiguousarray(self.poses.T)
         return x, y, np.unwrap(theta)

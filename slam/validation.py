@@ -1,4 +1,4 @@
-"""Checks of configurations: raise InputError with what was wrong and what is allowed."""
+"""Checks of configurations: raise InputError that says what was wrong and what is allowed."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 
 from slam.errors import InputError
 
-MAX_NAMES = 10  # names that a message lists
+MAX_NAMES = 10  # maximum number of names in a message
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str], source: str = "") -> str:
     """The message for an unknown `name`: the nearest known names, else the first ten of them.
 
-    kind    what the name is one of, such as "SLAM variant"
-    source  where the whole list is found, such as "slam.variants()"
+    kind    kind of object that is named, such as "SLAM variant"
+    source  where to find the whole list, such as "slam.variants()"
     """
     names = list(known)
     near = get_close_matches(name, names)
@@ -31,7 +31,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], source: str = "") -
 
 
 def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf) -> None:
-    """`value` is a finite number in [low, high]."""
+    """Check that `value` is a finite number in [low, high]."""
     if _is_number(value, float) and math.isfinite(value) and low <= value <= high:
         return
     span = f" from {low:g} to {high:g}" if high < math.inf else f" of at least {low:g}"
@@ -41,41 +41,42 @@ def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf
 
 
 def positive_number(name: str, value: Any) -> None:
-    """`value` is a finite number above zero."""
+    """Check that `value` is a finite number above zero."""
     if not (_is_number(value, float) and 0 < value < math.inf):
         raise InputError(f"{name} must be a finite number above 0, got {value!r}")
 
 
 def whole_number(name: str, value: Any, low: int) -> None:
-    """`value` is an int of at least `low`."""
+    """Check that `value` is an int of at least `low`."""
     if not (_is_number(value, int) and value >= low):
         raise InputError(f"{name} must be a whole number of at least {low}, got {value!r}")
 
 
 def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
-    """`value` is one of `allowed`."""
+    """Check that `value` is one of `allowed`."""
     if value not in allowed:
         known = ", ".join(repr(choice) for choice in allowed)
         raise InputError(f"{name} must be one of {known}, got {value!r}")
 
 
 def function(name: str, value: object) -> None:
-    """`value` is a function, or a class, which makes objects as a function does."""
+    """Check that `value` is callable: a function or a class."""
     if not callable(value):
         raise InputError(f"{name} must be a function or a class, got {value!r}")
 
 
 def instance(name: str, value: object, kind: type, allowed: str | None = None) -> None:
-    """`value` is a `kind`; a class is no instance of a protocol, though its methods fit.
+    """Check that `value` is an instance of `kind`; a class itself is rejected even if its methods
+    match a protocol.
 
-    `allowed` says what is, where the name of the kind would not.
+    allowed  description for the message, instead of the name of `kind`
     """
     if isinstance(value, type) or not isinstance(value, kind):
         raise InputError(f"{name} must be {allowed or f'a {kind.__name__}'}, got {value!r}")
 
 
 def finite(name: str, value: Any, columns: int | None = None) -> None:
-    """`value` holds finite numbers only, in an array of shape (n, columns) if so many are given."""
+    """Check that `value` holds finite numbers only, in shape (n, columns) if `columns` is given."""
     array = np.asarray(value)
     if columns is not None and (array.ndim != 2 or array.shape[1] != columns):
         raise InputError(f"{name} must have shape (n, {columns}), got {array.shape}")
@@ -84,18 +85,18 @@ def finite(name: str, value: Any, columns: int | None = None) -> None:
 
 
 def within(config: object, field: str, low: float, high: float = math.inf) -> None:
-    """The field of `config` is a finite number in [low, high]."""
+    """Check that the field of `config` is a finite number in [low, high]."""
     number(f"{type(config).__name__}.{field}", getattr(config, field), low, high)
 
 
 def positive(config: object, *fields: str) -> None:
-    """Each of the fields of `config` is a finite number above zero."""
+    """Check that each of the fields of `config` is a finite number above zero."""
     for field in fields:
         positive_number(f"{type(config).__name__}.{field}", getattr(config, field))
 
 
 def whole(config: object, field: str, low: int) -> None:
-    """The field of `config` is an int of at least `low`."""
+    """Check that the field of `config` is an int of at least `low`."""
     whole_number(f"{type(config).__name__}.{field}", getattr(config, field), low)
 
 

@@ -12,13 +12,13 @@ from dynslam_env.navigation.doors_found import FoundDoor, doors_found
 from dynslam_env.navigation.goal import Goal, look_at
 from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 
-PATH_SPEED = 0.5  # m/s, assumed on a path
+PATH_SPEED = 0.5  # m/s, assumed along a path
 DOOR_OVERHEAD = 3.0  # s, for turning and accelerating, on any path to a door
-MIN_DOORS = 3  # with fewer it explores
+MIN_DOORS = 3  # with fewer doors known, it explores
 SAME_DOOR_DISTANCE = 0.7  # m: centres no farther apart are those of one door
-MIN_AGE = 5.0  # s: a door seen later than that is left out while frontiers are left
-SWITCH_RATIO = 1.25  # by which another door must be better than the present goal
-EXPLORE_TIME = 15.0  # s, of exploring after each round, while frontiers are left
+MIN_AGE = 5.0  # s: a door seen more recently is skipped while frontiers remain
+SWITCH_RATIO = 1.25  # factor by which another door must be better than the present goal
+EXPLORE_TIME = 15.0  # s of exploration after each round, while frontiers remain
 
 
 class DoorVisit(NamedTuple):
@@ -42,7 +42,7 @@ class DoorOrder(Protocol):
 
 
 class RoundRobin:
-    """Each door once a round, always the nearest of those left."""
+    """Each door once a round, always the nearest of the remaining ones."""
 
     def __init__(self) -> None:
         self._visited: list[tuple[float, float]] = []
@@ -73,7 +73,7 @@ class RoundRobin:
 
 
 class LongestUnseen:
-    """The door of the largest age per second that it takes to reach."""
+    """The door with the largest ratio of age to travel time."""
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
@@ -98,7 +98,7 @@ class LongestUnseen:
 
 
 class DoorChooser:
-    """Looks at the doors found in some order; explores the nearest frontiers until it knows some.
+    """Visits the doors found in a given order; explores the nearest frontiers until it knows some.
 
     order  of the doors
     """

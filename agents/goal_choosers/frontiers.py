@@ -14,13 +14,13 @@ from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from slam.validation import positive, within
 
 SAME_FRONTIER_DISTANCE = 1.5  # m, by which a frontier may move while it is approached
-SWITCH_COST = 1.5  # by which another frontier must be cheaper than the present goal
+SWITCH_COST = 1.5  # factor by which another frontier must be cheaper than the goal
 
 Cost = Callable[[Frontier], float]
 
 
 def nearest(frontier: Frontier) -> float:
-    """m of the path to it (Yamauchi 1997)."""
+    """Length of the path to the frontier, m (Yamauchi 1997)."""
     return frontier.length
 
 
@@ -53,10 +53,10 @@ class ExploreLite:
 
 
 class FrontierChooser:
-    """Chooses the frontier of least `cost`; without any, the robot stands still.
+    """Chooses the frontier of least `cost`; without any frontier, the robot stands still.
 
-    Where frontiers are left but no path leads to them, as behind a closed door, it turns on the
-    spot and waits.
+    If frontiers remain but no path leads to them, as behind a closed door, it turns on the spot and
+    waits.
 
     cost       of a frontier
     min_cells  of a frontier; explore_lite's is 0.5 m

@@ -27,10 +27,10 @@ class GoalChooser(Protocol):
 
 
 class GoalAgent:
-    """Plans on the costmap to the goal that `chooser` names, follows the path, and recovers.
+    """Plans to the goal of `chooser` on the costmap, follows the path, and recovers.
 
-    One object per episode. A decision takes one snapshot of the patrol; once a second it is planned
-    on, and a goal is chosen anew.
+    One object per episode. Each decision takes one snapshot of the patrol; once a second it chooses
+    the goal and plans again.
 
     view     the environment
     chooser  of the goals
@@ -87,7 +87,7 @@ class GoalAgent:
             self._pilot.go(goal, planning)
 
     def _kept(self, planning: PlanningSnapshot) -> Goal | None:
-        """The present goal while the robot is where a leaf may sweep: it drives on from there."""
+        """The present goal while the robot is in the swing of a leaf: it first leaves that area."""
         return self._pilot.goal_in(planning) if _is_swept(planning) else None
 
 

@@ -16,14 +16,14 @@ from slam.geometry import Array
 from slam.scan import Scan
 
 VIEWPOINTS = 40  # drawn from all reachable cells
-PATH_SPEED = 0.5  # m/s, assumed on a path
+PATH_SPEED = 0.5  # m/s, assumed along a path
 VIEW_OVERHEAD = 2.0  # s, for turning and accelerating, on any path to a viewpoint
-SWITCH_RATIO = 1.25  # by which another viewpoint must be better than the present goal
+SWITCH_RATIO = 1.25  # factor by which another viewpoint must be better than the goal
 MIN_BITS = 5.0  # of a viewpoint; with less the robot stays
 
 
 class PoseTerm(Protocol):
-    """The information of a viewpoint beside that of the map."""
+    """Information gain of a viewpoint about the pose, in addition to that about the map."""
 
     def follow(self, planning: PlanningSnapshot) -> None:
         """Record the robot's present pose."""
@@ -39,7 +39,7 @@ class PoseTerm(Protocol):
 
 
 class NoPoseTerm:
-    """No information beside that of the map."""
+    """No information gain about the pose."""
 
     def follow(self, planning: PlanningSnapshot) -> None:
         """See `PoseTerm`."""
@@ -61,8 +61,8 @@ class InformationChooser:
     doors seen longest ago.
 
     rng   draws the viewpoints
-    scan  one of the laser's, for its field of view and range
-    pose  information beside that of the map
+    scan  a scan of the laser, for its field of view and range
+    pose  information gain about the pose
     """
 
     def __init__(self, rng: np.random.Generator, scan: Scan, pose: PoseTerm | None = None):

@@ -13,15 +13,15 @@ from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 
 TURN_AHEAD = 2.5  # rad, of the heading: farther than the robot turns before the next choice
 MIN_CLEARANCE = 0.3  # m, of a place
-VIEW_RATIO = 1.1  # by which another place's view must be wider before it goes there
-PLACES = 60  # that are compared
+VIEW_RATIO = 1.1  # factor by which the view of another place must be wider
+PLACES = 60  # number of places compared
 MOVE_PERIOD = 5.0  # s, of turning between two comparisons
 
 
 class LookoutChooser:
     """Turns on the spot where most of the observed cells are in sight, within the laser's range.
 
-    Not from a paper: where most doors are seen from one place, driving on turns the laser away from
+    Not from a paper: if most doors are seen from one place, driving on turns the laser away from
     half of them.
 
     rng        draws the places

@@ -1,4 +1,4 @@
-"""OracleChooser: knows the true doors, and looks where the belief is most wrong."""
+"""OracleChooser: knows the true doors, and visits the one with the largest error of belief."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dynslam_env.worlds.layout import Door
 from slam.geometry import Array
 
 MIN_ERROR = 0.05  # of P(closed), for a door to be visited
-SWITCH_RATIO = 1.25  # by which another door must be better than the present goal
+SWITCH_RATIO = 1.25  # factor by which another door must be better than the present goal
 SWING_TIME = 3.0  # s for which a door just looked at is left out: its leaf may be moving
 UNSEEN_CELL = 0.5  # P(occupied) of a cell that was never observed
 
@@ -37,15 +37,15 @@ class DoorTruth(NamedTuple):
 
 
 def door_truth(place: DoorWorldEnv) -> DoorTruth:
-    """The doors of a simulated world as they stand now."""
+    """The current doors of a simulated world."""
     return DoorTruth(place.layout.doors, place.physics.openings.copy())
 
 
 class OracleChooser:
-    """Chooses the door whose belief is most wrong, per second that it takes to reach.
+    """Chooses the door with the largest ratio of belief error to travel time.
 
     The error is |P(closed) - closed|, with P(closed) from the map along the closed leaf. It plans
-    on the SLAM's map as the others do; where no known path leads to a door, it explores.
+    on the SLAM's map like the others; if no known path leads to a door, it explores.
 
     truth  gives the true doors, read once a choice
     """

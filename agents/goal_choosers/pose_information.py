@@ -1,4 +1,4 @@
-"""Pose information: the bits that revisiting a place of well-known pose brings for the pose.
+"""Pose information: bits about the pose gained by revisiting a place with a well-known pose.
 
 From Bourgault et al. (2002): the localisation's bits are added to the map's, with a weight. From
 Stachniss, Grisetti and Burgard (2005): places visited before are candidates, and a revisit reduces
@@ -19,7 +19,7 @@ DRIFT_VARIANCE = 1e-4  # m^2 per m: of the position, by scan matching in new pla
 MATCH_VARIANCE = 2.5e-5  # m^2, of a match with a known place: 5 mm
 PLACE_SPACING = 1.0  # m, between recorded places
 REVISIT_DISTANCE = 1.5  # m, within which a place is recognised
-BIT_WEIGHT = 20.0  # map bits that a pose bit is worth: the whole map depends on the pose
+BIT_WEIGHT = 20.0  # map bits per pose bit: the whole map depends on the pose
 RECENT_PLACES = 3  # the last places recorded are not revisits
 
 

@@ -8,7 +8,7 @@ import ctypes
 import torch
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-TORCH_THREADS = 2  # fixed, whatever the machine: sums of floats depend on it
+TORCH_THREADS = 2  # the same on every machine: sums of floats depend on it
 TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3  # of glibc's mallopt
 KEPT_BYTES, MAX_KEPT_ARRAY = 1 << 30, 1 << 25  # of freed memory, except larger arrays
 

@@ -16,7 +16,7 @@ class Beliefs(NamedTuple):
     occupied  (rows, cols) float32, P(occupied now), predicted: a cell that changes and is not seen
               relaxes towards its stationary probability
     observed  (rows, cols) bool
-    age       (rows, cols) float32, s since the cell was last seen; inf where it never was
+    age       (rows, cols) float32, s since the cell was last seen; inf if never seen
     flips     (rows, cols) float32, observed changes per second of observation; 0 without any
     """
 

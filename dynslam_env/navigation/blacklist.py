@@ -10,7 +10,7 @@ DOOR_REST_TIME = 8.0  # s for which a door just looked at is left out, even if s
 
 
 class Blacklist:
-    """Targets that could not be reached or showed nothing new, each with the time of its end."""
+    """Targets that could not be reached or showed nothing new, each with its expiry time."""
 
     def __init__(self) -> None:
         self._until: list[tuple[float, tuple[float, float]]] = []

@@ -84,7 +84,7 @@ def costmap(
     """The costmap of a SLAM's map for a robot of `radius` m at the estimated `pose`.
 
     Changing cells are taken from the beliefs, as predicted for now. Cells hit by the last scan are
-    occupied and those under the robot's body free, whatever the map says.
+    occupied and those under the robot's body free, regardless of the map.
     """
     spec, occupied, observed = coarse(grid, inflation.occupied_threshold)
     changing = _overlay(spec, occupied, beliefs, inflation.changing_threshold)

@@ -13,7 +13,7 @@ from slam.geometry import Array
 
 MIN_DOOR_CELLS = 3
 MAX_DOOR_RADIUS = 1.2  # m: a larger cluster is not one door
-AGE_QUANTILE = 0.3  # of the cells' ages is the door's: an open leaf hides the others
+AGE_QUANTILE = 0.3  # quantile of the cells' ages taken as the door's: an open leaf hides some cells
 
 
 class FoundDoor(NamedTuple):

@@ -18,9 +18,9 @@ GOAL_TOLERANCE = 0.15  # m, from the end of the path
 HEADING_TOLERANCE = math.radians(12)
 MIN_SPEED = 0.25  # m/s, beside an obstacle and at the end
 FULL_SPEED_CLEARANCE = 0.6  # m, of clearance from which on the robot drives at full speed
-BRAKING_SHARE = 0.6  # of the robot's deceleration that is planned with
+BRAKING_SHARE = 0.6  # of the robot's deceleration, assumed for braking
 TURN_SHARE = 0.8  # of the largest omega, for arcs
-BACK_OFF = Command(-0.25, 0.0)  # away from a contact ahead
+BACK_OFF = Command(-0.25, 0.0)  # reverse from a contact ahead
 MIN_PROGRESS = 0.02  # m/s; slower than this, the robot counts as blocked
 CLEARANCE_CELLS = 10  # of the path, 0.1 m each, whose clearance limits the speed
 

@@ -11,7 +11,7 @@ from dynslam_env.navigation.sight import viewpoint
 from slam.geometry import Array
 
 LEAF_RADIUS = 0.5  # m around a door's centre, in which its own leaf does not count as hiding it
-NO_TARGET = (math.inf, math.inf)  # m: of a goal that is for no particular target
+NO_TARGET = (math.inf, math.inf)  # m: of a goal without a target
 
 
 class Goal(NamedTuple):
@@ -28,7 +28,7 @@ class Goal(NamedTuple):
 
 
 def explore(planning: PlanningSnapshot, frontier: Frontier) -> Goal | None:
-    """Stand before a frontier and look beyond it; None where no path leads there."""
+    """Stand before a frontier and look beyond it; None if no path leads there."""
     if frontier.cell is None:
         return None
     heading = _bearing(planning, frontier.cell, frontier.beyond)

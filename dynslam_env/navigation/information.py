@@ -23,7 +23,7 @@ CERTAIN_OCCUPANCY = 0.02  # h this near to 0 or 1 has no entropy: walls are not 
 
 
 def entropy(beliefs: Beliefs) -> NDArray[np.float32]:
-    """(rows, cols) bits, entropy of each cell; 1 where it was never observed."""
+    """(rows, cols) bits, entropy of each cell; 1 if it was never observed."""
     h = np.clip(beliefs.occupied, 1e-6, 1 - 1e-6)
     bits = -(h * np.log2(h) + (1 - h) * np.log2(1 - h))
     bits[(h < CERTAIN_OCCUPANCY) | (h > 1 - CERTAIN_OCCUPANCY)] = 0.0

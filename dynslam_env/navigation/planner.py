@@ -20,7 +20,7 @@ TIGHT_COST_FACTOR = 10.0  # for cells where the robot does not fit: it leaves th
 class Plan(NamedTuple):
     """The cheapest paths from one cell.
 
-    cost    (rows, cols) of the cheapest path; inf where none leads
+    cost    (rows, cols) of the cheapest path; inf if unreachable
     length  (rows, cols) m, of the cheapest path; inf likewise
     parent  (rows, cols) int32, flat index of the cell before; NO_PARENT at the start and where no
             path leads

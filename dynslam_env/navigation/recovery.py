@@ -52,7 +52,7 @@ class Recovery:
         return BACK_UP
 
     def command(self, time: float) -> Command | None:
-        """The recovery's command at `time`, s; None where none is under way."""
+        """The recovery's command at `time`, s; None if none is under way."""
         if time >= self._until:
             return None
         return BACK_UP if time < self._back_until else self._turn

@@ -18,7 +18,7 @@ from dynslam_env.simulation.world_batch import actions_of
 from slam.errors import InputError
 from slam.validation import instance, positive, whole_number
 
-NO_TASK = Task(reward={}, ends=())  # the patrol has a reward of its own and ends by time alone
+NO_TASK = Task(reward={}, ends=())  # the patrol has its own reward, and ends by time only
 
 
 class PatrolKeywords(PlaceKeywords, total=False):

@@ -151,7 +151,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     @property
     def robot(self) -> Robot:
-        """The robot's body and what its wheels can do."""
+        """The robot's body and the limits of its drive."""
         return self.place.robot
 
     @property
@@ -176,7 +176,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a new episode; the same seed, the same episode. `options` as of the world."""
+        """Start a new episode, deterministic for a given seed. `options` are those of the world."""
         super().reset(seed=seed)
         _, info = self.wrapped.reset(seed=seed, options=options)
         self._patroller = Patroller(self.wrapped.estimate, self.place.scan)

@@ -21,15 +21,15 @@ FRONTIER_SLOTS, DOOR_SLOTS = 4, 4
 SLOTS = 1 + FRONTIER_SLOTS + DOOR_SLOTS
 FEATURES = 7
 TURN_ANGLE = math.radians(170)  # of a turn on the spot: less than 180, so always to the left
-MAX_PATH_LENGTH = 10.0  # m, of a path whose feature is 1
-MAX_FRONTIER_CELLS = 200.0  # of a frontier whose feature is 1
+MAX_PATH_LENGTH = 10.0  # m, path length at which the feature is 1
+MAX_FRONTIER_CELLS = 200.0  # size at which the feature is 1
 
 
 class GoalCandidate(NamedTuple):
     """A goal to choose.
 
     size   cells of the frontier; 1 for anything else
-    age    s since it was seen; inf where it never was
+    age    s since it was seen; inf if never seen
     flips  1/s
     rest   s for which it is not offered again once it was reached
     """
@@ -54,7 +54,7 @@ class GoalOptions(NamedTuple):
         return np.array([candidate is not None for candidate in self.candidates])
 
     def chosen(self, slot: int) -> GoalCandidate:
-        """The goal of a slot; the turn for an empty one."""
+        """The goal in a slot; the turn on the spot if the slot is empty."""
         candidate = self.candidates[slot] or self.candidates[0]
         assert candidate is not None
         return candidate

@@ -157,7 +157,7 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a new episode; the same seed, the same episode. `options` as of the world."""
+        """Start a new episode, deterministic for a given seed. `options` are those of the world."""
         super().reset(seed=seed)
         observation, info = self.patrol.reset(seed=seed, options=options)
         self._pilot, self._blacklist = Pilot(self.np_random), Blacklist()

@@ -14,9 +14,9 @@ from slam.maps.rays import WORD, ObservedCells
 from slam.maps.tiles import MASK, SHIFT
 from slam.scan import Scan
 
-CELL_SIZE = 0.15  # m; a wall on the border between two cells flickers: rarer in cells so large
+CELL_SIZE = 0.15  # m; large, because a wall on the border between two cells makes both flicker
 EVIDENCE = Evidence(hit=3.0, free=-1.0, prior=0.5)
-PRIOR_CHANGES = 0.002  # changes a cell counts as having made: few cells ever change, but ...
+PRIOR_CHANGES = 0.002  # prior number of changes of a cell: few cells ever change, but ...
 PRIOR_DWELL = 2.0  # s: ... the rate of one that was seen to change soon becomes large
 FULL_WEIGHT_TIME = 3.0  # s in each state, after which a changing cell has its full weight
 STATIC_WEIGHT = 0.1  # of a cell that never changed, in the freshness

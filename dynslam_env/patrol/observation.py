@@ -97,8 +97,8 @@ def _nearest(ranges, shortest, longest, sectors):
 def _draw(
     pose, index, origin, scale, now, occupied, observed, times, counts, last, prior, image
 ):  # fmt: skip
-    """Each pixel is four samples: the most occupied, the oldest and the most restless of them, and
-    the share that was ever seen."""
+    """Each pixel has four samples: their largest P(occupied), age and rate of changes, and the
+    share of them that was ever observed."""
     changes, free_for, occupied_for = prior
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
     c, s, side = np.cos(pose[2]), np.sin(pose[2]), image.shape[1]

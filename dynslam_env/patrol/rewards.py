@@ -19,11 +19,11 @@ COVARIANCE_FLOOR = np.diag([0.005, 0.005, math.radians(0.2)]) ** 2
 class RewardTerms(NamedTuple):
     """The unweighted reward terms of one step.
 
-    information  bits, by which scans lowered the entropy of the dynamic map: of cells never
+    information  bits, decrease by the scans of the entropy of the dynamic map: of cells never
                  observed, and of changing cells not observed for long
     freshness    cells s: `DynamicMap.freshness` times the duration of the step
-    pose         bits, by which the pose became more certain: 1/2 log2 of the ratio of the
-                 covariances' determinants, negative where it became less so. Its sum is bounded,
+    pose         bits, decrease of the pose's entropy: 1/2 log2 of the ratio of the
+                 covariances' determinants, negative if it increased. Its sum is bounded,
                  so that driving back and forth is not rewarded repeatedly
     distance     m, by the wheels' odometry
     collision    share of the step in which the robot touched something

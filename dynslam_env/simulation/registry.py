@@ -1,4 +1,4 @@
-"""Names of worlds and of door laws: what `world="office"` and `doors="moving"` stand for.
+"""Registries of worlds and door laws by name, as in `world="office"` and `doors="moving"`.
 
 Users add theirs with `register_world` and `register_law`. A package that declares an entry point of
 the group `dynslam.worlds` (its object a `Generator`) or `dynslam.laws` (a `Law`) makes it known to
@@ -27,9 +27,9 @@ class Registry(Generic[Part]):
     """Parts of an environment by name.
 
     keyword   the environments' keyword that takes the names
-    protocol  what each part has to be
+    protocol  protocol that each part implements
     group     of the entry points by which installed packages add theirs
-    own       dynslam's own parts, whose names are taken
+    own       built-in parts, whose names are reserved
     """
 
     def __init__(self, keyword: str, protocol: type, group: str, own: Mapping[str, Part]):
@@ -57,9 +57,9 @@ class Registry(Generic[Part]):
         return self._parts[name]
 
     def _discover(self) -> None:
-        """Register the entry points of all installed packages, once; what was registered stays.
+        """Register the entry points of all installed packages, once; registered names are kept.
 
-        One that does not load is left out with a warning: it is no reason for the others to fail.
+        One that fails to load is skipped with a warning, so that the others still load.
         """
         if self._discovered:
             return

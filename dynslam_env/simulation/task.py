@@ -43,9 +43,7 @@ class Task:
         instance("Task.reward", self.reward, Mapping)
         if isinstance(self.ends, str):
             raise InputError(f"Task.ends must be a tuple of names, got {self.ends!r}")
-        object.__setattr__(
-            self, "reward", dict(self.reward)
-        )  # a copy, which nobody else can change
+        object.__setattr__(self, "reward", dict(self.reward))  # a private copy
         object.__setattr__(self, "ends", tuple(self.ends))
         for name, weight in self.reward.items():
             one_of("a name in Task.reward", name, TERMS)
@@ -81,7 +79,7 @@ class PathPositions(NamedTuple):
 
 
 class StepResults(NamedTuple):
-    """What a step of n robots is worth: see `TaskProgress`."""
+    """Terms, rewards and ends of a step of n robots: see `TaskProgress`."""
 
     terms: Array
     rewards: Array

@@ -11,10 +11,10 @@ from slam.geometry import Array
 from slam.kernel import kernel
 
 WAYPOINT_RADIUS = 0.15  # m, distance at which a waypoint counts as reached
-BESIDE_WAYPOINT = 0.25  # m, beyond contact: reached, too, where another stands on it
+BESIDE_WAYPOINT = 0.25  # m, beyond contact: counts as reached if another person stands on it
 AVOIDANCE_DISTANCE = 0.5  # m between two outlines, at which people start to give way
 STOP_DISTANCE = 0.08  # m between two outlines, at which they stand still
-LATERAL_CLEARANCE = 0.1  # m, lateral gap at which two ways do not collide
+LATERAL_CLEARANCE = 0.1  # m, lateral gap at which two paths do not collide
 LOOKAHEAD = 0.5  # m, of the point that people walk to, on the line between waypoints
 MIN_BEND_SHARE = 0.3  # of the speed, kept in sharp bends
 
@@ -32,11 +32,11 @@ class Routes(NamedTuple):
 
 
 class WalkState(NamedTuple):
-    """What p people are doing; changed in place.
+    """The state of p people, changed in place.
 
-    state  (p, 3) int, from which waypoint, to which, whether walking
-    clock  (p, 2) s: rests until (inf: to be drawn), cannot go on since
-    ways   (p, 2) unit vectors to where they walk, zero for who stands
+    state  (p, 3) int, previous and next waypoint, whether walking
+    clock  (p, 2) s: end of the pause (inf: to be drawn), and time since which it is blocked
+    ways   (p, 2) unit vectors of the directions of walking, zero while standing
     """
 
     state: np.ndarray
@@ -46,7 +46,7 @@ class WalkState(NamedTuple):
 
 @kernel
 def steer(time, dt, bodies, robot, opened, people_routes: Routes, walk: WalkState, settings, out):
-    """Set each person's desired velocity; the number of people who reached an end of their route.
+    """Set desired velocities; returns the number of people who reached an end of their route.
 
     bodies   (p, 6) x, y, angle, vx, vy, ... m, rad, s; robot x, y, radius
     opened   (d,) whether each door can be passed
@@ -124,7 +124,7 @@ def _other(k, radius, bodies, robot):
 
 @kernel
 def _arrive(i, lengths, gates, state, clock):
-    """Person `i` is at a waypoint: it goes on, waits at a door, or pauses at an end (then 1)."""
+    """Person `i` at a waypoint continues, waits at a door, or pauses at an end (returns 1)."""
     at, to = state[i, 1], 2 * state[i, 1] - state[i, 0]
     end = to < 0 or to >= lengths[i]
     if end:
@@ -138,7 +138,7 @@ def _arrive(i, lengths, gates, state, clock):
 
 @kernel
 def _share_at_end(i, opened, routes, lengths, gates, state):
-    """Share of the speed at the end of the leg: 0 where the person must stop, less in a bend."""
+    """Share of the speed at the end of the leg: 0 if the person must stop, less in a bend."""
     at, to = state[i, 0], state[i, 1]
     onward = 2 * to - at
     if onward < 0 or onward >= lengths[i]:
@@ -153,7 +153,7 @@ def _share_at_end(i, opened, routes, lengths, gates, state):
 
 @kernel
 def _aim(i, bodies, routes, state, ways):
-    """Set the way back to the line between the waypoints, and along it; m left to go."""
+    """Set the direction to the line between the waypoints and along it; returns m left to go."""
     ax, ay = routes[i, state[i, 0]]
     bx, by = routes[i, state[i, 1]]
     length = math.hypot(bx - ax, by - ay)
@@ -165,7 +165,7 @@ def _aim(i, bodies, routes, state, ways):
 
 @kernel
 def _back(i, bodies, routes, state, ways):
-    """Set the way back to the waypoint where person `i` stands; m left to go."""
+    """Set the direction back to the waypoint of person `i`; returns m left to go."""
     x, y = routes[i, state[i, 0]]
     return _towards(i, x, y, x, y, bodies, ways)
 
@@ -205,7 +205,7 @@ def _go(i, v, radius, bodies, robot, ways, out):
 
 @kernel
 def _step_aside(i, speed, radius, bodies, ways, out):
-    """Let a standing person step out of the way of a walking one; whether there is one."""
+    """Let a standing person give way to a walking one; returns whether there is one."""
     for k in range(len(bodies)):
         dx, dy = bodies[i, 0] - bodies[k, 0], bodies[i, 1] - bodies[k, 1]
         gap = math.hypot(dx, dy) - 2.0 * radius

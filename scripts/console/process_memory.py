@@ -1,4 +1,4 @@
-"""Memory of this process as reported by the system, MB; 0 where the system does not report it."""
+"""Memory of this process as reported by the system, MB; 0 if the system does not report it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A window on the display, or an error that says what to do without a display."""
+"""A window on the display; without a display, an error that says what to do instead."""
 
 from __future__ import annotations
 

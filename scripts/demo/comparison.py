@@ -1,4 +1,4 @@
-"""Static against dynamic maps on the same episodes: the paper's claims, measured."""
+"""Static against dynamic maps on the same episodes: measurements for the paper's claims."""
 
 from __future__ import annotations
 

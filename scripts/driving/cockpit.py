@@ -1,4 +1,4 @@
-"""A drive by keyboard in real time: keys in, pictures out, without a window of its own."""
+"""A drive by keyboard in real time: takes keys, returns pictures, and opens no window."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def known_environments() -> tuple[str, ...]:
 
 
 def window(title: str) -> pygame.Surface:
-    """An open window. Raises InputError where there is no display."""
+    """An open window. Raises InputError if there is no display."""
     instead = 'use render_mode="rgb_array" and gymnasium\'s RecordVideo'
     return open_window(f"dynslam play: {title}", WINDOW_SIZE, "play", instead)
 

@@ -38,7 +38,7 @@ class Live:
     clock  s, wall time
 
     Draws at most 15 pictures and 2 new maps per second, and fewer where that would
-    take more than `MAX_TIME_SHARE` of the time. Raises InputError where there is no display.
+    take more than `MAX_TIME_SHARE` of the time. Raises InputError if there is no display.
     """
 
     def __init__(self, title: str, clock: Callable[[], float] = time.perf_counter):

@@ -21,7 +21,7 @@ KINDS = {
     "bag": "ROS recording", "episode": "episode saved by dynslam", "npz": "arrays of scans",
     "csv": "table of scans", "carmen": "CARMEN log",
 }  # fmt: skip
-MAX_TOPICS = 40  # that are listed
+MAX_TOPICS = 40  # maximum number listed
 LONG_GAP = 5.0  # s without a scan, from which on it is mentioned
 
 
@@ -68,8 +68,8 @@ def recordings(command: InfoCommand, topics: list[str]) -> list[LoadedRecording]
 
 
 def summary(logs: list[LoadedRecording]) -> dict[str, Any]:
-    """A recording as one or several lasers saw it, as plain numbers and words: `lasers` describes
-    each of them, all else is of the first."""
+    """Summary of a recording in plain numbers and words: `lasers` describes each of its lasers, all
+    other entries are of the first."""
     first = logs[0].episode
     lasers = [_laser(log.episode) for log in logs]
     warnings = (str(warning) for log in logs for warning in log.warnings)

@@ -57,6 +57,6 @@ class RecordingSource:
 
 
 def stem(file: Path) -> str:
-    """A recording's name without its endings, for the names of what is made from it."""
+    """A recording's name without its endings, for the names of files made from it."""
     name = file.resolve().name.removesuffix(".gz")
     return Path(name).stem.lstrip(".") or "recording"

@@ -90,7 +90,7 @@ def present(scores: Sequence[Score], rows: Sequence[Result]) -> list[Score]:
 
 
 def main_score(rows: Sequence[Result]) -> Score | None:
-    """The score that runs are compared by; None if nothing is known of the truth."""
+    """The score that runs are compared by; None without truth or reference."""
     return next(iter(present(MAIN_SCORES, rows)), None)
 
 

@@ -168,7 +168,7 @@ class Summary:
 
 
 def _ordered(names: Sequence[str], order: Sequence[str]) -> list[str]:
-    """Each name once: those of `order` in its order, then the others as they came."""
+    """Each name once: those of `order` in its order, then the others in order of occurrence."""
     given = dict.fromkeys(names)
     return [*(name for name in order if name in given), *(n for n in given if n not in order)]
 

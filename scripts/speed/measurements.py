@@ -71,7 +71,7 @@ def measure(options: SpeedCommand) -> int:
 
 
 def _measurements(options: SpeedCommand) -> list[Measurement]:
-    """The measurements that were asked for."""
+    """The requested measurements."""
     asked = parse_selection("measurement", options.what, TABLES)
     variants = parse_variants(options.variants)
     if options.log and "slam" not in asked:

@@ -64,7 +64,7 @@ def slam_rows(
     variants: Sequence[str], episode: Episode, name: str, rounds: int, track: ProgressTracker
 ) -> list[Result]:
     """One row per variant; variants alternate in each round, so that other load of the machine
-    affects all alike.
+    affects all equally.
 
     Times are of each variant's fastest round, ratios are medians over the rounds. The second half
     of a drive may cost more than the first because of the place; if it costs more than for a SLAM

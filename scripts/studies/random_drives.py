@@ -27,9 +27,9 @@ from ..console.progress import progress_bar
 if TYPE_CHECKING:
     from .endure import EndureCommand
 
-STEPS_PER_ACTION = 12  # a random action is held so long that the robot gets somewhere
+STEPS_PER_ACTION = 12  # steps for which a random action is held, so that the robot covers ground
 MAX_GROWTH = 50.0  # MB
-MAX_STEP_TIME = 0.5  # s, far above what a busy machine adds; not of the first steps
+MAX_STEP_TIME = 0.5  # s, far above the delays of a busy machine; except for the first steps
 COMPILING_STEPS = 10  # the first steps may compile kernels
 WARM_UP_SHARE = 0.3  # of the steps, after which memory must have stopped growing
 

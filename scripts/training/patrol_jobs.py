@@ -42,7 +42,7 @@ class Patrol:
     limit       s, after which it counts as hanging
     pictured    whether to keep the run for the report
     film        file to write a film to; None: no film
-    registered  what the user registered in the process that made this job; see `registered`
+    registered  objects registered by the user in the process that made this job; see `registered`
     """
 
     world: str

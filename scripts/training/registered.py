@@ -1,4 +1,4 @@
-"""What the user registered in this process, for worker processes that do not know it."""
+"""Objects that the user registered in this process, sent to worker processes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .worlds import EPISODE_STEPS
 
 
 def pack_registered(names: Iterable[str], worlds: Iterable[str], variants: Iterable[str]) -> bytes:
-    """The registered ones among agents, worlds and SLAM variants, cloudpickled.
+    """The user-registered ones among agents, worlds and SLAM variants, cloudpickled.
 
-    dynslam's own and those of files are left out: every process finds them by name. Raises
-    InputError for what cannot be pickled.
+    Built-in ones and those in files are left out: every process finds them by name. Raises
+    InputError for objects that cannot be pickled.
     """
     known, places = agents.names(), NAMED_WORLDS.names()
     builders = {n: agents.builder_of(n) for n in names if n in known and n not in BUILDERS}
@@ -33,7 +33,7 @@ def pack_registered(names: Iterable[str], worlds: Iterable[str], variants: Itera
 
 
 def register_all(packed: bytes | None) -> None:
-    """Register what `pack_registered` packed, as far as this process does not know it."""
+    """Register the objects of `pack_registered` that are not registered in this process."""
     if packed is None:
         return
     builders, generators, systems = cloudpickle.loads(packed)

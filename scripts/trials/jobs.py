@@ -115,7 +115,7 @@ class Trial:
             _check_finite(done)
             row = self.row(episode) | scores_of(done) | measured
             json.dumps(row, allow_nan=False)  # raises for numbers that JSON cannot hold
-        except Exception as error:  # whatever a variant raises is its result
+        except Exception as error:  # any exception of a variant is its result
             return Done(self.row(episode) | failure(error))
         return Done(row, self._recorded(episode) if self.pictured else None)
 

@@ -1,1 +1,1 @@
-"""Whole SLAM algorithms, made of the parts beside them."""
+"""SLAM algorithms, assembled from map, sensor and motion models and a search."""

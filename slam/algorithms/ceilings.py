@@ -1,7 +1,7 @@
-"""Ceilings: what mapping and localization could do if the other were perfect (THEORY, section 6).
+"""Ceilings: mapping with perfect localization, and the reverse (THEORY, section 6).
 
-They are shown the truth of the episode, scan by scan, and stand beside the variants of a
-benchmark to tell where an error comes from. `slam.benchmark.run.build` makes them by name.
+Both receive the truth of the episode scan by scan; in a benchmark they show whether an error comes
+from mapping or from localization. `slam.benchmark.run.build` makes them by name.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.scan import Scan
 
 ShownTruth = Callable[[Truth, np.random.Generator], Slam]
-"""Makes a SLAM that is shown the truth, scan by scan: (truth, randomness) -> Slam."""
+"""Makes a SLAM that receives the truth scan by scan: (truth, random generator) -> Slam."""
 
 
 class MappingOnly:
-    """Maps from the true poses: the ceiling of a map model.
+    """Mapping from the true poses: the ceiling of a map model.
 
-    Scans go into the map at the same `keyframes` as those of the other algorithms.
+    Scans are integrated at the same `keyframes` as in the other algorithms.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class MappingOnly:
         self._moments = known_moments(truth.poses)
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Whatever the odometry says, the pose is the true one; nothing is ever matched."""
+        """Use the true pose and ignore the odometry; no scan is matched."""
         self.pose = Pose2.of(next(self._moments))
         self._since_keyframe.move_to(self.pose)
         if self._since_keyframe.due(scan.time):
@@ -55,17 +55,17 @@ class MappingOnly:
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
 
     def map(self) -> OccupancyGrid:
-        """h as it is now."""
+        """The current occupancy h of every cell."""
         return self.map_model.cells.grid()
 
 
 class LocalizationOnly:
-    """Finds its way in the true map: the ceiling of localization, to be held against its bound.
+    """Localization in the true map: the ceiling to compare with the Cramer-Rao bound.
 
-    Walls and doors stand in the map where they stand at each scan, and nothing is learned. Where
-    the robot is, is found by the same matcher as ever.
+    The map holds walls and doors as they stand at each scan, and is never updated from scans. The
+    pose is found by the same matcher as in maximum likelihood SLAM.
 
-    matcher  begins at the true start; its `map_model` is a `TrueMap`
+    matcher  starts at the true pose; its `map_model` is a `TrueMap`
     """
 
     def __init__(self, matcher: MaximumLikelihood):
@@ -77,24 +77,24 @@ class LocalizationOnly:
         self._map_model = matcher.map_model
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Put the doors where they are, then match."""
+        """Move the doors of the map to their true state, then match the scan."""
         self.matcher.sensor_model.refresh(self._map_model, self._map_model.advance())
         estimate = self.matcher.update(displacement, scan)
         self.pose = estimate.pose
         return estimate
 
     def map(self) -> OccupancyGrid:
-        """The truth as it stands."""
+        """The true map at the last scan."""
         return self.matcher.map()
 
 
 def mapping_only(map_model: Callable[[], MapModel]) -> ShownTruth:
-    """A builder of the ceiling of a map model."""
+    """A builder of `MappingOnly` with a map model."""
     return lambda truth, rng: MappingOnly(truth, map_model())
 
 
 def localization_only(truth: Truth, rng: np.random.Generator) -> Slam:
-    """The ceiling of localization, all as tuned."""
+    """`LocalizationOnly` with the default sensor model, motion model and search."""
     start = Pose2.of(truth.poses[0])
     return LocalizationOnly(MaximumLikelihood(start, rng, map_model=TrueMap(truth)))
 
@@ -105,4 +105,4 @@ CEILINGS: dict[str, ShownTruth] = {
     "mapping-only/clamped": mapping_only(Clamped),
     "localization-only": localization_only,
 }
-"""By name, as the variants are; but made of an episode's truth."""
+"""Ceilings by name; unlike the variants they are built from an episode's truth."""

@@ -1,4 +1,4 @@
-"""Dead reckoning: the odometry believed to the letter. What every SLAM has to beat."""
+"""Dead reckoning: odometry without correction, the baseline of every SLAM."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slam.scan import Scan
 
 
 class DeadReckoning:
-    """Adds up the odometry, and maps the scans where it says that they were taken."""
+    """Integrates the odometry, and maps the scans at the resulting poses."""
 
     def __init__(self, start: Pose2 = Pose2(), keyframes: MotionThreshold = KEYFRAMES):
         self.pose = start
@@ -22,7 +22,7 @@ class DeadReckoning:
         self._map_model = Static()
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Move by `displacement`; map the scan if it is a keyframe. Nothing is ever matched."""
+        """Move by `displacement`; map the scan if it is a keyframe. No scan is matched."""
         self.pose = self.pose @ displacement
         self._since_keyframe.move(displacement)
         if self._since_keyframe.due(scan.time):
@@ -31,5 +31,5 @@ class DeadReckoning:
         return Estimate(self.pose, np.zeros((3, 3)), 0.0, False)
 
     def map(self) -> OccupancyGrid:
-        """The scans as the odometry lays them out."""
+        """The map of the keyframes at their odometry poses."""
         return self._map_model.cells.grid()

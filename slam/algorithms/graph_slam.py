@@ -1,7 +1,7 @@
 """Graph SLAM: rigid local maps, and a pose graph of their frames.
 
-Konolige et al. (2010) and Hess et al. (2016) lay out the scheme; here every local map is mapped by
-maximum likelihood SLAM, and the whole one is of any map model.
+The scheme of Konolige et al. (2010) and Hess et al. (2016); here each local map is built by maximum
+likelihood SLAM, and the global map may use any map model.
 """
 
 from __future__ import annotations
@@ -29,31 +29,31 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
-MIN_KEYFRAMES = 12  # of a stretch, where scans are far apart
+MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
 MAX_MIDDLE_DISTANCE = (
-    6.0  # m between the middles of two local maps, beyond which they are not matched
+    6.0  # m between the centres of two local maps, beyond which they are not matched
 )
-DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: of a stretch, beyond what it
-# knows of its errors
+DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a local map that
+# its estimated covariance does not include
 
 
 class GraphSlam:
-    """Maps stretch after stretch of the way; where two show the same place, all are laid anew.
+    """Builds a sequence of local maps, closes loops between them, and optimises their pose graph.
 
-    Each stretch has a frame of its own, in which nothing is ever revised. The graph's poses are
-    those frames, its edges where one stretch begins in the one before, and the loops: matches of a
-    finished stretch with older ones, as far around as the surest chain of edges leaves in doubt.
-    After a loop the graph is optimised, with a kernel that switches off what the rest contradicts.
+    Each local map ("stretch") covers a stretch of the path and has its own frame, within which
+    poses are never revised. The nodes of the graph are these frames. Its edges are the pose of each
+    local map in the one before, and loops: matches of a finished local map with older ones, in a
+    search window given by the uncertainty along the most certain chain of edges. After a loop the
+    graph is optimised with a robust kernel that switches off loops which contradict the rest.
 
-    Every update does one piece of that work (a match, or a step of the optimisation), so that none
-    takes long; where stretches follow too quickly for that, as many pieces as stretches wait.
-    `finish` does what is left at the end.
+    Each update does one unit of that work (a match, or a step of the optimisation), which bounds
+    its time; where several local maps wait, it does one unit for each. `finish` does what is left.
 
-    grid        makes the whole map: the memory of what the cells have been
-    local       makes the map of a stretch: a few metres, in which little changes
-    stretch     m of way in a local map
+    map_model   makes the global map
+    local       makes a local map: a few metres, in which little changes
+    stretch     m of path in a local map
     seeds       keyframes that a local map begins with, the last ones of the one before
-    candidates  older local maps that a finished one is matched with at most
+    candidates  maximum number of older local maps that a finished one is matched with
     """
 
     def __init__(
@@ -88,18 +88,18 @@ class GraphSlam:
         self.graph = PoseGraph(np.array([start]))
         self.places: list[LocalMap] = []
         self._front: MaximumLikelihood | None = None
-        self._sure = np.zeros((3, 3))  # covariance of the present stretch's frame, in that frame
-        self._middles: list[Pose2] = []  # of the finished stretches, each in its frame
+        self._sure = np.zeros((3, 3))  # covariance of the current local map's frame, in that frame
+        self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
-        self._numbers: list[int] = []  # of the stretch, and the pose in it, for every update
+        self._numbers: list[int] = []  # per update: index of the local map, and the pose in it
         self._locals: list[Pose2] = []
         self._work: deque[Iterator[None]] = deque()
         self._revisions = 0
-        self._finished = 0  # keyframes that there were when there were no more scans
+        self._finished = 0  # number of keyframes at the last call of `finish`
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Find the pose in the present stretch, and do a piece of what loops ask for."""
+        """Estimate the pose in the current local map, and do a unit of pending loop work."""
         estimate = self._located(displacement, scan)
         revised = self._work_on()
         self._numbers.append(len(self.places) - 1)
@@ -111,7 +111,7 @@ class GraphSlam:
         )
 
     def finish(self) -> None:
-        """No more scans come: do what was put off, and look for loops of the last stretch."""
+        """After the last scan: complete pending work, and close loops of the last local map."""
         keyframes = sum(len(place.keyframes) for place in self.places)
         if keyframes > self._finished:
             self._work.append(self._close(len(self.places) - 1))
@@ -120,7 +120,7 @@ class GraphSlam:
             self._do(self._work[0])
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
-        self._whole = WholeMap(self.map_model)  # whatever was drawn on the way
+        self._whole = WholeMap(self.map_model)  # drop what was drawn so far
         if self._locals:
             self.pose = Pose2.of(self.graph.poses[self._numbers[-1]]) @ self._locals[-1]
 
@@ -131,20 +131,20 @@ class GraphSlam:
         return compose(self.graph.poses[self._numbers], np.array(self._locals))
 
     def map(self) -> OccupancyGrid:
-        """The scans of all stretches, where they are believed now to have been taken."""
+        """The scans of all local maps, integrated at their current pose estimates."""
         return self._whole.map(self.places, self.graph.poses)
 
     @property
     def nbytes(self) -> int:
-        """Bytes of all maps at hand: the present stretch's, those ready to match with, the whole
-        one. The keyframes' scans come on top."""
+        """Bytes of the maps in memory: the current local map, those cached for matching, and the
+        global map. The scans of the keyframes are not counted."""
         front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         return front + self._matcher.nbytes + self._whole.nbytes
 
-    # -- the present stretch -------------------------------------------------------------------
+    # -- the current local map -----------------------------------------------------------------
 
     def _located(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """The pose in the present stretch; a new one begins where this is long enough."""
+        """The pose in the current local map; starts a new one when this one is long enough."""
         if self._front is None:
             self.graph.poses = np.array([self.pose @ displacement])
             return self._begin(LocalMap((), scan))
@@ -172,7 +172,7 @@ class GraphSlam:
         return self._front.keyframe
 
     def _append(self, estimate: Estimate) -> None:
-        """One more frame in the graph, where the present stretch has led."""
+        """Add the frame of the next local map to the graph, at the current estimate."""
         frame = Pose2.of(self.graph.poses[-1])
         turn = turned(-estimate.pose.theta)
         covariance = turn @ estimate.covariance @ turn.T + DRIFT
@@ -187,14 +187,14 @@ class GraphSlam:
         return turn @ self._carried(estimate) @ turn.T
 
     def _carried(self, estimate: Estimate) -> Array:
-        """The covariance of a pose in the present frame, with the frame's own error."""
+        """The covariance of a pose in the current frame, including the error of the frame."""
         lever = lever_jacobian(estimate.pose.x, estimate.pose.y)
         return lever @ self._sure @ lever.T + estimate.covariance
 
     # -- loops ---------------------------------------------------------------------------------
 
     def _work_on(self) -> bool:
-        """A piece for every stretch that waits. Whether it revised."""
+        """Do one unit of work for each pending local map; returns whether poses were revised."""
         before = self._revisions
         for _ in range(len(self._work)):
             if self._work:
@@ -206,7 +206,7 @@ class GraphSlam:
             self._work.popleft()
 
     def _close(self, here: int) -> Iterator[None]:
-        """Match stretch `here` with older ones; optimise the graph if any shows the same place."""
+        """Match local map `here` with older ones; optimise the graph if a loop is accepted."""
         graph, place = self.graph, self.places[here]
         self._middles[here:] = [place.middle()]
         panorama = place.panorama()
@@ -227,7 +227,7 @@ class GraphSlam:
             yield from self._moved(graph.adjusting())
 
     def _candidates(self, here: int, covariances: Array) -> list[int]:
-        """Older stretches that may show the same place, the likeliest first."""
+        """Indices of older local maps that may show the same place, the likeliest first."""
         middles = compose(self.graph.poses[: here + 1], np.array(self._middles[: here + 1]))
         apart = np.hypot(*(middles[:, :2] - middles[-1, :2]).T)
         spread = np.sqrt(covariances[: here + 1, 0, 0] + covariances[: here + 1, 1, 1])
@@ -236,7 +236,7 @@ class GraphSlam:
         return [int(k) for k in order[: self.candidates] if share[k] < 1.0]
 
     def _moved(self, steps: Iterator[Array]) -> Iterator[None]:
-        """Take the steps, then their poses; those added meanwhile move with the last of them."""
+        """Run the optimisation, then use its poses; later frames move rigidly with the last."""
         graph = self.graph
         found = graph.poses
         for poses in steps:

@@ -21,19 +21,19 @@ from slam.search.laplace import laplace
 from slam.sensor_models.endpoint import Endpoint
 
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
-BEFORE_ALL = -1e12  # s: before all scans
-NO_CELLS = np.empty(0, dtype=np.int64)  # ids of cells
-EXACT = np.zeros((3, 3))  # covariance of a pose that is given
+BEFORE_ALL = -1e12  # s: earlier than any scan
+NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
+EXACT = np.zeros((3, 3))  # covariance of a known pose
 
 
 class MaximumLikelihood:
-    """argmax_s p(z | s, h) p(s | u, s'), then the scan goes into the map, for good (eq. 5 and 7).
+    """argmax_s p(z | s, h) p(s | u, s'), then the scan is integrated permanently (eq. 5 and 7).
 
-    Static and dynamic SLAM differ by one object, `map_model`: what it keeps of a cell's past.
-    Scans go into the map at `keyframes`; those between them, at `matches`, are matched from the
-    last keyframe on and leave no trace, since whatever enters the map brings its error with it.
+    Static and dynamic SLAM differ only in `map_model`: what it stores of each cell's history.
+    Scans are integrated at `keyframes`. Scans between them, at `matches`, are matched relative to
+    the last keyframe and not integrated, since each integrated scan adds its pose error to the map.
 
-    keyframe  what was believed when a scan last went into the map
+    keyframe  the estimate at the last integrated scan
     """
 
     def __init__(
@@ -61,10 +61,10 @@ class MaximumLikelihood:
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
         self._frozen = False
-        self._last_match: tuple[Prediction, Array] | None = None  # what went into the last match
+        self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Move by the odometry; match and map the scan where that has led far enough."""
+        """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
         if self._since_keyframe.due(scan.time):
@@ -78,7 +78,7 @@ class MaximumLikelihood:
         return estimate
 
     def remember(self, keyframes: Iterable[tuple[Scan, Pose2]], score: float = 0.0) -> None:
-        """Put scans into the map at poses that are known, and go on from the last."""
+        """Integrate scans at known poses, and continue from the last."""
         changed = []
         for scan, pose in keyframes:
             estimate = Estimate(pose, EXACT, score, True)
@@ -90,7 +90,7 @@ class MaximumLikelihood:
             self.pose = self.keyframe.pose
 
     def place(self, pose: Pose2) -> None:
-        """The robot stands at `pose` now, wherever it was: the next scan is matched from there."""
+        """Set the robot's pose; the next scan is matched from there."""
         estimate = Estimate(pose, EXACT, self.keyframe.score, False)
         self.keyframe = self._matched = estimate
         time = min(self._since_keyframe.time, BEFORE_ALL)
@@ -99,11 +99,11 @@ class MaximumLikelihood:
         self.pose = pose
 
     def freeze(self) -> None:
-        """Nothing enters the map any more: from now on the robot only finds its way in it."""
+        """Stop mapping: from now on the robot is only localised in the map."""
         self._frozen = True
 
     def _match(self, scan: Scan) -> Estimate:
-        """Equation 7, from the last keyframe on; the first scan finds no map to be matched with."""
+        """Equation 7, relative to the last keyframe; the first scan has no map to match with."""
         prediction = self._prediction(self.keyframe, self._since_keyframe.displacement)
         if self._since_keyframe.time == -math.inf:
             estimate = Estimate(prediction.pose, self.keyframe.covariance, 0.0, True)
@@ -120,7 +120,7 @@ class MaximumLikelihood:
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
-        """Put the scan into the map, where it was matched: a keyframe."""
+        """Make the scan a keyframe, at its matched pose; the motion model learns from the match."""
         if self._last_match is not None:
             prediction, information = self._last_match
             found = self.keyframe.pose.between(estimate.pose)
@@ -129,11 +129,11 @@ class MaximumLikelihood:
         self._keep(scan, estimate)
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
-        """Put the keyframe into the map, and update the sensor model."""
+        """Integrate the keyframe, and update the sensor model."""
         self.sensor_model.refresh(self.map_model, self._draw(scan, estimate))
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
-        """Put the keyframe into the map; the ids of the cells that may have changed."""
+        """Integrate the keyframe; returns the ids of the cells that may have changed."""
         changed = NO_CELLS if self._frozen else self.map_model.integrate(scan, estimate.pose)
         self._ground.settle(estimate.pose, estimate.covariance)
         self.keyframe = estimate
@@ -141,13 +141,13 @@ class MaximumLikelihood:
         return changed
 
     def _dead_reckoned(self) -> Estimate:
-        """Where the odometry leads from the last match, and as much less sure."""
+        """The last match moved by the odometry, with the covariance propagated."""
         prediction = self._prediction(self._matched, self._since_match.displacement)
         covariance = self._carried(self._matched, prediction)
         return self._matched._replace(pose=prediction.pose, covariance=covariance, matched=False)
 
     def _prediction(self, origin: Estimate, displacement: Pose2) -> Prediction:
-        """Where `displacement` leads from `origin`."""
+        """The motion model's prediction of `displacement` from `origin`."""
         return Prediction(
             origin.pose,
             self.motion_model.corrected(displacement),
@@ -160,5 +160,5 @@ class MaximumLikelihood:
         return moved(origin.covariance, x, y, prediction.covariance())
 
     def map(self) -> OccupancyGrid:
-        """h as it is now."""
+        """The current occupancy h of every cell."""
         return self.map_model.cells.grid()

@@ -1,6 +1,6 @@
-"""Rao-Blackwellised particle filter: many maps, each right if its particle's path is.
+"""Rao-Blackwellised particle filter: each particle has a path and the map conditioned on it.
 
-Grisetti, Stachniss and Burgard (2007), with any map model: the paper's own plan for loops.
+Grisetti, Stachniss and Burgard (2007), with any map model: what the paper proposes for loops.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from slam.validation import positive_number, whole_number
 
 
 class ParticleFilter:
-    """p(path, map | scans, odometry) by particles, each a path and the map that goes with it.
+    """p(path, map | scans, odometry) by particles, each a path and its map.
 
     At a keyframe every particle finds the peak of its own posterior (equation 7), draws its pose
-    from the Gaussian around it (the improved proposal), and is weighed with the evidence of the
-    scan, the posterior's volume there. The best particle searches all around; the others climb from
-    where its search led. Where the weights of fewer than half of the particles count, they are
-    resampled. Scans between keyframes are matched by the best particle alone.
+    from the Gaussian around it (the improved proposal), and is weighted by the evidence of the
+    scan, the volume of the posterior there. The best particle searches exhaustively; the others
+    climb from its result, applied to their own prediction. If the effective number of particles
+    falls below `resample` of them, they are resampled. Scans between keyframes are matched by the
+    best particle alone.
 
-    The particles' maps share the tiles that they have in common; one is copied when a particle
-    writes to it.
+    The maps of the particles share tiles; a tile is copied when a particle writes to it.
 
-    particles  how many
-    resample   share of particles that must be worth something
-    spread     share of the Gaussian's deviation that is drawn; 1 is the filter of the books, which
-               supposes that the errors of scans are independent: those of scans that are matched
-               with the same walls are not, and 30 particles drown in so much noise
+    particles  number of particles
+    resample   resample below this effective share of the particles
+    spread     factor on the standard deviation of the proposal; 1 is the textbook filter, which
+               assumes independent errors of the scans: scans that are matched with the same walls
+               have correlated errors, and 30 particles are too few for so much noise
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class ParticleFilter:
         self.sensor_model = Endpoint() if sensor_model is None else sensor_model
         self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
-        if self.search.refine.levels > 1:  # coarser fields are brought up to date for one map alone
+        if self.search.refine.levels > 1:  # coarser fields are kept for one map only
             raise InputError(
                 f"ParticleFilter.search must refine on the finest field alone (levels=1), "
                 f"got levels={self.search.refine.levels}"
@@ -84,16 +84,16 @@ class ParticleFilter:
         self._maps: list[TileIndex] = []
         self._best = 0
         self._history: list[Array] = []  # (particles, 3) poses at each keyframe
-        self._parents: list[np.ndarray] = []  # (particles,) which particle of the one before
-        self._numbers: list[int] = []  # of the keyframe before, and the way from it, per update
+        self._parents: list[np.ndarray] = []  # (particles,) index in the keyframe before
+        self._numbers: list[int] = []  # per update: last keyframe, displacement from it
         self._ways: list[Pose2] = []
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
         self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
-        """Move by the odometry; match where that has led far enough, and map at keyframes."""
-        scan = replace(scan)  # what is worked out of it is forgotten with it
+        """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
+        scan = replace(scan)  # a copy: its cached properties are freed with it
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
         if not self._maps:
@@ -110,10 +110,10 @@ class ParticleFilter:
         return estimate
 
     def finish(self) -> None:
-        """Nothing was put off."""
+        """Nothing to do: no work is deferred."""
 
     def trajectory(self) -> Array:
-        """(n, 3) the pose of every update so far, on the path of the best particle of now."""
+        """(n, 3) the pose of every update so far, on the path of the current best particle."""
         if not self._numbers:
             return np.zeros((0, 3))
         path, particle = np.empty((len(self._history), 3)), self._best
@@ -123,7 +123,7 @@ class ParticleFilter:
         return compose(path[self._numbers], np.array(self._ways))
 
     def map(self) -> OccupancyGrid:
-        """That of the best particle."""
+        """The map of the best particle."""
         tiles = self.map_model.cells.tiles
         if self._maps:
             tiles.switch(self._maps[self._best])
@@ -132,7 +132,7 @@ class ParticleFilter:
     # ------------------------------------------------------------------------------------------
 
     def _begin(self, scan: Scan) -> Estimate:
-        """The first scan: one map for all."""
+        """The first scan: all particles share one map."""
         tiles = self.map_model.cells.tiles
         pose = self.pose @ self._since_keyframe.displacement
         self._poses = np.tile(np.array(pose), (self.particles, 1))
@@ -143,7 +143,7 @@ class ParticleFilter:
         return self._last
 
     def _match(self, scan: Scan) -> Estimate:
-        """The best particle's pose between keyframes."""
+        """Match a scan between keyframes with the best particle's map."""
         self.map_model.cells.tiles.switch(self._maps[self._best])
         displacement = self._since_keyframe.displacement
         prediction = self._prediction(Pose2.of(self._poses[self._best]), displacement)
@@ -155,7 +155,7 @@ class ParticleFilter:
         return self._last
 
     def _dead_reckoned(self) -> Estimate:
-        """Where the odometry leads from the last match, and as much less sure."""
+        """The last match moved by the odometry, with the covariance propagated."""
         last = self._last
         prediction = self._prediction(last.pose, self._since_match.displacement)
         x, y = prediction.pose.x - last.pose.x, prediction.pose.y - last.pose.y
@@ -163,7 +163,7 @@ class ParticleFilter:
         return last._replace(pose=prediction.pose, covariance=covariance, matched=False)
 
     def _keyframe(self, scan: Scan) -> Estimate:
-        """Every particle moves, is weighed, and maps."""
+        """Move, weight and perhaps resample all particles, then integrate the scan in each map."""
         before = self._best
         covariances, score = self._propose(scan)
         weights, parents = normalised(self._log_weights), np.arange(self.particles)
@@ -183,10 +183,10 @@ class ParticleFilter:
         return self._last._replace(revised=revised)
 
     def _propose(self, scan: Scan) -> tuple[Array, float]:
-        """Draw every particle's pose from around its peak, and weigh it with the evidence there:
-        the Gaussian's volume (Laplace's approximation).
+        """Draw the pose of each particle from the Gaussian around its posterior's peak, and weight
+        it by the evidence (Laplace's approximation).
 
-        Gives the (particles, 3, 3) covariances of the peaks, and the best particle's score.
+        Returns the (particles, 3, 3) covariances of the peaks, and the best particle's score.
         """
         noise = self.rng.standard_normal((self.particles, 3))
         covariances, best = np.empty((self.particles, 3, 3)), self._best
@@ -215,7 +215,7 @@ class ParticleFilter:
         return covariances, score
 
     def _descend(self, parents: np.ndarray) -> None:
-        """The particles from now on are the descendants of some: (particles,) of which."""
+        """Replace the particles by copies of those at indices `parents` (particles,)."""
         tiles, maps, given = self.map_model.cells.tiles, [], set[int]()
         for parent in parents.tolist():
             tiles.switch(self._maps[parent])
@@ -234,7 +234,7 @@ class ParticleFilter:
         self._since_match.restart(scan.time)
 
     def _prediction(self, origin: Pose2, displacement: Pose2) -> Prediction:
-        """Where `displacement` leads from `origin`."""
+        """The motion model's prediction of `displacement` from `origin`."""
         return Prediction(
             origin,
             self.motion_model.corrected(displacement),
@@ -242,7 +242,7 @@ class ParticleFilter:
         )
 
     def _covariance(self, own: Array) -> Array:
-        """(3, 3) of the particles' poses, had they been drawn in full, and of a particle's own."""
+        """(3, 3) covariance of the poses, as if drawn with `spread` 1, plus a particle's `own`."""
         weights = normalised(self._log_weights)
         off = self._poses - self._poses[self._best]
         off[:, 2] = wrap_angle(off[:, 2])
@@ -256,6 +256,6 @@ def _inverse(matrix: Array) -> Array:
 
 
 def _score(peak: Slope, prediction: Prediction, pose: Pose2, scan: Scan) -> float:
-    """The mean log-likelihood per beam: the posterior's without the odometry's share."""
+    """The mean log-likelihood per beam: the posterior's value without the odometry term."""
     odometry = float(prediction.log_density(np.array([pose]))[0])
     return (peak.value - odometry) / max(len(scan.points), 1)

@@ -1,4 +1,4 @@
-"""Covariance of a matched pose: that of the match, and that of the map it is matched with."""
+"""Covariance of a matched pose: from the match, and from the map that it is matched with."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from slam.maps.tiles import SHIFT, Tiles
 class MapUncertainty:
     """The pose covariance of the map, tile by tile.
 
-    A frozen map keeps the error of the keyframe that drew it. Each tile remembers the pose and the
-    covariance that the keyframe had which was the first to see it; a robot that is matched with
-    these tiles inherits their error, turned about that keyframe. It is for tiles of one map alone:
-    new slots are counted on, free and copied ones are not.
+    Cells keep the pose error of the keyframe that integrated them. Each tile stores the pose and
+    the covariance of the first keyframe that saw it; a pose matched with the tile inherits this
+    error, transformed rigidly from that keyframe. Valid for the tiles of a single map: it relies on
+    slots being assigned in order, without freed or copied ones.
     """
 
     def __init__(self, tiles: Tiles):
@@ -31,8 +31,8 @@ class MapUncertainty:
         self._settled = self.tiles.used
 
     def covariance(self, pose: Pose2, points: Array) -> Array:
-        """(3, 3) of the error that a robot at `pose` inherits, matched with what lies at its scan's
-        `points` (n, 2), m in its frame. The mean over the points; zero without any."""
+        """(3, 3) covariance of the map's error for a match at `pose` with scan `points` (n, 2), m,
+        in the robot's frame: the mean over the points' tiles; zero without points."""
         tiles = self.tiles
         return _inherited(*pose, points, tiles.index, tiles.origin, tiles.resolution,
                           self._drawn.values, self._settled)  # fmt: skip
@@ -61,14 +61,14 @@ def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn
 
 @kernel
 def _turned(covariance, x, y):
-    """The covariance of a pose that lies (x, y) from the one that is given, rigidly."""
+    """The covariance of a pose rigidly attached at (x, y), world axes, from the given pose."""
     J = lever_jacobian(x, y)
     return J @ covariance @ J.T
 
 
 @kernel
 def moved(covariance, x, y, odometry):
-    """The covariance after a displacement (x, y), world, whose own error has that of `odometry`."""
+    """The covariance after a displacement (x, y), world, with error covariance `odometry`."""
     return _turned(covariance, x, y) + odometry
 
 
@@ -76,8 +76,8 @@ def moved(covariance, x, y, odometry):
 def fused(predicted, ground, information):
     """The covariance after a match with `information` about the pose within the map.
 
-    The map's own error is in the prediction and in the match alike: what both are unsure of beyond
-    it is weighed, and it is added again.
+    The error of the map (`ground`) is common to prediction and match: it is subtracted, the rest is
+    fused with the information, and it is added again.
     """
     values, axes = np.linalg.eigh(predicted - ground)
     within = (axes * np.maximum(values, 0.0)) @ axes.T

@@ -1,4 +1,4 @@
-"""Resampling: particles in proportion to their weights."""
+"""Resampling of particles in proportion to their weights."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ BELOW_ONE = math.nextafter(1.0, 0.0)
 
 
 def systematic(weights: Array, u: float) -> np.ndarray:
-    """(n,) which particle each of n new ones descends from, in order.
+    """(n,) ancestor indices in ascending order: systematic resampling (Kitagawa 1996).
 
-    Of weights (n,), which sum to 1, and one number u, uniform in [0, 1): particle i has n w_i
-    descendants on the mean, and never one more or less than that (Kitagawa 1996).
+    weights (n,) sum to 1; u is one number, uniform in [0, 1). Particle i has n w_i descendants on
+    average, and always fewer than one more or less than that.
     """
     n = len(weights)
     sums = np.cumsum(weights)
@@ -25,11 +25,11 @@ def systematic(weights: Array, u: float) -> np.ndarray:
 
 
 def effective(weights: Array) -> float:
-    """How many particles of equal weight are worth as much: 1 / sum w^2 (Liu 1996)."""
+    """Effective number of particles: 1 / sum w^2 (Liu 1996)."""
     return float(1.0 / np.square(weights).sum())
 
 
 def normalised(log_weights: Array) -> Array:
-    """Weights that sum to 1."""
+    """Weights that sum to 1, from their unnormalised logarithms."""
     weights = np.exp(log_weights - log_weights.max())
     return weights / weights.sum()

@@ -1,12 +1,12 @@
-"""dynslam's own variants, each a builder; two variants differ in nothing but what their names say.
+"""The built-in variants, one builder each; two variants differ only in what their names say.
 
 `MAP-ml` is maximum likelihood SLAM on that map model, `MAP-ml/SENSOR` the same with another sensor
 model for p(z | s, h). `/beta1` has the paper's weight: every beam counts in full, as if independent
 of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. Three
-variants swap another part: `/random-restart` searches as the paper does, `/gauss-newton` as Hector
-does, and `/learned-odometry` corrects a systematic error of the odometry.
+variants replace another part: `/random-restart` uses the search of the paper, `/gauss-newton` that
+of Hector SLAM, and `/learned-odometry` corrects a systematic error of the odometry.
 
-`MAP-pf` is a particle filter over such maps, `MAP-graph` a graph of local maps: they close loops.
+`MAP-pf` is a particle filter over these maps, `MAP-graph` a graph of local maps: both close loops.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ MAPS: dict[str, Callable[[], MapModel]] = {
     "filtered": Filtered,
     "hybrid": Hybrid,
 }
-PARTICLE_MAPS = {**MAPS, "dynamic": Mean}  # equal in h, and smaller: there are many of them
-del PARTICLE_MAPS["temporal"]  # its windows lie outside of the tiles, which particles share
+PARTICLE_MAPS = {**MAPS, "dynamic": Mean}  # equal in h, and smaller in memory: one map a particle
+del PARTICLE_MAPS["temporal"]  # its windows are not stored in the tiles, which particles share
 SENSOR_MODELS: dict[str, Callable[[], SensorModel]] = {
     "": Endpoint,
     "/beta1": partial(Endpoint, beta=1.0),
@@ -66,7 +66,7 @@ def maximum_likelihood(
     motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
 ) -> Builder:
-    """A builder of maximum likelihood SLAM; what is not given is as in dynslam's own variants."""
+    """A builder of maximum likelihood SLAM; parts not given are those of the built-in variants."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return MaximumLikelihood(
@@ -91,7 +91,7 @@ def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> B
 
 
 def graph_slam(map_model: Callable[[], MapModel]) -> Builder:
-    """A builder of graph SLAM whose whole map is of a map model."""
+    """A builder of graph SLAM with a map model for the global map."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return GraphSlam(start, rng, map_model=map_model)

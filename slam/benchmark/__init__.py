@@ -1,1 +1,1 @@
-"""Variants x episodes -> results -> statistics."""
+"""Running variants on episodes, storing the results, and their statistics."""

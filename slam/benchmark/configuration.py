@@ -11,9 +11,9 @@ import numpy as np
 
 
 def configuration(part: Any) -> Any:
-    """The parameters of an object by the names of its constructor, and those of its parts in turn.
+    """The constructor parameters of an object by name, recursively.
 
-    As in scikit-learn, a parameter counts where the object keeps it under the same name.
+    As in scikit-learn, a parameter is included if the object stores it under the same name.
     """
     if part is None or isinstance(part, bool | int | str):
         return part
@@ -31,7 +31,7 @@ def configuration(part: Any) -> Any:
 
 
 def _made(maker: Any) -> Any:
-    """What a maker of parts makes; its name where it has to be given more than nothing."""
+    """The configuration of what a factory makes; its name if it needs arguments."""
     try:
         inspect.signature(maker).bind()
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Results as append-only JSON lines: a killed run loses at most the line that it was writing."""
+"""Results as append-only JSON lines: a killed run loses at most the line being written."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 from slam.errors import InputError
 
 Result = dict[str, Any]
-"""One run: flat scores by name, and what made them."""
+"""One run: flat scores by name, with the configuration and origin of the run."""
 
 PACKAGES = ("dynslam", "numpy", "numba", "scipy", "gymnasium", "pymunk")
 
@@ -33,8 +33,8 @@ def _version(name: str) -> str:
 
 @cache
 def origin() -> Result:
-    """What made a result beside its configuration: `versions`, the `commit` of a checkout (with
-    `-dirty` where files differ from it; None in an installed package), and the `host`."""
+    """The origin of a result beside its configuration: `versions`, the `commit` of a checkout (with
+    `-dirty` if files differ from it; None in an installed package), and the `host`."""
     return {"versions": versions(), "commit": _commit(), "host": _host()}
 
 
@@ -55,9 +55,9 @@ def _host() -> Result:
 
 
 def append(path: Path, result: Result) -> None:
-    """Add one result as one line, and see that it reaches the disk.
+    """Append one result as a line, and sync the file to disk.
 
-    A last line that a killed run left unfinished is cut off first.
+    An unfinished last line of a killed run is removed first.
     """
     line = json.dumps(result, allow_nan=False) + "\n"
     if path.exists() and not _ends_with_a_line(path):
@@ -77,9 +77,9 @@ def _ends_with_a_line(path: Path) -> bool:
 
 
 def read(path: Path) -> list[Result]:
-    """All whole results of a file; a last line that a killed run left unfinished is passed over.
+    """All complete results of a file; an unfinished last line of a killed run is ignored.
 
-    Raises InputError for any other line that is no JSON, and for a file that cannot be read.
+    Raises InputError for any other line that is not JSON, and for a file that cannot be read.
     """
     found: list[Result] = []
     try:

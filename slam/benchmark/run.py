@@ -1,4 +1,4 @@
-"""One variant on one episode: its poses, its map, its time."""
+"""Running one variant on one episode: poses, map, and time of each update."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ WARM_UP_SCANS = 30
 class Run:
     """The result of a SLAM on the scans of an episode.
 
-    poses    (n, 3) at each scan, as believed at the end
-    online   (n, 3) at each scan, as believed when it came; the same, but for a `Revising` SLAM
-    grid     the map after the last one
-    matched  scans that were matched
-    spent    (n,) s, wall time of each update; what was put off to the end is in the last
+    poses    (n, 3) at each scan, as estimated at the end
+    online   (n, 3) at each scan, as estimated then; differs from `poses` for a `Revising` SLAM only
+    grid     the map after the last scan
+    matched  number of scans that were matched
+    spent    (n,) s, wall time of each update; the last one includes `finish`
     """
 
     poses: Array
@@ -42,7 +42,7 @@ class Run:
 
     @property
     def ms_per_matched_scan(self) -> float:
-        """All time, spread over the scans that were matched (over all where none was)."""
+        """Total wall time divided by the number of matched scans (of all scans if none was), ms."""
         return 1e3 * self.seconds / (self.matched or len(self.poses) or 1)
 
 
@@ -66,7 +66,7 @@ class Playback:
                 self.slam.finish()
             self._spent.append(time.perf_counter() - begun)
             self._poses.append(estimate.pose)
-            self._matched += bool(estimate.matched)  # of numpy, it would make the sum so
+            self._matched += bool(estimate.matched)  # a numpy bool would change the sum's type
             yield estimate
 
     @property

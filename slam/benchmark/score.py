@@ -13,7 +13,7 @@ def score(result: Run, episode: Episode) -> dict[str, Number | None]:
     `_aligned` after their names) and `ChangeScores`; None for a score that is not finite.
 
     For several runs on one episode, an `EpisodeScorer` prepares the truth once. Raises InputError
-    where the episode holds no truth.
+    if the episode holds no truth.
     """
     scorer = EpisodeScorer(episode, result.grid.spec.resolution)
     return scorer.scores(result.poses, result.grid)

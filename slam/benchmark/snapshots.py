@@ -1,4 +1,4 @@
-"""Snapshots of the map, evenly spread over a run, for a film or a recording of its growth."""
+"""Map snapshots at regular intervals of a run, for animations."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from slam.maps.snapshot import MapSnapshot
 
 
 class SnapshotRecorder:
-    """Keeps about `stages` snapshots of a whole run, one every few scans.
+    """Records about `stages` snapshots of a whole run, one every few scans.
 
-    every  scans from one to the next
+    every  number of scans between snapshots
     """
 
     def __init__(self, playback: Playback, stages: int = 150):
@@ -18,15 +18,15 @@ class SnapshotRecorder:
         self._kept: list[MapSnapshot] = []
 
     def after(self, number: int) -> None:
-        """To be called after scan `number`, from 0."""
+        """Call after scan `number`, counted from 0."""
         if number % self.every == 0:
             self._keep()
 
     def stages(self) -> list[MapSnapshot]:
-        """The snapshots so far and, last, the present one; empty before the first scan."""
+        """The snapshots so far, and one of the present as the last; empty before the first scan."""
         if self._playback.done:
             if self._kept and self._kept[-1].scan == self._playback.done - 1:
-                self._kept.pop()  # the end may have revised it
+                self._kept.pop()  # `finish` may have revised it
             self._keep()
         return list(self._kept)
 

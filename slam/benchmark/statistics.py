@@ -1,4 +1,4 @@
-"""Statistics of scores over episodes: never a figure without its interval."""
+"""Statistics of scores over episodes, each with its confidence interval."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-RESAMPLES, MIN_RESAMPLES = 9999, 999  # of a bootstrap: fewer where there is much data
-MAX_DRAWN, MAX_HELD = 20_000_000, 2_000_000  # numbers that are drawn: in all, and at a time
+RESAMPLES, MIN_RESAMPLES = 9999, 999  # of a bootstrap: fewer for large samples
+MAX_DRAWN, MAX_HELD = 20_000_000, 2_000_000  # numbers drawn in total, and held in memory at once
 
 
 class Interval(NamedTuple):
-    """A figure and its 95 % interval."""
+    """A statistic and its 95 % interval."""
 
     value: float
     low: float
@@ -24,15 +24,15 @@ def median(values: Sequence[float], seed: int = 0) -> Interval:
     """The median with a bootstrap 95 % interval (percentile method, 9,999 resamples;
     fewer of more than 2,000 values, 999 at least).
 
-    Of fewer than two values, or of values that are all equal, the interval is the range. A run
-    without a result may be told as infinitely bad: it counts where it ranks.
+    For a single value, or values that are all equal, the interval is the range; without values all
+    three are NaN. A failed run may be given as infinity: the median only uses its rank.
     """
     return _bootstrap(values, lambda data: np.median(data, axis=-1), seed)
 
 
 def interquartile_mean(values: Sequence[float], seed: int = 0) -> Interval:
-    """The mean of the middle half (Agarwal et al. 2021), with a bootstrap interval as `median`'s:
-    less noisy than the median, and as deaf to a few lost runs."""
+    """The mean of the middle half (Agarwal et al. 2021), with a bootstrap interval as `median`:
+    less noisy than the median, and as robust against a few failed runs."""
     return _bootstrap(values, lambda data: stats.trim_mean(data, 0.25, axis=-1), seed)
 
 
@@ -42,12 +42,12 @@ def _bootstrap(
     data = np.asarray(values, dtype=np.float64)
     if data.size == 0:
         return Interval(np.nan, np.nan, np.nan)
-    with np.errstate(invalid="ignore"):  # between lost and found lies nothing
+    with np.errstate(invalid="ignore"):  # infinite values may give NaN
         value = float(statistic(data))
         if np.isnan(value) or (data == data[0]).all():
             return Interval(value, float(data.min()), float(data.max()))
         found = _resampled(data, statistic, np.random.default_rng(seed))
-    between = "linear" if np.isfinite(data).all() else "inverted_cdf"  # infinity has no share
+    between = "linear" if np.isfinite(data).all() else "inverted_cdf"  # inf cannot be interpolated
     low, high = np.percentile(found[~np.isnan(found)], [2.5, 97.5], method=between)
     return Interval(value, float(low), float(high))
 
@@ -55,7 +55,7 @@ def _bootstrap(
 def _resampled(
     data: np.ndarray, statistic: Callable[[np.ndarray], np.ndarray], rng: np.random.Generator
 ) -> np.ndarray:
-    """The statistic of many draws from `data`, each as large as it."""
+    """The statistic of bootstrap samples from `data`, each of the same size as `data`."""
     step, count = (
         max(MAX_HELD // data.size, 1),
         min(max(MAX_DRAWN // data.size, MIN_RESAMPLES), RESAMPLES),
@@ -66,7 +66,7 @@ def _resampled(
 
 
 def share(events: Sequence[bool]) -> Interval:
-    """The share of true ones with Wilson's 95 % interval."""
+    """The share of true events with Wilson's 95 % interval."""
     n, k = len(events), int(np.sum(events))
     if n == 0:
         return Interval(np.nan, np.nan, np.nan)
@@ -75,20 +75,20 @@ def share(events: Sequence[bool]) -> Interval:
 
 
 class Paired(NamedTuple):
-    """The median difference of two series over the same episodes, and Wilcoxon's p of no shift."""
+    """The median difference of two series over the same episodes, and Wilcoxon's p-value."""
 
     difference: Interval
     p: float
 
 
 def paired(a: Sequence[float], b: Sequence[float]) -> Paired:
-    """a - b, episode by episode: median with its interval, and the signed rank test.
+    """a - b for each episode: median with its interval, and Wilcoxon's signed rank test.
 
-    p is 1 where no pair differs.
+    p is 1 if no pair differs.
     """
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     differences = np.zeros_like(first)
-    np.subtract(first, second, out=differences, where=first != second)  # two lost runs are equal
+    np.subtract(first, second, out=differences, where=first != second)  # failed runs are equal
     if not differences.any():
         return Paired(median(differences.tolist()), 1.0)
     p = stats.wilcoxon(differences).pvalue  # pyright: ignore[reportAttributeAccessIssue]
@@ -96,8 +96,8 @@ def paired(a: Sequence[float], b: Sequence[float]) -> Paired:
 
 
 def adjusted(ps: Sequence[float]) -> list[float]:
-    """p-values of several comparisons, corrected so that of those below 0.05 at most one in twenty
-    is expected to be chance (Benjamini and Hochberg 1995)."""
+    """p-values of several comparisons, corrected so that at most 5 % of those below 0.05 are
+    expected to be false discoveries (Benjamini and Hochberg 1995)."""
     return [] if len(ps) == 0 else np.asarray(stats.false_discovery_control(ps)).tolist()
 
 

@@ -1,4 +1,4 @@
-"""Scan matching in a window metres wide, by branch and bound (Hess et al. 2016)."""
+"""Scan matching in a window several metres wide, by branch and bound (Hess et al. 2016)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slam.sensor_models.endpoint import Endpoint
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
 BOUND_LEVELS = 6  # squares of side 1, 2, 4, ... 32 candidates share a bound
 TURN_STEP = math.radians(0.5)  # between candidates
-MAX_POINTS = 150  # that are matched, evenly spaced among all
+MAX_POINTS = 150  # maximum number matched; evenly subsampled
 
 
 class GlobalSearch:

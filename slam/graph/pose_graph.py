@@ -13,11 +13,11 @@ from slam.graph.system import System
 
 MAX_STEPS = 10  # Gauss-Newton steps at one scale of the robust kernel
 PRECISION = 1e-4  # m and rad; a shorter step is the last
-RECENT_PRECISION = 1e-3  # m and rad, when only recent poses are fitted, which soon are again
+RECENT_PRECISION = 1e-3  # m and rad, if only recent poses are fitted, soon to be refitted
 SCALE_FACTOR = 4.0  # between the scales of the robust kernel, from one stage to the next
-RECENT_POSES = 20  # that are fitted to new loops before all are
+RECENT_POSES = 20  # number of poses fitted to new loops first, before all are fitted
 MAX_LOOP_COST = 3.0  # added per new loop if only recent poses are fitted: the mean of a true loop
-MAX_GROWTH = 1.1  # of the number of poses since all were fitted, before all are fitted again
+MAX_GROWTH = 1.1  # of the number of poses, beyond which all are fitted again
 
 
 @dataclass

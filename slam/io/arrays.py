@@ -27,7 +27,7 @@ UNREADABLE = (
 
 
 def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
-    """All arrays of an .npz file by name. Raises InputError where it is no `what`."""
+    """All arrays of an .npz file by name. Raises InputError if it is not `what`."""
     with reading(path):
         pass
     try:
@@ -47,7 +47,7 @@ def parsed(
     path: AnyPath, what: str, file_format: str, parse: Callable[[dict[str, Any]], Parsed]
 ) -> Parsed:
     """`parse` of the arrays of an .npz file whose array `format` is `file_format`. Raises
-    InputError where it is no `what`."""
+    InputError if it is not `what`."""
     data = read_arrays(path, what)
     try:
         if str(data["format"]) != file_format:
@@ -58,7 +58,7 @@ def parsed(
 
 
 def floats(values: Any, dimensions: int) -> Array:
-    """Values as an array of float64. Raises InputError where they are no numbers."""
+    """Values as an array of float64. Raises InputError if they are not numbers."""
     array = np.asarray(values)
     if array.dtype.kind not in "biuf" or array.ndim != dimensions:
         raise InputError(
@@ -69,7 +69,7 @@ def floats(values: Any, dimensions: int) -> Array:
 
 
 def names(path: AnyPath) -> set[str]:
-    """The names of the arrays in an .npz file. Raises InputError where it is none."""
+    """The names of the arrays in an .npz file. Raises InputError if it is not an .npz file."""
     try:
         with zipfile.ZipFile(path) as packed:
             return {name.removesuffix(".npy") for name in packed.namelist()}

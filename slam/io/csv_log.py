@@ -196,7 +196,7 @@ def _lines(episode: Episode, first: float, step: float) -> Iterator[str]:
 
 
 def _cells(scan: Scan) -> str:
-    """Six digits, but all of them where rounding would make an echo something else."""
+    """Six digits, or all of them if rounding would turn an echo into no echo or no reading."""
     ranges = np.where(scan.no_echo, np.inf, np.where(scan.hit, scan.ranges, np.nan))
     texts = [f"{value:.6g}" if value == value else "" for value in ranges.tolist()]
     low, high = scan.min_range, scan.max_range

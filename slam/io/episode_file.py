@@ -20,9 +20,9 @@ WHAT = "an episode saved by dynslam"
 
 
 def save_episode(episode: Episode, path: str | os.PathLike[str]) -> None:
-    """Write `episode` to `path` (.npz), whole or not at all: a killed run leaves no half file.
+    """Write `episode` to `path` (.npz) atomically: a killed run leaves no partial file.
 
-    Raises InputError where it cannot be written.
+    Raises InputError if it cannot be written.
     """
     arrays: dict[str, Any] = {
         "format": FORMAT,

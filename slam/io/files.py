@@ -19,7 +19,7 @@ MAX_LINE = 1 << 20  # bytes; the rest of a longer line is left out
 MAX_TEXT_LINE = 1 << 26  # bytes; a file with a longer line is no text
 MAX_TEXT = 1 << 27  # bytes of a decompressed text, if more than
 MAX_RATIO = 100  # times its compressed size; real logs have 3 to 15 times
-GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of such a file
+GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of a gzip file
 ZIP_MAGIC = b"PK\x03\x04"
 ROS1_MAGIC = b"#ROSBAG V"
 MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -33,7 +33,7 @@ class CutShortError(InputError):
 def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
     """Line numbers (from 1) and lines of a text file, compressed or not, in bounded memory.
 
-    Raises InputError where the file cannot be opened, CutShortError where a compressed one breaks.
+    Raises InputError if the file cannot be opened, CutShortError if a compressed one is damaged.
     """
     with reading(path) as raw:
         packed = raw.peek(2)[:2] == GZIP_MAGIC  # pyright: ignore[reportAttributeAccessIssue]
@@ -69,7 +69,7 @@ def text_lines(path: AnyPath) -> Iterator[tuple[int, str]]:
 
 @contextmanager
 def reading(path: AnyPath) -> Iterator[IO[bytes]]:
-    """A file open for reading. Raises InputError where the system refuses it, and for a pipe or a
+    """A file open for reading. Raises InputError if the system refuses it, and for a pipe or a
     device, which might never end."""
     try:
         if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
@@ -86,9 +86,9 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
-    """A temporary file that takes the place of `path` when all is written, and vanishes if not."""
+    """A temporary file that replaces `path` when it is complete, and is deleted otherwise."""
     path = Path(path)
-    own = f"{os.getpid()}-{secrets.token_hex(4)}"  # on a shared disk others have the same number
+    own = f"{os.getpid()}-{secrets.token_hex(4)}"  # process ids are not unique on a shared disk
     temporary = path.parent / f".{path.name}.{own}.tmp"
     try:
         try:
@@ -105,7 +105,7 @@ def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
 @contextmanager
 def placing(path: AnyPath) -> Iterator[Path]:
     """A temporary path with the same name, for libraries that open files by name; the file written
-    there takes the place of `path`."""
+    there then replaces `path`."""
     path = Path(path)
     try:
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:

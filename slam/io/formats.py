@@ -1,7 +1,7 @@
 """Recordings of any file format to Episodes, and Episodes to any file format.
 
-The format of a file that is read shows in its content, that of one to be written in the ending of
-its name. `register_reader` adds a format of one's own; installed packages add theirs by an entry
+The format is recognised by the content of a file when reading, and by the ending of its name when
+writing. `register_reader` adds a custom format; installed packages add theirs by an entry
 point of the group `dynslam.readers`, whose object is a `Reader`.
 """
 
@@ -38,7 +38,7 @@ from slam.plugins import load_entry_points
 from slam.trajectory import Trajectory
 from slam.validation import function, instance
 
-HEAD_BYTES = 64  # of a file, which a reader is shown to recognise it
+HEAD_BYTES = 64  # first bytes of a file, given to a reader to recognise its format
 MAX_HEAD_LINES = 1000  # comments before a table's line of names
 
 
@@ -58,9 +58,9 @@ def register_reader(
     recognises: Callable[[Path, bytes], bool],
     read: Callable[[Path], Episode | LoadedRecording],
 ) -> None:
-    """Make a file format known in this process as `kind`, to be read by `read`; see `Reader`.
+    """Register a file format as `kind` in this process; see `Reader`.
 
-    It is asked before dynslam's own formats. Raises InputError for the name of one of these.
+    It is tried before the built-in formats. Raises InputError for the name of one of these.
     """
     if kind in OWN_READERS:
         raise InputError(f"{kind!r} is one of dynslam's own formats; choose another name")
@@ -77,7 +77,7 @@ def kind_of(path: AnyPath) -> str:
 
 
 def has_registered_reader(path: AnyPath) -> bool:
-    """Whether a file is of a format that was registered, none of dynslam's own."""
+    """Whether a file is of a registered format rather than a built-in one."""
     return bool(_registered_kind(Path(path)))
 
 
@@ -87,7 +87,7 @@ def _registered_kind(path: Path) -> str:
 
 
 def _kind_among(readers: dict[str, Reader], path: Path) -> str:
-    """The first of the formats that recognises the file; empty where none does."""
+    """The first of the formats that recognises the file; empty if none does."""
     head = b""
     if not path.is_dir():
         with reading(path) as file:
@@ -96,9 +96,9 @@ def _kind_among(readers: dict[str, Reader], path: Path) -> str:
 
 
 def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> LoadedRecording:
-    """Read a recording of any known format. Raises InputError where it is none, or cannot be used.
+    """Read a recording of any known format. Raises InputError if it cannot be read as one.
 
-    What `choice` leaves open is found in the file. Only a bag has several lasers and odometries.
+    What `choice` leaves unspecified is detected. Only a bag has several lasers and odometries.
     """
     kind = kind_of(path)
     if kind == "bag":
@@ -160,7 +160,7 @@ def _is_npz(path: Path, head: bytes) -> bool:
 
 
 def _is_table(path: Path, head: bytes) -> bool:
-    """Whether the first line that is no comment names columns."""
+    """Whether the first line that is not a comment names columns."""
     for number, line in lines(path):
         text = line.removeprefix(codecs.BOM_UTF8).strip()
         if text and not text.startswith(b"#"):

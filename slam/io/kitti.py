@@ -23,10 +23,10 @@ ROTATION_TOLERANCE = 0.01  # of the elements of R R^T
 
 
 def write_kitti(trajectory: Trajectory, path: AnyPath) -> Path:
-    """Write a planar trajectory (z = 0); gives the path of the stamps, which are written beside.
+    """Write a planar trajectory (z = 0); returns the path of the file of stamps beside it.
 
     The format has no stamps: as in KITTI's times.txt they are a file of their own, s, one a line:
-    `poses-times.txt` beside `poses.txt`. Raises InputError where they cannot be written.
+    `poses-times.txt` beside `poses.txt`. Raises InputError if they cannot be written.
     """
     x, y, theta = trajectory.poses.T
     c, s = np.cos(theta), np.sin(theta)

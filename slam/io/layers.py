@@ -22,7 +22,7 @@ FORMAT = "dynslam-layers-1"
 WHAT = "layers written by dynslam"
 FRAME = "map, x and y in metres: not the longitude and latitude of RFC 7946"
 STATIC_COLOUR, FREE_COLOUR, UNKNOWN_COLOUR = (0, 0, 0), (255, 255, 255), (205, 205, 205)
-SELDOM_COLOUR, MOSTLY_COLOUR = (255, 214, 102), (192, 20, 60)  # occupied, of what changes
+SELDOM_COLOUR, MOSTLY_COLOUR = (255, 214, 102), (192, 20, 60)  # of changing cells
 
 
 def write_picture(layers: Layers, path: AnyPath) -> None:
@@ -55,7 +55,7 @@ def picture(layers: Layers) -> np.ndarray:
 
 
 def write_doors(layers: Layers, path: AnyPath) -> None:
-    """Write the doors found as a GeoJSON FeatureCollection of polygons, the surest first."""
+    """Write the doors found as a GeoJSON FeatureCollection of polygons, the most certain first."""
     features = [_feature(number, door) for number, door in enumerate(layers.doors, 1)]
     collection = {"type": "FeatureCollection", "frame": FRAME, "features": features}
     with replacing(path) as file:

@@ -10,7 +10,7 @@ from slam.io.warnings import RecordingWarning
 
 
 class LoadedRecording(NamedTuple):
-    """An episode that was read from a file, and what was wrong with the file."""
+    """An episode that was read from a file, and the warnings about the file."""
 
     episode: Episode
     warnings: tuple[RecordingWarning, ...]

@@ -1,4 +1,4 @@
-"""Texts from files and libraries made fit for a message: one line of limited length."""
+"""Format texts from files and libraries for a message: one line of limited length."""
 
 from __future__ import annotations
 

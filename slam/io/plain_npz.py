@@ -68,7 +68,7 @@ def _log(data: dict[str, Any], source: str) -> LoadedRecording:
 
 
 def _scalar(data: dict[str, Any], name: str) -> float:
-    """A number by its name, 0 where there is none."""
+    """A number by its name, 0 if there is none."""
     value = float(floats(data.get(name, 0.0), 0))
     if not math.isfinite(value):
         raise InputError(f"{name} must be finite, got {value}")

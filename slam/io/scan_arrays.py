@@ -1,4 +1,4 @@
-"""Scans as a few long arrays, to be saved."""
+"""Scans packed into a few long arrays, for saving."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from slam.io.one_line import one_line
 
-MAX_KINDS = 50  # that are counted apart: a damaged file can have other frames and topics in each
+MAX_KINDS = 50  # counted separately: in a damaged file each message can have another frame
 
 
 class RecordingWarning(NamedTuple):

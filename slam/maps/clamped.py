@@ -1,4 +1,4 @@
-"""Clamped map: log-odds within limits, so that a cell can change its state soon."""
+"""Clamped map: log-odds within limits, so that a cell can change its state quickly."""
 
 from __future__ import annotations
 

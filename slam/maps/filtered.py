@@ -22,7 +22,7 @@ class Filtered:
 
     A hit in a cell that the static grid holds free comes from a moving object: it is added to the
     dynamic grid, and to the static one as free (their table 1). So people leave no trace, but a
-    door that was once open stays out of h for good after it closes, and the information that it
+    door that was once open stays out of h permanently after it closes, and the information that it
     holds about the pose is lost. Fox et al. (1999) filter by the expected distance instead, beam by
     beam. A filtered hit still adds to the cell's centroid, which has no effect on matching, since h
     is close to zero there.

@@ -1,4 +1,4 @@
-"""Histogram map: how often a cell was how occupied, over windows of time (the paper, 4.2)."""
+"""Histogram map: per-cell histogram of occupancy over windows of time (the paper, 4.2)."""
 
 from __future__ import annotations
 

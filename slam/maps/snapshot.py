@@ -18,7 +18,7 @@ UNSEEN = -1
 class MapSnapshot:
     """The map and the trajectory after one of the scans.
 
-    poses   (scan + 1, 3) at each scan up to this one, as believed then
+    poses   (scan + 1, 3) at each scan up to this one, as estimated then
     spec    the map's cells
     packed  the map: h in whole percent, as ROS has it, compressed
     """
@@ -40,7 +40,7 @@ class MapSnapshot:
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The map, unpacked: h to the whole percent, 0.5 where nothing was seen."""
+        """The map, unpacked: h rounded to whole percent, 0.5 in unobserved cells."""
         cells = np.frombuffer(zlib.decompress(self.packed), np.int8).reshape(self.spec.shape)
         observed = cells != UNSEEN
         return OccupancyGrid(self.spec, np.where(observed, cells / 100.0, 0.5), observed)

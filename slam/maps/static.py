@@ -14,7 +14,7 @@ from slam.scan import Scan
 
 
 class Static:
-    """Assumes a static world: what was observed a hundred times takes as long to unlearn.
+    """Assumes a static world: a cell observed a hundred times in one state needs as many to change.
 
     resolution  m, side of a cell
     limit       nats, log-odds (prior included) are clamped to +- this; finite in `Clamped`

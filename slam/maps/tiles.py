@@ -53,7 +53,7 @@ class Layer:
         self.flat = self.values.reshape(math.prod(self.values.shape[:2]), *self._memory.shape[2:])
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the views of a copy those of its own memory."""
+        """Make the views of a copy refer to its own memory."""
         self.__dict__.update(state)
         self._view()
 

@@ -27,7 +27,7 @@ class Outline(NamedTuple):
 
     cells    (n,) int64 ids
     centre   (n, 2) mean of the segments' points in each cell, from the cell's centre, in cells
-    samples  (n,) number of points that the mean is of
+    samples  (n,) number of points in the mean
     """
 
     cells: np.ndarray
@@ -45,7 +45,7 @@ def known_moments(truth: Array) -> Iterator[Array]:
 
 
 class TrueMap:
-    """h is 1 where a wall or a door is now, and FREE_PROBABILITY everywhere else.
+    """h is 1 in cells with a wall or a door now, and FREE_PROBABILITY in all others.
 
     The cells' centroids lie on the segments themselves, so that the map is as exact as cells of
     this size allow: the two faces of a thin door in one cell have one centroid between them.

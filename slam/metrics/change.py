@@ -1,6 +1,6 @@
-"""Map against change: the Brier score of h against how often a cell is really occupied, and now.
+"""Brier scores of h against the true share of time that a cell is occupied, and its state now.
 
-Brier (1950). q is the share of the scans' times at which something stands in the cell. World frame.
+Brier (1950). q is the share of the scans' times at which the cell is occupied. World frame.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from slam.grid import GridSpec, OccupancyGrid, grown
 from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.raster import rasterise, times_touched
 
-DOOR_SHARE = (0.02, 0.98)  # a cell between these shares of time is a door's
-BINS = 10  # of h, for the calibration
+DOOR_SHARE = (0.02, 0.98)  # a cell with q between these is a door cell
+BINS = 10  # equal bins of h for the calibration
 
 
 class ChangeScores(NamedTuple):
-    """Mean squared difference over the observed cells of a kind; NaN if the map has none of it.
+    """Mean squared difference over the observed cells of a kind; NaN if the map has none.
 
-    brier_share_*  of h and q, the true share of time that the cell is occupied
-    brier_now_*    of h and the truth now (0 or 1)
+    brier_share_*  between h and q, the true share of time that the cell is occupied
+    brier_now_*    between h and the true state at the last scan (0 or 1)
     *_all, *_door, *_static  all cells, those with 0.02 < q < 0.98, and the others
     """
 
@@ -37,18 +37,18 @@ class ChangeScores(NamedTuple):
     brier_now_static: float
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
-        """Flat, for JSON; a score that cannot be had is None."""
+        """Flat, for JSON; an undefined score is None."""
         return json_scores(self._asdict(), suffix)
 
 
 class Calibration(NamedTuple):
-    """Is what stands in so many of ten cells said to be occupied with h of so many tenths?
+    """Reliability diagram of h: mean h of each bin against the true share of time occupied.
 
-    Observed cells by h, in ten equal bins; lists of ten, 0 where a bin is empty.
+    Observed cells by h, in ten equal bins; lists of ten, 0 if a bin is empty.
 
-    cells     how many
+    cells     number of cells
     believed  mean h
-    occupied  mean of the true share of time that they are occupied
+    occupied  mean true share of time that the cells are occupied
     """
 
     cells: list[int]
@@ -61,9 +61,9 @@ class Calibration(NamedTuple):
 
 
 class TrueOccupancy:
-    """The truth as cells: q (`share`) and the state at the last scan (`now`).
+    """True occupancy of the cells: q (`share`) and the state at the last scan (`now`).
 
-    Made of all moments of an episode at once, or of the first ones and then added to.
+    Built from all moments of an episode at once, or incrementally with `add`.
     """
 
     def __init__(self, truth: Truth, resolution: float = 0.05) -> None:
@@ -75,7 +75,7 @@ class TrueOccupancy:
         self.add(truth.doors)
 
     def add(self, doors: Array) -> None:
-        """Take in the `doors` (n, d, 4) of n further moments, m; n is at least 1."""
+        """Add the `doors` (n, d, 4), m, at n >= 1 further moments."""
         self._cover(doors)
         self._touched += times_touched(doors, self.spec)
         self._moments += len(doors)
@@ -94,7 +94,7 @@ class TrueOccupancy:
         return Calibration(cells.tolist(), believed.tolist(), occupied.tolist())
 
     def score(self, grid: OccupancyGrid) -> ChangeScores:
-        """Brier scores of a map on the same lattice. Beyond the truth's walls nothing stands."""
+        """Brier scores of a map on the same lattice. Cells outside the truth's grid are free."""
         h, q, now = self._observed(grid)
         door = (q > DOOR_SHARE[0]) & (q < DOOR_SHARE[1])
         return ChangeScores(*_by_kind(h, q, door), *_by_kind(h, now, door))
@@ -113,7 +113,7 @@ class TrueOccupancy:
         return h, q, now
 
     def _cover(self, doors: Array) -> None:
-        """Grow to where `doors` stand."""
+        """Grow the grid to contain `doors`."""
         if not doors.size:
             return
         ends = doors.reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""The Cramer-Rao bound: how well any method could know a pose from a laser scan in a known map.
+"""The Cramer-Rao bound of a pose estimated from a laser scan in a known map.
 
 Source: Censi (2007), "On achievable accuracy for range-finder localization", for independent
 Gaussian noise of the ranges; the recursion over time as in Tichavsky, Muravchik, Nehorai (1998),
@@ -18,8 +18,8 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, lever_jacobian, transform_points
 from slam.validation import finite, positive_number
 
-LEAST_COSINE = 0.05  # of the incidence; a smaller one, of a grazing beam, counts as this
-SINGULAR = 1e-12  # of the largest eigenvalue: what is known a million times less is not known
+LEAST_COSINE = 0.05  # lower limit on the cosine of incidence, for grazing beams
+SINGULAR = 1e-12  # relative to the largest eigenvalue: below it, a direction counts as unknown
 
 
 class Bound(NamedTuple):
@@ -29,7 +29,7 @@ class Bound(NamedTuple):
     std_theta     rad
     covariance    (3, 3)
 
-    Where the scan says nothing about a direction, the bound along it is infinite: `covariance` is
+    If the scan has no information on a direction, the bound along it is infinite: `covariance` is
     the limit of (information + e identity)^-1 for e -> 0, so that what is known stays finite. In an
     endless corridor along x, std_x is inf; along a diagonal, std_x and std_y are, while std_theta
     is finite.
@@ -49,7 +49,7 @@ def ray_gradient(
     pose     of the robot in the world
     angles   (beams,) rad, in the sensor's frame
     ranges   (beams,) m, exact; without an echo (inf or NaN) the row is zero
-    normals  (beams, 2) unit vectors, world, of the surfaces that were hit; either sign will do
+    normals  (beams, 2) unit vectors, world, of the surfaces that were hit; of either sign
     mount    robot_from_sensor: a sensor off the robot's centre also moves when the robot turns
 
     A ray from s in direction d ends on the line through h with normal n: n.(s + r d) = n.h. Hence
@@ -92,7 +92,7 @@ def bound(information: Array) -> Bound:
         )
     known = values > SINGULAR * values[-1]
     covariance = (vectors[:, known] / values[known]) @ vectors[:, known].T
-    unknown = vectors[:, ~known] @ vectors[:, ~known].T  # projects on what nothing is known of
+    unknown = vectors[:, ~known] @ vectors[:, ~known].T  # projects onto unobservable directions
     reached = np.abs(unknown) > math.sqrt(SINGULAR)
     covariance[reached] = np.copysign(np.inf, unknown[reached])
     std_x, std_y, std_theta = np.sqrt(covariance.diagonal()).tolist()
@@ -100,10 +100,9 @@ def bound(information: Array) -> Bound:
 
 
 def transition(before: Pose2, after: Pose2) -> Array:
-    """(3, 3) F: how an error of the pose `before` a motion is carried to the pose `after` it.
+    """(3, 3) F = d after / d before: Jacobian of the pose after a motion by the pose before it.
 
-    A wrong heading before turns the displacement: F = d after / d before, the motion being the same
-    in the robot's frame.
+    The motion is fixed in the robot's frame, so a heading error before it rotates the displacement.
     """
     return lever_jacobian(after.x - before.x, after.y - before.y)
 
@@ -111,10 +110,10 @@ def transition(before: Pose2, after: Pose2) -> Array:
 def tracked(before: Array, F: Array, Q: Array, measured: Array) -> Array:
     """(3, 3) J_t = I_t + (Q + F J_{t-1}^-1 F^T)^-1: the information after a motion and a scan.
 
-    before    J_{t-1}; may be singular, zeros where nothing is known of the start
+    before    J_{t-1}; may be singular; zeros for an unknown start
     F         `transition` of the motion
     Q         covariance of the motion's noise, at its end; may be singular, zeros for none
-    measured  I_t, the `information` of the scan; zeros where there was none
+    measured  I_t, the `information` of the scan; zeros if there was none
 
     Computed as (identity + M Q)^-1 M, M = F^-T J F^-1, which inverts neither J nor Q.
     """

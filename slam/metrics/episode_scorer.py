@@ -1,4 +1,4 @@
-"""Every score of a run on an episode with a known truth; what the truth gives is made once."""
+"""All scores of runs on one episode with a known truth, which is prepared once."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class EpisodeScorer:
     def map_scores(
         self, grid: OccupancyGrid, aligned: Pose2, frame: Pose2 = Pose2()
     ) -> dict[str, Number | None]:
-        """Those of the map alone.
+        """The scores of the map only.
 
         aligned  the rigid motion in the world that aligns the trajectory
-        frame    where the map's frame lies in the world
+        frame    pose of the map's frame in the world
         """
         cells = OccupiedCells(grid)
         return {
@@ -48,9 +48,9 @@ class EpisodeScorer:
         }
 
     def ate(self, poses: Array) -> float:
-        """That of other poses (n, 3), such as those believed on the way."""
+        """ATE, m, of other poses (n, 3), such as the online estimates."""
         return ate(poses, self._truth)
 
     def calibration(self, grid: OccupancyGrid) -> Calibration:
-        """Of the map's h against how often the cells are occupied."""
+        """Calibration of the map's h against the true share of time that cells are occupied."""
         return self._occupancy.calibration(grid)

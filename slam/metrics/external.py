@@ -1,4 +1,4 @@
-"""Scores of another SLAM system's trajectory, and of its map where there is one."""
+"""Scores of another SLAM system's trajectory, and of its map if given."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ def score_external(
     map_frame: Pose2 = Pose2(),
     frame: str = "anchored",
 ) -> dict[str, Number | None]:
-    """The scores of `EpisodeScorer` at the scans that the trajectory reaches; `scans`: how many.
+    """The scores of `EpisodeScorer` at the scans that the trajectory covers; `scans`: their number.
 
     grid       the map, in the frame of the trajectory
-    map_frame  where the frame of `grid` lies in it
-    frame      how the trajectory's frame lies in the world: `anchored`, its first pose is the true
-               one, as SLAM systems begin at an origin of their own; `world`, it is the world;
-               `aligned`, as fits best (Umeyama 1991)
+    map_frame  pose of the frame of `grid` in the frame of the trajectory
+    frame      how the trajectory's frame is placed in the world: `anchored`, its first pose is the
+               true one, since SLAM systems have their own origin; `world`, it is the world frame;
+               `aligned`, by the best fit (Umeyama 1991)
 
-    Raises InputError for an episode without the truth, and where the stamps do not meet.
+    Raises InputError for an episode without the truth, and if no stamps match.
     """
     one_of("frame", frame, FRAMES)
     true_poses = episode.known_truth("a score").poses

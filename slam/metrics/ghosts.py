@@ -1,9 +1,9 @@
-"""Ghosts: occupied cells of a map where no static surface is; and the share of the walls kept.
+"""Ghosts: occupied cells of a map where no static surface is; and the recall of the walls.
 
-A ghost is an occupied cell farther than 15 cm from every wall. That is three cells of 5 cm: what a
-cell's half diagonal (3.5 cm), a good run's error (5 cm) and a wall's smear of a cell can explain is
-no ghost, and of a leaf of 0.9 m between its jambs two thirds still count. One count alone rewards
-the empty map, so the share of the walls that are kept stands beside it.
+A ghost is an occupied cell farther than 15 cm from every wall. That is three cells of 5 cm: it
+exceeds the sum of a cell's half diagonal (3.5 cm), a good run's error (5 cm) and a wall's blur of
+one cell, yet two thirds of a door leaf of 0.9 m between its jambs still count. The count alone
+rewards an empty map, so the share of the walls in the map is reported beside it.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from slam.metrics.mapping import OCCUPIED, distances
 from slam.metrics.surface import SeenSurface
 
 GHOST_DISTANCE = 0.15  # m from every wall: a ghost
-MAX_ASIDE, MIN_BEYOND = 0.05, 0.1  # m: distance of a beam from a point, and its length behind it
-WALL_TOLERANCE = 0.10  # m: a piece of wall this near an occupied cell is in the map
+MAX_ASIDE, MIN_BEYOND = 0.05, 0.1  # m: beam to point, and length of the beam beyond it
+WALL_TOLERANCE = 0.10  # m: wall within this distance of an occupied cell is in the map
 
 
 class GhostScores(NamedTuple):
-    """Of one map.
+    """The ghosts of one map.
 
     ghosts_per_m  ghost cells for every metre of wall that was seen
-    ghost_cells   how many
-    wall_recall   share of the seen wall within 10 cm of an occupied cell; NaN where none was seen
+    ghost_cells   number of ghost cells
+    wall_recall   share of the seen wall within 10 cm of an occupied cell; NaN if none was seen
     """
 
     ghosts_per_m: float
@@ -46,8 +46,9 @@ class GhostScores(NamedTuple):
 class Ghosts:
     """Finds the ghosts in any number of maps of one episode.
 
-    Walls are what never moves, furniture included; seen is what an echo came from or from one cell
-    beside, at the true poses. Raises InputError where the episode does not hold the truth.
+    Walls are all static surfaces, furniture included. A surface counts as seen if an echo, at the
+    true pose, ended in its cell or a neighbouring one. Raises InputError if the episode does not
+    hold the truth.
     """
 
     def __init__(self, episode: Episode, resolution: float = 0.05) -> None:
@@ -61,12 +62,12 @@ class Ghosts:
         self.metres = len(self.points) * spacing
 
     def centres(self, grid: OccupancyGrid, world_from_map: Pose2 = Pose2()) -> Array:
-        """(n, 2) m, world: the ghosts' centres."""
+        """(n, 2) m, world: the centres of the ghost cells."""
         moved = _occupied(grid, world_from_map)
         return moved[distances(moved, self._walls) > GHOST_DISTANCE]
 
     def score(self, grid: OccupancyGrid, world_from_map: Pose2 = Pose2()) -> GhostScores:
-        """Of a map moved by `world_from_map`, for instance `trajectory.alignment`."""
+        """Scores of a map moved by `world_from_map`, for instance `trajectory.alignment`."""
         ghosts = len(self.centres(grid, world_from_map))
         if not len(self.points):
             return GhostScores(math.inf if ghosts else 0.0, ghosts, math.nan)
@@ -82,8 +83,9 @@ def _occupied(grid: OccupancyGrid, world_from_map: Pose2) -> Array:
 
 
 def seen_through(episode: Episode, points: Array) -> np.ndarray:
-    """(n,) int: how many scans have a beam that went through points (n, 2), m, world, at the true
-    poses, and on for 10 cm. What no beam went through, no evidence of a cell alone can clear."""
+    """(n,) int: number of scans, at the true poses, with a beam that passes through each of the
+    points (n, 2), m, world, and at least 10 cm beyond. A cell through which no beam passed cannot
+    be cleared by its own evidence."""
     truth = episode.known_truth("a count of beams")
     counts = np.zeros(len(points), np.int64)
     for scan, pose in zip(episode.scans, truth.poses.tolist(), strict=True):
@@ -93,6 +95,6 @@ def seen_through(episode: Episode, points: Array) -> np.ndarray:
         beam = np.abs(wrap_angle(bearing[:, None] - scan.angles)).argmin(axis=1)
         aside = away * np.abs(wrap_angle(bearing - scan.angles[beam]))
         reached = np.where(scan.no_echo[beam], scan.max_range, scan.ranges[beam])
-        with np.errstate(invalid="ignore"):  # no reading reaches nowhere
+        with np.errstate(invalid="ignore"):  # NaN: no reading, compares False
             counts += (aside < MAX_ASIDE) & (reached > away + MIN_BEYOND)
     return counts

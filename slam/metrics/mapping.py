@@ -1,8 +1,8 @@
-"""Map scores against the truth now: precision, recall, F1, and ADNN in both directions.
+"""Map scores against the true surfaces now: precision, recall, F1, and ADNN in both directions.
 
 From map to truth the distance of each occupied cell's centre to the true segments is exact; from
-truth to map the visible surface is sampled every half cell. Nothing of the truth is rasterised, so
-the scores hold after any rigid alignment as well.
+truth to map the visible surface is sampled every half cell. The truth is not rasterised, so the
+scores are valid after any rigid alignment.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from slam.kernel import kernel
 from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.surface import TrueSurface
 
-OCCUPIED = 0.5  # a cell is occupied where h is larger
+OCCUPIED = 0.5  # threshold on h: a cell above it is occupied
 AS_IS = Pose2()
 ROUNDING = 1e-9  # m: a cell exactly at the tolerance is within it
 
 
 class MapScores(NamedTuple):
-    """How well the occupied cells are the surfaces that stand now.
+    """How well the occupied cells agree with the true surfaces at the last scan.
 
     precision_*        share of the occupied cells that lie within 5 or 10 cm of a true surface
     recall_*           share of the samples of the visible true surface (`TrueSurface.points`, one
                        at least every half cell) within 5 or 10 cm of an occupied cell
-    f1_*               their harmonic mean; 0 where nothing is occupied or nothing was visible
+    f1_*               their harmonic mean; 0 if no cell is occupied or no surface was visible
     adnn_map_to_truth  m, average distance from an occupied cell to the nearest true surface
     adnn_truth_to_map  m, from the visible true surface to the nearest occupied cell
-    occupied_cells     how many
+    occupied_cells     number of occupied cells
 
-    With nothing occupied the precision, recall and F1 are 0 and both distances infinite.
+    Without occupied cells the precision, recall and F1 are 0 and both distances infinite.
     """
 
     precision_5cm: float
@@ -85,12 +85,12 @@ def score_map(
     surface: TrueSurface,
     world_from_map: Pose2 = AS_IS,
 ) -> MapScores:
-    """Scores of one map; for several alignments of it, keep one `OccupiedCells`."""
+    """Scores of one map; for several alignments of it, use one `OccupiedCells`."""
     return OccupiedCells(grid).score(surface, world_from_map)
 
 
 def distances(points: Array, segments: Array) -> Array:
-    """(n,) m, from each of points (n, 2) to the nearest of segments (w, 4); inf without any."""
+    """(n,) m, from each of points (n, 2) to the nearest of segments (w, 4); inf if w = 0."""
     return _distances(np.ascontiguousarray(points), np.ascontiguousarray(segments))
 
 

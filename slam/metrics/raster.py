@@ -1,4 +1,4 @@
-"""Line segments as cells of the lattice: a cell is occupied where a segment touches it."""
+"""Rasterised line segments: a cell is occupied if a segment touches it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ TOUCH = 1e-6  # cells: a wall on the border between two cells touches both
 
 
 def rasterise(segments: Array, spec: GridSpec) -> np.ndarray:
-    """(rows, cols) bool: the cells that segments (w, 4), m, touch; borders belong to both sides."""
+    """(rows, cols) bool: the cells that segments (w, 4), m, touch; a border touches both cells."""
     return times_touched(np.asarray(segments)[None], spec) > 0
 
 
 def times_touched(segments: Array, spec: GridSpec) -> np.ndarray:
-    """(rows, cols) int: at how many moments of segments (n, w, 4), m, a cell is touched."""
+    """(rows, cols) int: number of moments at which segments (n, w, 4), m, touch the cell."""
     last = np.full(spec.shape, -1, dtype=np.int32)
     count = np.zeros(spec.shape, dtype=np.int32)
     _count(np.ascontiguousarray(segments), spec.resolution, spec.row0, spec.col0, last, count)
@@ -38,7 +38,7 @@ def _count(segments, resolution, row0, col0, last, count):
 
 @kernel
 def _touch(x1, y1, x2, y2, moment, last, count):
-    """Row by row: the stretch of the segment within a row covers a run of columns."""
+    """Count the cells of one segment: within each row it covers a range of columns."""
     rows, cols = count.shape
     first_row = max(int(np.floor(min(y1, y2) - TOUCH)), 0)
     last_row = min(int(np.floor(max(y1, y2) + TOUCH)), rows - 1)

@@ -1,6 +1,6 @@
-"""A trajectory against a reference trajectory with stamps of its own, each in its own frame.
+"""Scores of a trajectory against a reference with other stamps and in another frame.
 
-As evo and the TUM RGB-D tools do: Sturm et al. (2012); alignment of Umeyama (1991).
+As evo and the TUM RGB-D tools: Sturm et al. (2012); alignment of Umeyama (1991).
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.trajectory import RPE_DISTANCE, alignment, ate, heading_errors, rpe
 from slam.trajectory import Trajectory
 
-APART = 0.1  # s: a stamp that is farther from every estimate is left out
+APART = 0.1  # s: a reference stamp farther from every estimate is left out
 
 
 class ReferenceScores(NamedTuple):
-    """Errors at the reference's stamps, the estimate being interpolated there.
+    """Errors of the estimate, interpolated at the reference's stamps.
 
     ate_aligned      m, RMSE of the position after the best SE(2) alignment
     heading_rms      rad, after that alignment
     rpe_translation  m, RMSE over `RPE_DISTANCE` of the reference's path; NaN on a shorter path
     rpe_rotation     rad, likewise
-    stamps           how many were compared
+    stamps           number of stamps compared
     """
 
     ate_aligned: float
@@ -35,12 +35,12 @@ class ReferenceScores(NamedTuple):
     stamps: int
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
-        """Flat, for JSON; a score that cannot be had is None."""
+        """Flat, for JSON; an undefined score is None."""
         return json_scores(self._asdict(), suffix)
 
 
 def score_reference(reference: Trajectory, estimate: Trajectory) -> ReferenceScores:
-    """All scores. Raises InputError where no stamp of the reference is within 0.1 s of one of the
+    """All scores. Raises InputError if no stamp of the reference is within 0.1 s of one of the
     estimate."""
     truth, found = associated(reference, estimate)
     aligned = compose(np.array(alignment(found, truth)), found)
@@ -57,10 +57,10 @@ def score_reference(reference: Trajectory, estimate: Trajectory) -> ReferenceSco
 def associated(
     reference: Trajectory, estimate: Trajectory, apart: float = APART
 ) -> tuple[Array, Array]:
-    """(n, 3) twice: the reference's poses at its stamps, the estimate's interpolated there.
+    """(n, 3) twice: the reference's poses at its stamps, the estimate's poses interpolated there.
 
-    apart  s, how far a stamp may be from the nearest estimate; or else it is between two estimates
-           that are both within 0.1 s
+    apart  s, maximum distance of a stamp from the nearest estimate; a stamp between two estimates
+           that are both within 0.1 s is used in any case
     """
     times = reference.times
     after = np.searchsorted(estimate.times, times).clip(0, len(estimate) - 1)

@@ -1,4 +1,4 @@
-"""Relations between poses of a real log, and how well a trajectory keeps them.
+"""Relations between poses of a real log, and the errors of a trajectory against them.
 
 Source: Kuemmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", equations 3 to 5.
 """
@@ -44,12 +44,12 @@ class Relations:
 
 
 class RelationScores(NamedTuple):
-    """Mean and standard deviation of the relations' errors; NaN where none could be scored.
+    """Mean and standard deviation of the relations' errors; NaN if none could be scored.
 
     translation_mean, translation_std    m, of |trans(d_ij (-) d*_ij)|
     rotation_mean_deg, rotation_std_deg  degrees, of |rot(d_ij (-) d*_ij)|
-    relations                            how many were scored
-    left_out                             how many were not: a stamp lies outside the log
+    relations                            number of relations scored
+    left_out                             number not scored: a stamp lies outside the log
     """
 
     translation_mean: float
@@ -60,14 +60,14 @@ class RelationScores(NamedTuple):
     left_out: int
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
-        """Flat, for JSON; a score that cannot be had is None."""
+        """Flat, for JSON; an undefined score is None."""
         return json_scores(self._asdict(), suffix)
 
 
 def score_relations(
     relations: Relations, corrected: Trajectory, odometry: Trajectory
 ) -> RelationScores:
-    """Score the `corrected` poses (at scans), carried along the `odometry` (the full stream)."""
+    """Score the `corrected` poses (at scans), interpolated along the `odometry` (full stream)."""
     inside = within(odometry, relations.first) & within(odometry, relations.second)
     left_out = int((~inside).sum())
     if not inside.any():
@@ -90,7 +90,7 @@ def score_relations(
 
 
 def within(odometry: Trajectory, times: Array) -> np.ndarray:
-    """(n,) bool: the log knows where the robot was at these times."""
+    """(n,) bool: the times lie within the log."""
     low, high = odometry.times[0] - STAMP_TOLERANCE, odometry.times[-1] + STAMP_TOLERANCE
     return (times >= low) & (times <= high)
 
@@ -98,9 +98,9 @@ def within(odometry: Trajectory, times: Array) -> np.ndarray:
 def carried(corrected: Trajectory, odometry: Trajectory, times: Array) -> Array:
     """Corrected poses (n, 3) at any `times`.
 
-    Each is where the odometry leads from the corrected scan before it, blended (by time) with where
-    it leads backwards from the scan after it. At a scan it is that scan's pose; before the first
-    and after the last scan there is one neighbour only.
+    Each is the corrected pose of the scan before it moved on by the odometry, blended (by time)
+    with the pose of the scan after it moved back by the odometry. At a scan it is that scan's pose;
+    before the first and after the last scan there is only one neighbour.
     """
     after = np.searchsorted(corrected.times, times).clip(0, len(corrected) - 1)
     before = (after - (corrected.times[after] > times)).clip(0)

@@ -1,4 +1,4 @@
-"""The true surface that the scans of an episode saw, which its map is scored against."""
+"""The true surface that the scans of an episode saw: the reference of the map scores."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class TrueSurface(NamedTuple):
     """All true surfaces at one moment.
 
     segments  (w, 4) m
-    points    (n, 2) m, samples of the part that was seen so far: one in the middle of each of the
-              equal pieces, of half a cell at most, that every segment is cut into. A share of the
-              points is not exactly one of the length: a piece that is shorter, as the whole of a
-              segment shorter than half a cell, counts as much as a longer one.
+    points    (n, 2) m, samples of the part that was seen so far. Every segment is divided into
+              equal pieces of at most half a cell, with one sample in the middle of each. A share of
+              the points is not exactly a share of the length: a shorter piece, such as a segment
+              shorter than half a cell, counts as much as a longer one.
     """
 
     segments: Array
@@ -33,9 +33,9 @@ class TrueSurface(NamedTuple):
 class SeenSurface:
     """The part of the true surface that scans have seen from the true poses. Grows with each scan.
 
-    A piece of surface counts as seen where a beam ended in its cell of the lattice or one next to
-    it: the unseen corners of a room are not counted against a map. A door counts as seen where
-    anything was ever seen at its present place.
+    A piece of surface counts as seen if a beam ended in its cell or one of the eight neighbours, so
+    that a map is not penalised for unseen corners of a room. A door counts as seen if anything was
+    ever seen at its present position.
     """
 
     def __init__(self, walls: Array, resolution: float = 0.05) -> None:
@@ -51,7 +51,7 @@ class SeenSurface:
         _mark(self.spec.cells(transform_points(pose, scan.points)), self._seen)
 
     def now(self, doors: Array) -> TrueSurface:
-        """The surface with the `doors` (d, 4) as they stand."""
+        """The surface with the `doors` (d, 4), m, in their present position."""
         points = np.concatenate([self._wall_points, sampled(doors, self.spec.resolution / 2)])
         rows, cols = self.spec.cells(points).T
         inside = (rows >= 0) & (rows < self.spec.rows) & (cols >= 0) & (cols < self.spec.cols)
@@ -60,7 +60,7 @@ class SeenSurface:
 
 
 def visible_truth(truth: Truth, scans: Sequence[Scan], resolution: float = 0.05) -> TrueSurface:
-    """The surface at the time of the last scan, and what all scans together saw of it."""
+    """The surface at the time of the last scan, with the part that any of the scans saw."""
     seen = SeenSurface(truth.walls, resolution)
     for scan, pose in zip(scans, truth.poses.tolist(), strict=True):
         seen.see(scan, Pose2(*pose))

@@ -20,10 +20,10 @@ RPE_DISTANCE = 1.0  # m of true path
 
 
 class TrajectoryScores(NamedTuple):
-    """How far an estimate is from the truth, both in the world frame as they are.
+    """Errors of an estimate against the truth, both in the world frame and not aligned.
 
     ate              m, RMSE of the position
-    ate_anchored     m, the same with the first pose put on the true one
+    ate_anchored     m, the same with the first pose moved onto the true one
     ate_aligned      m, the same after the best SE(2) alignment
     heading_max      rad, largest heading error
     heading_rms      rad
@@ -46,12 +46,12 @@ class TrajectoryScores(NamedTuple):
     failed: bool
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
-        """Flat, for JSON; a score that cannot be had is None."""
+        """Flat, for JSON; an undefined score is None."""
         return json_scores(self._asdict(), suffix)
 
 
 def score_trajectory(estimate: Array, truth: Array) -> TrajectoryScores:
-    """All scores of the poses as they are; `anchored` first if their frames differ."""
+    """All scores, without alignment; apply `anchored` first if the frames differ."""
     _check(estimate, truth)
     heading = np.abs(heading_errors(estimate, truth))
     error = ate(estimate, truth)
@@ -79,8 +79,8 @@ def anchored(estimate: Array, truth: Array) -> Array:
 def alignment(estimate: Array, truth: Array) -> Pose2:
     """The rigid motion that brings the estimate's positions closest to the truth's.
 
-    Umeyama (1991) without scale, in closed form in the plane. Where the robot never moved any
-    heading fits; none is turned.
+    Umeyama (1991) without scale, in closed form in the plane. If the robot never moved, the
+    rotation is undefined and set to zero.
     """
     _check(estimate, truth)
     mean_e, mean_t = estimate[:, :2].mean(axis=0), truth[:, :2].mean(axis=0)
@@ -107,7 +107,7 @@ def heading_errors(estimate: Array, truth: Array) -> Array:
 def rpe(estimate: Array, truth: Array, distance: float) -> tuple[float, float]:
     """Relative pose error over `distance` m of true path: RMSE of translation, m, and heading, rad.
 
-    From every pose to the first pose at least that far along. NaN where the path is shorter.
+    From every pose to the first pose at least that far along. NaN if the path is shorter.
     """
     _check(estimate, truth)
     path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])

@@ -1,4 +1,4 @@
-"""When a SLAM matches or maps the next scan: after so much distance, turn or time."""
+"""When a SLAM matches or maps the next scan: after a given distance, turn or time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 
 @dataclass(frozen=True)
 class MotionThreshold:
-    """How far apart two events are: after so much distance, turn or time, whichever comes first.
+    """Spacing of two events by distance, turn or time, whichever comes first.
 
     distance m; turn rad; time s; infinity: never for that reason
     """

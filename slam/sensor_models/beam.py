@@ -37,7 +37,7 @@ COS, SIN = np.cos(np.arange(ANGLES) * np.pi / ANGLES), np.sin(np.arange(ANGLES) 
 
 
 class BeamMap(NamedTuple):
-    """What beams are traced through; the layers flat, see `_update`.
+    """The arrays that beams are traced through; flat layers, see `_update`.
 
     tile_index  (tile rows, tile columns) `Tiles.index`
     passing     (cells,)
@@ -279,7 +279,7 @@ def _sums(
     poses, sensor, ends, hit, origin, unit, beam_map: BeamMap, parameters: BeamParameters, floor,
     tops,
 ):  # fmt: skip
-    """(n,) sum of log p of the beams for each pose (n, 3); -inf where it cannot reach `floor`.
+    """(n,) sum of log p of the beams for each pose (n, 3); -inf if it cannot reach `floor`.
 
     unit  cells per m; tops  the maximum of log p of a beam with an echo, and of one without
     """

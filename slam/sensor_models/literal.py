@@ -26,8 +26,8 @@ class Literal:
     occupied, those that they cross are free, each cell once, hits first. Equation 7, taken
     literally, is the probability of m_t given the cells' history (equation 9). There are ten times
     as many free cells as hit ones, and the set changes with the pose cell by cell: the function is
-    rough, with its maxima where few cells are crossed. It is here to follow the paper, not because
-    it works well.
+    rough, with its maxima where few cells are crossed. It is included for comparison with the
+    paper, not because it works well.
 
     beta  weight of the cells; 1 is the paper's
     """

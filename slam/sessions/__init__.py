@@ -1,1 +1,1 @@
-"""Maps that are saved, continued and localised in."""
+"""Saved maps: continue mapping, or localise in them."""

@@ -1,4 +1,4 @@
-"""Where in a map made before a new recording begins; and the SLAM that goes on from there."""
+"""Global relocalisation of a new recording in a saved map; and the SLAM that continues there."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.sessions.session import Session
 
-WAY = 4.0  # m of the new recording that are looked at
-MOST = 400  # scans of it, if the robot stands
-FITS = 0.6  # share of its echoes that must lie on the map
-NEARBY = np.array([0.1, 0.1, math.radians(1.0)])  # m, m, rad: as exact as the global search is
+WAY = 4.0  # m of path of the new recording that are used
+MOST = 400  # maximum number of its scans, if the robot hardly moves
+FITS = 0.6  # minimum share of its echoes that lie on occupied cells
+NEARBY = np.array([0.1, 0.1, math.radians(1.0)])  # m, m, rad: accuracy of the global search
 
 
 def relocated(session: Session, episode: Episode) -> Pose2:
-    """The pose in the session's map from which the episode begins, found without a guess.
+    """The start pose of the episode in the session's map, found without an initial guess.
 
-    The first metres of the episode are mapped by themselves, and laid on every place of the map, in
-    every direction (branch and bound, Hess et al. 2016). Raises InputError where they fit nowhere.
+    The first metres of the episode are mapped separately, and matched with the whole map at all
+    headings (branch and bound, Hess et al. 2016). Raises InputError if they fit nowhere.
     """
     before, seen = _reading(session), _panorama(episode)
     cells = before.tiles
@@ -54,8 +54,8 @@ def relocated(session: Session, episode: Episode) -> Pose2:
 
 
 def empty(variant: str, start: Pose2 = Pose2(), seed: int = 0) -> MaximumLikelihood:
-    """A SLAM of that name which can be given a map. Raises InputError where it is not a maximum
-    likelihood SLAM, MAP-ml."""
+    """A SLAM of the variant, with an empty map to which keyframes can be added. Raises InputError
+    if the variant is not a maximum likelihood SLAM, MAP-ml."""
     robot = make(variant, start, seed)
     if not isinstance(robot, MaximumLikelihood):
         raise InputError(f"a map is continued by a variant MAP-ml, such as hmm-ml, got {variant!r}")
@@ -63,7 +63,7 @@ def empty(variant: str, start: Pose2 = Pose2(), seed: int = 0) -> MaximumLikelih
 
 
 def continued(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
-    """A SLAM of that name which knows the session's map, and stands at `start` in it. Raises
+    """A SLAM of the variant with the session's map and the robot at `start` in it. Raises
     InputError as `empty`."""
     robot = empty(variant, start, seed)
     robot.remember(session.keyframes())
@@ -72,14 +72,14 @@ def continued(session: Session, variant: str, start: Pose2, seed: int = 0) -> Ma
 
 
 def localiser(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
-    """The same, but nothing enters the map any more."""
+    """As `continued`, but with a frozen map: localisation only."""
     robot = continued(session, variant, start, seed)
     robot.freeze()
     return robot
 
 
 def _reading(session: Session) -> Endpoint:
-    """A map of the session, made ready to be matched with."""
+    """A sensor model on the map of the session, for matching."""
     map_model: MapModel = Clamped()
     changed = [map_model.integrate(scan, pose) for scan, pose in session.keyframes()]
     reading = Endpoint()
@@ -88,7 +88,7 @@ def _reading(session: Session) -> Endpoint:
 
 
 def _panorama(episode: Episode) -> Scan:
-    """The echoes of the first metres of an episode, as one scan's, taken at its first pose."""
+    """The echoes of the first metres of an episode as one scan, in the frame of its first pose."""
     front = MaximumLikelihood()
     local, last = LocalMap([], episode.scans[0]), None
     scans = zip(episode.displacements()[:MOST], episode.scans, strict=False)

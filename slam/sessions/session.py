@@ -1,4 +1,4 @@
-"""Sessions: what was mapped once, to be continued another day, or to be localised in."""
+"""Sessions: saved scans and poses, for continuing a map or localising in it."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ WHAT = "a map saved by dynslam"
 
 @dataclass(frozen=True)
 class Session:
-    """Scans, and where each was taken: of these, any map can be made again.
+    """Scans and their poses, from which a map of any model can be built.
 
-    scans  in the order in which they were taken; of several recordings, one after the other
-    poses  (n, 3) the robot at each scan, in the map's frame
+    scans  in the order of time within a recording; several recordings one after the other
+    poses  (n, 3) the robot's pose at each scan, in the map's frame
     """
 
     scans: tuple[Scan, ...]
@@ -43,8 +43,8 @@ class Session:
             raise InputError("a session has finite poses, got NaN or infinity")
 
     def keyframes(self) -> Iterator[tuple[Scan, Pose2]]:
-        """The scans that a map is made of: as far apart as a SLAM's keyframes; the first of each
-        recording, whose clock may be behind, among them."""
+        """The scans to integrate, as far apart as a SLAM's keyframes; always including the first of
+        each recording, whose clock may be behind that of the one before."""
         since_keyframe = MotionTrigger(KEYFRAMES)
         for scan, row in zip(self.scans, self.poses.tolist(), strict=True):
             pose = Pose2(*row)
@@ -54,11 +54,11 @@ class Session:
                 yield scan, pose
 
     def followed_by(self, scans: Sequence[Scan], poses: Array) -> Session:
-        """This session and what was mapped onto it."""
+        """This session with further scans and their poses (n, 3) appended."""
         return Session((*self.scans, *scans), np.vstack([self.poses, poses]))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to `path` (.npz), whole or not at all. Raises InputError."""
+        """Write to `path` (.npz) atomically. Raises InputError."""
         with replacing(path) as file:
             np.savez_compressed(
                 file, allow_pickle=False, format=FORMAT, poses=self.poses,
@@ -76,5 +76,5 @@ def _session(data: dict[str, Any]) -> Session:
 
 
 def session_of(episode: Episode, poses: Array) -> Session:
-    """What a SLAM made of the first n scans of an episode: poses (n, 3)."""
+    """The session of the first n scans of an episode, with their estimated poses (n, 3)."""
     return Session(episode.scans[: len(poses)], np.asarray(poses, dtype=np.float64))

@@ -80,8 +80,8 @@ class Bag:
         return [one.name for one in self.topics.values() if one.kind in kinds and one.messages]
 
     def messages(self, names: list[str]) -> Iterator[tuple[str, float, Any]]:
-        """Topic, time of reception (s), and message; one that cannot be read is counted in the
-        warnings and left out."""
+        """Topic, time of reception (s), and message; one that cannot be read is skipped and
+        counted in the warnings."""
         wanted = [one for name in names for one in self._connections[name]]
         number = 0
         try:
@@ -103,9 +103,9 @@ class Bag:
 
 @contextmanager
 def open_bag(path: AnyPath, warnings: WarningCounter) -> Iterator[Bag]:
-    """A recording open for reading; of a truncated one the part that is there, with a warning.
+    """A recording open for reading; of a truncated one the readable part, with a warning.
 
-    Raises InputError where the file is no recording, or damaged.
+    Raises InputError if the file is damaged or not a recording.
     """
     reader = _reader(Path(path))
     with limited_decompression(_size(Path(path))), ExitStack() as stack:
@@ -130,7 +130,7 @@ def _bag(path: AnyPath, reader: Reader, warnings: WarningCounter, stack: ExitSta
 def _truncated(
     path: AnyPath, broken: Reader, warnings: WarningCounter, stack: ExitStack
 ) -> Bag | None:
-    """The recording as far as it can be read without an index; None where it cannot."""
+    """The part of a recording that can be read without an index; None if there is none."""
     kind = TRUNCATED.get(type(broken))
     if kind is None:
         return None

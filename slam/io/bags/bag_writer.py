@@ -31,9 +31,9 @@ LATCHED = Qos(
     QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, FOREVER,
     FOREVER, QosLiveliness.AUTOMATIC, FOREVER, avoid_ros_namespace_conventions=False,
 )  # fmt: skip
-"""As tf2 asks of /tf_static, and rviz of a map: who comes later gets it too."""
+"""Latched, as tf2 requires for /tf_static and rviz for a map: later subscribers receive it."""
 KEPT = ("/tf_static", "/map")
-LATEST = 2.0**31 - 1  # s: ROS 2 counts to there, ROS 1 twice as far
+LATEST = 2.0**31 - 1  # s: maximum stamp of ROS 2; that of ROS 1 is twice as large
 
 
 class BagWriter:
@@ -80,8 +80,8 @@ def check_times(episode: Episode) -> None:
 
 @contextmanager
 def new_bag(path: AnyPath) -> Iterator[BagWriter]:
-    """A new recording at `path`, which appears when all is written: .bag is ROS 1, .mcap and .db3
-    one file of ROS 2, no ending a folder of ROS 2. Raises InputError where it cannot be written, or
+    """A new recording at `path`, created atomically when complete: .bag is ROS 1, .mcap and .db3
+    one file of ROS 2, no ending a folder of ROS 2. Raises InputError if it cannot be written, or
     the folder exists."""
     path = Path(path)
     if path.is_dir() or (path.exists() and not path.suffix):

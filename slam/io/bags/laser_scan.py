@@ -19,10 +19,10 @@ MULTI_ECHO = "sensor_msgs/msg/MultiEchoLaserScan"
 class Sweep(NamedTuple):
     """One LaserScan.
 
-    received  s, when it was recorded
+    received  s, time of recording
     time      s, its stamp
     ranges    (beams,) m, as written
-    angles    (beams,) rad in the laser's frame, either way round
+    angles    (beams,) rad in the laser's frame, clockwise or counter-clockwise
     reach     range_min and range_max, m, as written
     frame     the laser's
     step      s from a beam to the next
@@ -38,7 +38,7 @@ class Sweep(NamedTuple):
 
 
 def sweep(received: float, message: Any) -> Sweep | None:
-    """A message's sweep; None where it has no beams or no valid angles."""
+    """A message's sweep; None if it has no beams or no valid angles."""
     ranges = np.asarray(message.ranges, dtype=np.float64)
     angles = _fan(
         len(ranges),
@@ -56,7 +56,7 @@ def sweep(received: float, message: Any) -> Sweep | None:
 def readings(ranges: Array, low: float, high: float) -> Array:
     """(beams,) m of a laser that reaches from `low` to `high`: no echo is inf, no reading NaN.
 
-    REP 117: +inf and anything beyond the reach is no echo, -inf is too near, NaN an error. Old
+    REP 117: +inf and any range beyond `high` is no echo, -inf too near, NaN an error. Old
     drivers write 0 for no reading.
     """
     with np.errstate(invalid="ignore"):
@@ -68,7 +68,7 @@ def readings(ranges: Array, low: float, high: float) -> Array:
 @lru_cache(maxsize=64)
 def _fan(beams: int, first: float, last: float, step: float) -> Array | None:
     """(beams,) rad; by the first and last angle where the step is 0 or spans over a full turn. None
-    where these are invalid, too."""
+    if these are invalid, too."""
     if not (beams and abs(first) <= 2 * math.tau):
         return None
     if beams == 1:

@@ -102,7 +102,7 @@ class MessageFactory:
         return self._make("nav_msgs/msg/Path", header=header, poses=stamped)
 
     def grid(self, time: float, grid: OccupancyGrid, frame: str) -> Any:
-        """nav_msgs/OccupancyGrid: 0 to 100 by h where observed, -1 where not."""
+        """nav_msgs/OccupancyGrid: h in percent, -1 for unobserved cells."""
         spec = grid.spec
         data = np.where(grid.observed, np.rint(100 * grid.occupied), -1).astype(np.int8)
         x, y = spec.origin

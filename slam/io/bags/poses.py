@@ -21,7 +21,7 @@ class Stamped(NamedTuple):
     received  (n,) s, when each was recorded
     times     (n,) s, the stamps
     poses     (n, 3)
-    frame     whose poses they are; empty where the topic does not say
+    frame     child frame of the poses; empty if the topic does not give it
     """
 
     received: Array
@@ -65,5 +65,5 @@ def stamp(message: Any, received: float) -> float:
 
 
 def is_truth(topic: str) -> bool:
-    """Whether a topic is a reference and no odometry, by its name."""
+    """Whether a topic is a reference rather than odometry, by its name."""
     return any(word in topic.lower() for word in TRUTH_NAMES)

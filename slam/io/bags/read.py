@@ -104,7 +104,7 @@ def _laser(bag: Bag, wanted: str | None) -> str:
 
 
 def _odometry_topic(bag: Bag, wanted: str | None) -> str | None:
-    """The topic of nav_msgs/Odometry; None where the odometry is in /tf, or there is none."""
+    """The topic of nav_msgs/Odometry; None if the odometry is in /tf, or there is none."""
     topics = bag.named(ODOMETRY)
     if wanted is not None:
         return wanted if wanted in topics else None

@@ -29,8 +29,8 @@ def write_result(
 ) -> None:
     """Write .mcap, .db3 or a folder (ROS 2), or .bag (ROS 1): the topics of a live SLAM.
 
-    online  (n, 3) the pose at each scan as believed when it came; n may be less than all scans
-    stages  maps and trajectories as believed on the way; the last one is the result
+    online  (n, 3) the pose at each scan as estimated online; n may be less than all scans
+    stages  maps and trajectories estimated during the run; the last one is the result
 
     /map            nav_msgs/OccupancyGrid, latched: one a stage
     /path           nav_msgs/Path: one a stage, thinned to MAX_PATH_POSES; the last one is whole
@@ -41,7 +41,7 @@ def write_result(
     /scan, /points  LaserScans, and the echoes of those with uneven beams as PointCloud2
 
     /tf belongs to the map of its time: a closed loop shows as a jump of `odom` in `map`, together
-    with another map and path. Raises InputError where it cannot be written, and
+    with another map and path. Raises InputError if it cannot be written, and
     for times that ROS cannot represent.
     """
     if not len(online):

@@ -18,15 +18,15 @@ from slam.trajectory import Trajectory
 
 BASES = ("base_link", "base_footprint")  # REP 105
 NO_ODOMETRY = "none"  # in a SourceSelection
-MIN_UPRIGHT = math.cos(math.radians(10.0))  # cosine of the tilt; with more, ranges are too long
+MIN_UPRIGHT = math.cos(math.radians(10.0))  # cosine of the tilt; beyond it, ranges are too long
 
 
 class OdometrySource(NamedTuple):
     """The odometry of a recording.
 
-    trajectory  None where there is no odometry
+    trajectory  None if there is no odometry
     base        the robot's frame, whose poses these are
-    source      where it comes from, in words; empty where there is none
+    source      description of where it comes from; empty if there is none
     """
 
     trajectory: Trajectory | None
@@ -42,7 +42,7 @@ def odometry_of(
     warnings: WarningCounter,
 ) -> OdometrySource:
     """The odometry of the topic, or of /tf: of the wanted frame, or of one above the laser whose
-    name has "odom" in it. Raises InputError where the wanted one is not there."""
+    name has "odom" in it. Raises InputError if the wanted one is missing."""
     laser = recorded.sweeps[0].frame
     if wanted == NO_ODOMETRY:
         return OdometrySource(None, _base(tree, laser, ""), "")

@@ -44,7 +44,7 @@ rosbag2_reader.zstd = _zstd  # pyright: ignore[reportPrivateImportUsage, reportA
 
 
 def _qos(text_or_list: Any) -> list[Any]:
-    """Settings of a topic, which are not needed; none where they are not as ROS writes them."""
+    """QoS settings of a topic, not needed here; none if they are not in the format of ROS."""
     text = str(text_or_list) if isinstance(text_or_list, str) else ""
     if len(text) > MAX_QOS or "&" in text:
         return []

@@ -38,7 +38,7 @@ class TransformHistory(NamedTuple):
         return bool(turned.max() < STATIC_TOLERANCE and shifted.max() < STATIC_TOLERANCE)
 
     def at(self, times: Array) -> tuple[Array, Rotation]:
-        """Translations (m, 3) and m rotations at times (m,), interpolated, held at the ends."""
+        """Translations (m, 3) and m rotations at times (m,), interpolated, clamped at the ends."""
         if len(self.times) == 1:
             quaternion = np.repeat(self.rotations.as_quat(), len(times), axis=0)
             shift = np.repeat(self.translations, len(times), axis=0)
@@ -98,7 +98,7 @@ class Transforms:
 
     def path(self, parent: str, child: str) -> tuple[list[str], list[str]]:
         """The frames whose edges lead from their last common ancestor down to `parent`, and to
-        `child`. Raises InputError where they are not connected."""
+        `child`. Raises InputError if they are not connected."""
         up, down = self.ancestors(parent), self.ancestors(child)
         if up[-1] != down[-1]:
             raise InputError(f"no transform leads from frame {parent!r} to {child!r}")
@@ -108,7 +108,7 @@ class Transforms:
         return up, down
 
     def times(self, parent: str, child: str) -> Array:
-        """All times at which something moved between two frames; empty where nothing does."""
+        """All times of the transforms between two frames that change; empty if all are constant."""
         edges = [self.edge(name) for part in self.path(parent, child) for name in part]
         moving = [edge.times for edge in edges if not edge.constant]
         return np.unique(np.concatenate(moving)) if moving else np.empty(0)

@@ -48,7 +48,7 @@ class TruncatedBag1(Bag1):
         self.indexes = {one.id: sorted(found[one.id]) for one in self.connections}
 
     def _take_record(self, found: dict[int, list[IndexData]]) -> bool:
-        """Read one record; False where it was the last."""
+        """Read one record; False if it was the last."""
         assert self.bio
         at = self.bio.tell()
         header = Header.read(self.bio)

@@ -29,7 +29,7 @@ FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25}
 
 
 class Garbled(ValueError):  # noqa: N818 (counted as a warning, never shown as an error)
-    """A line is no message of its kind; the text says what was expected."""
+    """A line is not a valid message of its kind; the text says what was expected."""
 
 
 class Odom(NamedTuple):
@@ -44,9 +44,9 @@ class LaserMessage(NamedTuple):
 
     robot      pose by the odometry; m, rad
     ranges     (beams,) m, as written
-    angles     (beams,) rad, or None where they are by convention (FLASER)
-    max_range  m, or None where the line does not say
-    mount      the sensor on the robot, or None where the line does not say
+    angles     (beams,) rad, or None if implied by convention (FLASER)
+    max_range  m, or None if the line does not say
+    mount      the sensor on the robot, or None if the line does not say
     """
 
     time: float

@@ -79,7 +79,7 @@ class CarmenParser:
         return [message for message in self.messages if isinstance(message, LaserMessage)]
 
     def param(self, name: bytes) -> float:
-        """The log's own setting, 0 where it has none."""
+        """The log's own setting, 0 if it has none."""
         return self.params.get(name, 0.0)
 
     @property

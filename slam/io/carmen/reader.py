@@ -28,7 +28,7 @@ EXPECTED = (
 
 
 def read_carmen(path: AnyPath) -> LoadedRecording:
-    """Read a CARMEN log, plain or gzip. Raises InputError where there is no usable scan in it.
+    """Read a CARMEN log, plain or gzip. Raises InputError if there is no usable scan in it.
 
     The laser is that of FLASER or of ROBOTLASER1, whichever comes first; other messages are left
     out. The odometry holds all ODOM poses and the scans' own ones, in file order. Times are the
