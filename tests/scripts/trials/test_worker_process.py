@@ -51,6 +51,13 @@ def test_the_last_words_are_those_of_the_job_that_ended_it(keeper):
     assert keeper.do(Task("leaves")).row["error"] == "the process ended with status 5"
 
 
+def test_a_job_may_hold_what_no_module_defines(keeper):
+    class Local(Task):
+        pass
+
+    assert keeper.do(Local("rests")).row["pid"] != os.getpid()
+
+
 def test_one_that_ended_with_nothing_to_do_costs_the_next_job_nothing(keeper):
     first = keeper.do(Task("rests")).row["pid"]
     os.kill(first, 9)
