@@ -6,10 +6,8 @@ object an `AgentBuilder`, makes it known to every command without an import.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import cache
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -30,6 +28,7 @@ from agents.wall_follower import WallFollower
 from dynslam_env.record import Driver
 from slam.errors import InputError
 from slam.io.python_file import load_object, names_object
+from slam.plugins import load_entry_points
 from slam.scan import Scan
 from slam.validation import unknown_name
 
@@ -97,17 +96,8 @@ def builder_of(name: str) -> AgentBuilder:
 
 @cache
 def _discover() -> None:
-    """Register the entry points of all installed packages, once; registered names are kept.
-
-    One that fails to load is skipped with a warning, so that the others still load.
-    """
-    for entry in entry_points(group="dynslam.agents"):
-        if entry.name in _BUILDERS:
-            continue
-        try:
-            register(entry.name, entry.load())
-        except Exception as error:
-            warnings.warn(f"agent {entry.name!r} ({entry.value}): {error}", stacklevel=2)
+    """Register the entry points of all installed packages, once; registered names are kept."""
+    load_entry_points("dynslam.agents", _BUILDERS.__contains__, register)
 
 
 def _training() -> ModuleType:

@@ -53,10 +53,13 @@ def whole_number(name: str, value: Any, low: int) -> None:
 
 
 def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
-    """Check that `value` is one of `allowed`."""
+    """Check that `value` is one of `allowed`; the error suggests the nearest name."""
     if value not in allowed:
         known = ", ".join(repr(choice) for choice in allowed)
-        raise InputError(f"{name} must be one of {known}, got {value!r}")
+        names = [choice for choice in allowed if isinstance(choice, str)]
+        near = get_close_matches(str(value), names, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"{name} must be one of {known}, got {value!r}{hint}")
 
 
 def function(name: str, value: object) -> None:

@@ -7,9 +7,7 @@ every command without an import.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
-from importlib.metadata import entry_points
 from typing import Generic, TypeVar
 
 from dynslam_env.simulation.laws import Fixed, Law, Uniform
@@ -18,6 +16,7 @@ from dynslam_env.worlds.layout import Generator
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 from slam.errors import InputError
+from slam.plugins import load_entry_points
 from slam.validation import instance, one_of
 
 Part = TypeVar("Part")
@@ -57,22 +56,10 @@ class Registry(Generic[Part]):
         return self._parts[name]
 
     def _discover(self) -> None:
-        """Register the entry points of all installed packages, once; registered names are kept.
-
-        One that fails to load is skipped with a warning, so that the others still load.
-        """
-        if self._discovered:
-            return
-        self._discovered = True
-        for entry in entry_points(group=self._group):
-            if entry.name in self._parts:
-                continue
-            try:
-                self.register(entry.name, entry.load())
-            except Exception as error:
-                warnings.warn(
-                    f"{self._group} {entry.name!r} ({entry.value}): {error}", stacklevel=2
-                )
+        """Register the entry points of all installed packages, once; registered names are kept."""
+        if not self._discovered:
+            self._discovered = True
+            load_entry_points(self._group, self._parts.__contains__, self.register)
 
 
 NAMED_WORLDS: Registry[Generator] = Registry(

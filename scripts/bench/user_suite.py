@@ -117,7 +117,7 @@ def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
 def _world(given: Any, usual: str) -> Any:
     """A world by name, or the environment's own (or that of `kind`) with some fields replaced."""
     if isinstance(given, str):
-        return given
+        return NAMED_WORLDS.get(given)
     instance("world", given, dict, "a name or a table")
     kind = given.get("kind", usual)
     one_of("world.kind", kind, NAMED_WORLDS.names())
@@ -128,8 +128,7 @@ def _world(given: Any, usual: str) -> Any:
 def _doors(given: Any) -> Any:
     """One of NAMED_LAWS, or `Doors` from a table of its fields; the law is a table with `kind`."""
     if isinstance(given, str):
-        one_of("doors", given, NAMED_LAWS.names())
-        return given
+        return NAMED_LAWS.get(given)
     instance("doors", given, dict, "a name or a table")
     law = given.get("law")
     others = _changed("doors", Doors(), {k: v for k, v in given.items() if k != "law"})

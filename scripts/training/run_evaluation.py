@@ -13,7 +13,7 @@ from slam.validation import number, whole_number
 from ..console.exits import EXIT_MISTAKE
 from ..console.output import output_directory
 from ..console.progress import progress_bar
-from ..console.selection import parse_selection
+from ..console.selection import LIST_VARIANTS, parse_selection
 from ..figures.film import suffix
 from ..report.summary import Wording
 from ..report.write import write_report
@@ -58,7 +58,7 @@ def agent_names(command: EvaluateCommand) -> list[str]:
 def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     """One patrol per seed, world, SLAM and agent; raises InputError for wrong options."""
     worlds = parse_worlds(command.worlds)
-    systems = parse_selection("variant", command.slam, slam.variants())
+    systems = parse_selection("variant", command.slam, slam.variants(), LIST_VARIANTS)
     whole_number("episodes", command.episodes, 1)
     whole_number("first", command.first, 0)
     number("limit", command.limit, 1e-3)

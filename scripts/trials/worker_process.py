@@ -15,6 +15,8 @@ from contextlib import suppress
 from types import TracebackType
 from typing import IO
 
+import cloudpickle
+
 from .jobs import Done, Job, failure
 
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA", "NUMEXPR")}
@@ -35,7 +37,7 @@ class WorkerProcess:
         assert child.stdout is not None
         begun = time.monotonic()
         try:
-            pickle.dump(job, child.stdin)
+            cloudpickle.dump(job, child.stdin)  # with parts that the user defined in __main__
             child.stdin.flush()
             return pickle.load(child.stdout)
         except (EOFError, OSError, pickle.UnpicklingError):  # OSError: broken pipe

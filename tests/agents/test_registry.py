@@ -151,7 +151,7 @@ def test_an_installed_package_brings_its_agent(tmp_path):
             f"print(agents.names()[-1], type(agents.make('theirs', None)).__name__)")  # fmt: skip
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["theirs", "Theirs"]
-    assert "agent 'broken' (nowhere:build): No module named 'nowhere'" in run.stderr
+    assert "dynslam.agents 'broken' (nowhere:build): No module named 'nowhere'" in run.stderr
 
 
 def test_the_pages_code_for_stable_baselines3_loads_the_policy_in_the_repository(env):

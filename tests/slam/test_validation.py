@@ -15,7 +15,7 @@ from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
 from slam.search.random_restart import RandomRestart
-from slam.validation import unknown_name
+from slam.validation import one_of, unknown_name
 
 
 @pytest.mark.parametrize(
@@ -54,3 +54,14 @@ def test_where_no_name_is_near_the_first_ten_are_listed():
     assert message == f"unknown world 'zzz'; known: {', '.join(known[:10])} and 2 more"
     assert unknown_name("world", "zzz", known[:2]) == "unknown world 'zzz'; known: world-0, world-1"
     assert unknown_name("world", "zzz", []) == "unknown world 'zzz'; known: none"
+
+
+def test_a_wrong_choice_is_answered_with_the_nearest_and_all():
+    allowed = (None, "moving", "static")
+    one_of("doors", None, allowed)
+    for value, hint in (("statik", "; did you mean 'static'?"), ("ajar", ""), (3, "")):
+        with pytest.raises(InputError) as refused:
+            one_of("doors", value, allowed)
+        assert str(refused.value) == (
+            f"doors must be one of None, 'moving', 'static', got {value!r}{hint}"
+        )

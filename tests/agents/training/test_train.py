@@ -250,8 +250,8 @@ def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, mess
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        (CONFIG, "{", "not what a training writes"),
-        (CONFIG, "3", "not what a training writes"),
+        (CONFIG, "{", "not a configuration of a training"),
+        (CONFIG, "3", "not a configuration of a training"),
         (CHECKPOINT, "PK", "no checkpoint to resume from"),
     ],
 )

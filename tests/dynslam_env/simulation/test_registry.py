@@ -10,9 +10,8 @@ import pytest
 
 import dynslam_env
 from dynslam_env import Corridor, Fixed, FlipClock, Layout, Uniform, register_law, register_world
-from dynslam_env.simulation import registry
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
-from slam import InputError
+from slam import InputError, plugins
 
 IDS = ["DoorCorridor-v0", "DoorPatrol-v0", "DoorPatrolGoals-v0"]
 WORLDS, LAWS = ("corridor", "loop", "office", "crowd"), ("moving", "static")
@@ -134,7 +133,7 @@ def test_entry_points_of_installed_packages_are_found(own_names, monkeypatch):
     def entry_points(group):
         return [EntryPoint(name, f"{here}:{value}", group) for name, value in installed[group]]
 
-    monkeypatch.setattr(registry, "entry_points", entry_points)
+    monkeypatch.setattr(plugins, "entry_points", entry_points)
     with pytest.warns(UserWarning, match="dynslam.worlds 'broken'"):
         env = gym.make("DoorCorridor-v0", world="room", doors="together")
     assert NAMED_WORLDS.names() == (*WORLDS, "room")

@@ -5,7 +5,8 @@ from dynslam_cli.bench.user_suite import read_suite
 from dynslam_cli.trials.scoring import LogScorer, TruthScorer, scorer, stem
 from dynslam_cli.trials.sources import LogFile, SimulatedDrive
 
-from dynslam_env import WORLDS, Doors, Laser, Odometry
+from dynslam_env import WORLDS, Corridor, Doors, Laser, Odometry, Uniform
+from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from slam.benchmark.results import read
 from slam.benchmark.run import build, run
 from slam.episode import Episode
@@ -190,6 +191,17 @@ def test_a_file_describes_a_suite(tmp_path):
     assert first.plain()["steps"] == 300
     assert second.plain()["config"]["world"]["type"] == "Loop"
     assert [c.condition["case"] for c in suite.cases] == ["fast doors, short sight", "DoorLoop-v0"]
+
+
+def test_a_registered_world_and_law_go_along_to_other_processes(tmp_path, monkeypatch):
+    monkeypatch.setitem(NAMED_WORLDS._parts, "short", Corridor(length=8.0))
+    monkeypatch.setitem(NAMED_LAWS._parts, "often", Uniform(1.0, 2.0))
+    text = 'name = "mine"\nvariants = ["odometry"]\nseeds = 1\n'
+    text += '[[case]]\nworld = "short"\ndoors = "often"\n'
+    (case,) = read_suite(written(tmp_path, text)).cases
+    source = case.source(7)
+    assert isinstance(source, SimulatedDrive)
+    assert source.parameters == {"world": Corridor(length=8.0), "doors": Uniform(1.0, 2.0)}
 
 
 def test_it_runs(bench, tmp_path):

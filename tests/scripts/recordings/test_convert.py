@@ -114,7 +114,7 @@ def test_a_laser_that_cannot_be_read_is_warned_of(shared_data: Path, monkeypatch
             raise InputError(f"no usable scan on {choice.laser}")
         return read_log(path, choice)
 
-    monkeypatch.setattr("dynslam_cli.recordings.source.read_log", read)
+    monkeypatch.setattr(formats, "read_log", read)
     assert main.status(["info", str(bag)]) == 0
     out, err = capsys.readouterr()
     assert "1440 beams" not in out

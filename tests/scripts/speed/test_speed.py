@@ -24,7 +24,7 @@ def small(monkeypatch):
     monkeypatch.setattr(speed_env, "DOORS", (0, 2))
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
     monkeypatch.setattr(speed_patrol, "WORLDS", 2)
-    monkeypatch.setattr(speed_patrol, "STEPS", 2)
+    monkeypatch.setattr(speed_patrol, "STEPS_PER_ROUND", 2)
     monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
 
 

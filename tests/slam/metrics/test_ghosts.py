@@ -59,5 +59,5 @@ def test_an_episode_without_truth_is_told() -> None:
     blind = Episode(EPISODE.scans, EPISODE.odometry)
     with pytest.raises(InputError, match="truth"):
         Ghosts(blind)
-    with pytest.raises(InputError, match="true poses"):
+    with pytest.raises(InputError, match="holds the truth"):
         seen_through(blind, np.zeros((1, 2)))
