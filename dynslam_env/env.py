@@ -249,13 +249,13 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control step of 0.1 s."""
         batch = self._begun
-        judge = batch.progress
+        progress = batch.progress
         batch.step(ONLY_ROW, actions_of(action, (2,))[None])
         self._record_step()
         info = self._info()
-        info["reward_terms"] = dict(zip(self._terms, judge.terms[0].tolist(), strict=True))
-        info["ends"] = ends = dict(zip(self._ends, judge.ends[0].tolist(), strict=True))
-        return self._observation(), float(judge.rewards[0]), any(ends.values()), False, info
+        info["reward_terms"] = dict(zip(self._terms, progress.terms[0].tolist(), strict=True))
+        info["ends"] = ends = dict(zip(self._ends, progress.ends[0].tolist(), strict=True))
+        return self._observation(), float(progress.rewards[0]), any(ends.values()), False, info
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """An image (rows, columns, 3) for "rgb_array"; a window for "human"."""

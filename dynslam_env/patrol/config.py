@@ -29,7 +29,7 @@ class PatrolKeywords(PlaceKeywords, total=False):
     turn: float
     hold: int
     scan_every: int
-    pay: RewardWeights | None
+    reward: RewardWeights | None
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class PatrolConfig:
     turn        rad/s that an action of 1 stands for
     hold        control steps of 0.1 s for which an action is held
     scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it
-    pay         weights of the reward
+    reward      weights of the reward
     """
 
     slam: str = "hmm-ml"
@@ -49,7 +49,7 @@ class PatrolConfig:
     turn: float = 1.5
     hold: int = 4
     scan_every: int = 2
-    pay: RewardWeights = field(default_factory=RewardWeights)
+    reward: RewardWeights = field(default_factory=RewardWeights)
 
     def __post_init__(self) -> None:
         positive(self, "speed", "turn")
@@ -60,13 +60,13 @@ class PatrolConfig:
                 f"an agent acts on the last scan: hold must be a multiple of scan_every, "
                 f"got {self.hold} and {self.scan_every}"
             )
-        instance("pay", self.pay, RewardWeights)
+        instance("reward", self.reward, RewardWeights)
 
     @staticmethod
     def split(keywords: Mapping[str, Any]) -> tuple[PatrolConfig, dict[str, Any]]:
         """The patrol's share of `PatrolKeywords` as a config, and the rest, the place's."""
-        pay = keywords.get("pay") or RewardWeights()
-        return split_keywords(PatrolConfig, {**keywords, "pay": pay})
+        reward = keywords.get("reward") or RewardWeights()
+        return split_keywords(PatrolConfig, {**keywords, "reward": reward})
 
     @property
     def limits(self) -> tuple[float, float]:

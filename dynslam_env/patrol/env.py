@@ -80,7 +80,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | argument      | default    | what                                                            |
     |---------------|------------|-----------------------------------------------------------------|
     | `slam`        | "hmm-ml"   | the SLAM variant                                                |
-    | `pay`         | `RewardWeights()` | weights of the reward                                    |
+    | `reward`      | `RewardWeights()` | weights of the reward                                    |
     | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | velocities of an action of 1                          |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
     | `scan_every`  | 2          | control steps between two scans given to the SLAM               |
@@ -100,11 +100,11 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         **parts: Unpack[PatrolKeywords],
     ):
         check_keywords(DoorPatrolEnv, PatrolKeywords, parts)
-        self.orders, place = PatrolConfig.split(parts)
+        self.patrol_config, place = PatrolConfig.split(parts)
         self.place = DoorWorldEnv(**place, task=NO_TASK, render_mode=render_mode)
-        scan_every, hold = self.orders.scan_every, self.orders.hold
+        scan_every, hold = self.patrol_config.scan_every, self.patrol_config.hold
         self.wrapped = SlamWrapper(
-            self.place, self.orders.slam, score_every=score_every, scan_every=scan_every
+            self.place, self.patrol_config.slam, score_every=score_every, scan_every=scan_every
         )
         if score_every % hold:
             raise InputError(
@@ -157,12 +157,12 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def limits(self) -> tuple[float, float]:
         """m/s and rad/s that an action of 1 stands for."""
-        return self.orders.limits
+        return self.patrol_config.limits
 
     @property
     def period(self) -> float:
         """s for which an action is held."""
-        return self.orders.period
+        return self.patrol_config.period
 
     @property
     def patroller(self) -> Patroller:
@@ -187,15 +187,15 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action for `hold` control steps."""
-        patroller, orders, info = self.patroller, self.orders, {}
-        command = orders.commands(action, self.robot)
-        for k in range(1, orders.hold + 1):
+        patroller, patrol_config, info = self.patroller, self.patrol_config, {}
+        command = patrol_config.commands(action, self.robot)
+        for k in range(1, patrol_config.hold + 1):
             *_, info = self.wrapped.step(command)
             patroller.move(self.place.displacement, info["collision"])
-            if k % orders.scan_every == 0:
+            if k % patrol_config.scan_every == 0:
                 patroller.look(self.wrapped.estimate, self.place.scan)
         gains = patroller.gains(self.time)
-        terms = orders.pay.terms(gains)
+        terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
         return self._observation(), sum(terms.values()), False, False, told
 
@@ -208,7 +208,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.wrapped.close()
 
     def _observation(self) -> Observation:
-        return self.patroller.observation(self.place.scan, self.orders.limits)
+        return self.patroller.observation(self.place.scan, self.patrol_config.limits)
 
     def _info(self, info: dict[str, Any]) -> dict[str, Any]:
         brier = self._doors.brier(self.patroller.memory, self.time, info["door_angles"])

@@ -46,16 +46,16 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         **keywords: Unpack[PatrolVectorKeywords],
     ):
         check_keywords(DoorPatrolVectorEnv, PatrolVectorKeywords, keywords)
-        self.orders, others = PatrolConfig.split(keywords)
+        self.patrol_config, others = PatrolConfig.split(keywords)
         super().__init__(num_envs, render_mode=render_mode, task=NO_TASK, **others)
         self.single_action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.single_observation_space = observation_space()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        slam_library.make(self.orders.slam)  # raises for an unknown name now, not at a reset
+        slam_library.make(self.patrol_config.slam)  # raises for an unknown name now, not at a reset
         self._patrols: list[_Patrol] = [None] * num_envs  # type: ignore[list-item]
         self._touched = np.zeros(num_envs)
-        self._terms = np.zeros((len(self.orders.pay.weights), num_envs))
+        self._terms = np.zeros((len(self.patrol_config.reward.weights), num_envs))
         self._views = {
             key: np.zeros((num_envs, *space.shape), space.dtype)
             for key, space in self.single_observation_space.spaces.items()
@@ -65,28 +65,28 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
     def _reset(self, i: int, start: Pose2 | None = None) -> None:
         super()._reset(i, start)
         batch = self._batch
-        system = slam_library.make(self.orders.slam, Pose2.of(batch.drive.poses[i]), 0)
+        system = slam_library.make(self.patrol_config.slam, Pose2.of(batch.drive.poses[i]), 0)
         self._patrols[i] = _Patrol(system, self._scan(i), DoorsKnown(batch.layouts[i]))
         self._touched[i] = 0.0
         self._show(i)
 
     def _drive(self, which: Rows, commands: Array) -> Array:
-        batch, orders = self._batch, self.orders
-        commands = orders.commands(commands, self.world_config.robot)
+        batch, patrol_config = self._batch, self.patrol_config
+        commands = patrol_config.commands(commands, self.world_config.robot)
         patrols = [(i, self._patrols[i]) for i in which.tolist()]
         rewards = np.zeros(self.num_envs)
-        for k in range(1, orders.hold + 1):
+        for k in range(1, patrol_config.hold + 1):
             batch.step(which, commands)
             motions, collided = batch.displacements.tolist(), batch.collided.tolist()
             for i, patrol in patrols:
                 patrol.move(Pose2(*motions[i]), collided[i])
-            if k % orders.scan_every == 0:
+            if k % patrol_config.scan_every == 0:
                 estimates = [patrol.locate(self._scan(i)) for i, patrol in patrols]
                 for (_, patrol), estimate in zip(patrols, estimates, strict=True):
                     patrol.robot.look(estimate, patrol.scan)
         for i, patrol in patrols:
             gains = patrol.robot.gains(batch.worlds[i].time)
-            terms = orders.pay.terms(gains)
+            terms = patrol_config.reward.terms(gains)
             rewards[i], self._touched[i] = sum(terms.values()), gains.collision
             self._terms[:, i] = list(terms.values())
             self._show(i)
@@ -99,7 +99,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
     def _show(self, i: int) -> None:
         """Write the observation of world `i`."""
         patrol = self._patrols[i]
-        view = patrol.robot.observation(patrol.scan, self.orders.limits)
+        view = patrol.robot.observation(patrol.scan, self.patrol_config.limits)
         for key, rows in self._views.items():
             rows[i] = view[key]
 
@@ -119,7 +119,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             "pose": self._batch.drive.poses.copy(),
             "door_angles": self._openings.array(),
             "collision": self._touched.copy(),
-            "time": self._steps * self.orders.hold * CONTROL_DT,
+            "time": self._steps * self.patrol_config.hold * CONTROL_DT,
             "door_brier": self._briers(),
         }
         for rows in infos.values():
@@ -129,7 +129,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
     def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
             return {}
-        names = self.orders.pay.weights
+        names = self.patrol_config.reward.weights
         terms = dict(zip(names, np.where(mask, self._terms, 0.0), strict=True))
         return masked({"reward_terms": masked(terms, mask)}, mask)
 

@@ -148,4 +148,7 @@ def _plain(part: Any) -> Any:
         return [_plain(value) for value in part]
     if isinstance(part, np.ndarray):
         return part.tolist()
+    if type(part).__repr__ is object.__repr__:  # it names an address, not the content
+        named = {name: _plain(value) for name, value in getattr(part, "__dict__", {}).items()}
+        return {"type": type(part).__name__} | named
     return part if isinstance(part, bool | int | float | str | None) else repr(part)

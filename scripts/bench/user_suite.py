@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
+import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -90,13 +93,27 @@ def _case(given: dict[str, Any], number: int, folder: Path) -> SuiteCase:
     every = given.get("every", 1)
     whole_number("every", every, 1)
     parameters = _parameters(given, env)
-    case = SuiteCase({"case": name}, partial(_drive, env, every, parameters))
+    code = _code_of([parameters[part] for part in ("world", "doors") if part in parameters])
+    case = SuiteCase({"case": name}, partial(_drive, env, every, parameters, code))
     case.source(0).plain()  # the environment checks its parameters now
     return case
 
 
-def _drive(env: str, every: int, parameters: Mapping[str, Any], seed: int) -> Source:
-    return SimulatedDrive(env, seed, parameters, every)
+def _drive(env: str, every: int, parameters: Mapping[str, Any], code: str, seed: int) -> Source:
+    return SimulatedDrive(env, seed, parameters, every, code)
+
+
+def _code_of(parts: Sequence[object]) -> str:
+    """A digest of the files that define registered parts; empty for dynslam's own. An episode of
+    code that has changed is another one, and so is one of code without a file."""
+    found = hashlib.sha256()
+    own = [type(part) for part in parts if not type(part).__module__.startswith("dynslam_env.")]
+    for kind in own:
+        try:
+            found.update(Path(inspect.getfile(kind)).read_bytes())
+        except (OSError, TypeError):
+            found.update(os.urandom(16))
+    return found.hexdigest()[:16] if own else ""
 
 
 def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
@@ -143,7 +160,8 @@ def _doors(given: Any) -> Any:
 def _changed(name: str, part: Any, given: Any) -> Any:
     """A dataclass with some of its fields replaced."""
     instance(name, given, dict, "a table")
-    assert is_dataclass(part)
+    if not is_dataclass(part):
+        raise InputError(f"{name}: {type(part).__name__} has no fields, it is no dataclass")
     assert not isinstance(part, type)
     _only(f"field of {name}", given, tuple(f.name for f in fields(part)))
     for field, value in given.items():

@@ -93,7 +93,7 @@ class Patrol:
         row["duration"] = self.steps * env.period
         seen = None
         if recorded is not None:
-            drive = sparser(recorded.recorder.episode({}), env.orders.scan_every)
+            drive = sparser(recorded.recorder.episode({}), env.patrol_config.scan_every)
             seen = record_run(self.slam, drive, 0)
         env.close()
         return row, seen

@@ -55,12 +55,14 @@ class SimulatedDrive(Source):
     seed        of the drive and of the variants that run on it
     parameters  the environment's keywords
     every       records only each `every`-th scan
+    code        digest of the user's code that the parameters hold, if any
     """
 
     env: str
     seed: int
     parameters: Mapping[str, Any] = field(default_factory=dict)
     every: int = 1
+    code: str = ""
 
     def plain(self) -> dict[str, Any]:
         """Description with all parameters of the environment and a digest of the simulator."""
@@ -68,6 +70,7 @@ class SimulatedDrive(Source):
         given = {**keywords, **self.parameters}
         steps = given.pop("max_episode_steps", steps)
         plain = {"env": self.env, "seed": self.seed, "every": self.every, "steps": steps}
+        plain |= {"code": self.code} if self.code else {}
         return plain | {"config": WorldConfig.of(given).plain(), "simulator": simulator()}
 
     def make(self) -> Episode:

@@ -88,7 +88,9 @@ class GraphSlam:
         self.graph = PoseGraph(np.array([start]))
         self.places: list[LocalMap] = []
         self._front: MaximumLikelihood | None = None
-        self._sure = np.zeros((3, 3))  # covariance of the current local map's frame, in that frame
+        self._frame_covariance = np.zeros(
+            (3, 3)
+        )  # covariance of the current local map's frame, in that frame
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
@@ -180,7 +182,7 @@ class GraphSlam:
         self.graph.add_pose(frame @ estimate.pose)
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         self.graph.edges.append(Edge(last, last + 1, estimate.pose, information))
-        self._sure = turn @ self._carried(estimate) @ turn.T + DRIFT
+        self._frame_covariance = turn @ self._carried(estimate) @ turn.T + DRIFT
 
     def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
         turn = turned(frame.theta)
@@ -189,7 +191,7 @@ class GraphSlam:
     def _carried(self, estimate: Estimate) -> Array:
         """The covariance of a pose in the current frame, including the error of the frame."""
         lever = lever_jacobian(estimate.pose.x, estimate.pose.y)
-        return lever @ self._sure @ lever.T + estimate.covariance
+        return lever @ self._frame_covariance @ lever.T + estimate.covariance
 
     # -- loops ---------------------------------------------------------------------------------
 
@@ -202,7 +204,7 @@ class GraphSlam:
         return self._revisions > before
 
     def _do(self, work: Iterator[None]) -> None:
-        if next(work, DONE) is DONE:
+        if next(work, NO_WORK_LEFT) is NO_WORK_LEFT:
             self._work.popleft()
 
     def _close(self, here: int) -> Iterator[None]:
@@ -244,8 +246,8 @@ class GraphSlam:
             yield
         moved = Pose2.of(found[-1]) @ Pose2.of(graph.poses[len(found) - 1]).inverse()
         graph.poses = np.vstack([found, compose(moved, graph.poses[len(found) :])])
-        self._sure = chained(len(graph.poses), graph.edges, graph.trust(), 0)[-1]
+        self._frame_covariance = chained(len(graph.poses), graph.edges, graph.trust(), 0)[-1]
         self._revisions += 1
 
 
-DONE = object()
+NO_WORK_LEFT = object()

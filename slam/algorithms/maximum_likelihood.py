@@ -56,7 +56,7 @@ class MaximumLikelihood:
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
-        self._ground = MapUncertainty(self.map_model.cells.tiles)
+        self._map_uncertainty = MapUncertainty(self.map_model.cells.tiles)
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
@@ -111,7 +111,7 @@ class MaximumLikelihood:
             pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
             likelihood, information = laplace(self.sensor_model, scan, pose)
             before = self._carried(self.keyframe, prediction)
-            ground = self._ground.covariance(pose, scan.points)
+            ground = self._map_uncertainty.covariance(pose, scan.points)
             covariance = fused(before, ground, information)
             self._last_match = prediction, information
             estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
@@ -135,7 +135,7 @@ class MaximumLikelihood:
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Integrate the keyframe; returns the ids of the cells that may have changed."""
         changed = NO_CELLS if self._frozen else self.map_model.integrate(scan, estimate.pose)
-        self._ground.settle(estimate.pose, estimate.covariance)
+        self._map_uncertainty.settle(estimate.pose, estimate.covariance)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)
         return changed

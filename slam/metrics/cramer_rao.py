@@ -18,7 +18,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, lever_jacobian, transform_points
 from slam.validation import finite, positive_number
 
-LEAST_COSINE = 0.05  # lower limit on the cosine of incidence, for grazing beams
+MIN_COSINE = 0.05  # lower limit on the cosine of incidence, for grazing beams
 SINGULAR = 1e-12  # relative to the largest eigenvalue: below it, a direction counts as unknown
 
 
@@ -54,7 +54,7 @@ def ray_gradient(
 
     A ray from s in direction d ends on the line through h with normal n: n.(s + r d) = n.h. Hence
     dr/ds = -n / n.d, and dr/dtheta = -n.(h - p)_perp / n.d, about the robot's centre p. |n.d|, the
-    cosine of the incidence, counts as `LEAST_COSINE` at least. Errors: InputError for wrong shapes.
+    cosine of the incidence, counts as `MIN_COSINE` at least. Errors: InputError for wrong shapes.
     """
     hit = np.isfinite(ranges)
     _check(angles, ranges, normals, hit)
@@ -64,7 +64,7 @@ def ray_gradient(
     d = transform_points(Pose2(0.0, 0.0, pose.theta + mount.theta), directions)
     n = normals[hit]
     cosine = (n * d).sum(axis=1)
-    cosine = np.copysign(np.maximum(np.abs(cosine), LEAST_COSINE), cosine)
+    cosine = np.copysign(np.maximum(np.abs(cosine), MIN_COSINE), cosine)
     gradient = np.zeros((len(ranges), 3))
     gradient[hit, :2] = -n / cosine[:, None]
     gradient[hit, 2] = -(n[:, 1] * arms[:, 0] - n[:, 0] * arms[:, 1]) / cosine

@@ -15,7 +15,7 @@ from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.trajectory import RPE_DISTANCE, alignment, ate, heading_errors, rpe
 from slam.trajectory import Trajectory
 
-APART = 0.1  # s: a reference stamp farther from every estimate is left out
+MAX_STAMP_GAP = 0.1  # s: a reference stamp farther from every estimate is left out
 
 
 class ReferenceScores(NamedTuple):
@@ -55,7 +55,7 @@ def score_reference(reference: Trajectory, estimate: Trajectory) -> ReferenceSco
 
 
 def associated(
-    reference: Trajectory, estimate: Trajectory, apart: float = APART
+    reference: Trajectory, estimate: Trajectory, apart: float = MAX_STAMP_GAP
 ) -> tuple[Array, Array]:
     """(n, 3) twice: the reference's poses at its stamps, the estimate's poses interpolated there.
 
@@ -66,7 +66,7 @@ def associated(
     after = np.searchsorted(estimate.times, times).clip(0, len(estimate) - 1)
     before = (after - 1).clip(0)
     ahead, behind = estimate.times[after] - times, times - estimate.times[before]
-    between = (ahead >= 0) & (behind >= 0) & (np.maximum(ahead, behind) <= APART)
+    between = (ahead >= 0) & (behind >= 0) & (np.maximum(ahead, behind) <= MAX_STAMP_GAP)
     shared = between | (np.minimum(abs(ahead), abs(behind)) <= apart)
     if not shared.any():
         raise InputError(

@@ -22,10 +22,12 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.sessions.session import Session
 
-WAY = 4.0  # m of path of the new recording that are used
-MOST = 400  # maximum number of its scans, if the robot hardly moves
-FITS = 0.6  # minimum share of its echoes that lie on occupied cells
-NEARBY = np.array([0.1, 0.1, math.radians(1.0)])  # m, m, rad: accuracy of the global search
+PATH_LENGTH = 4.0  # m of path of the new recording that are used
+MAX_SCANS = 400  # maximum number of its scans, if the robot hardly moves
+MIN_HIT_SHARE = 0.6  # minimum share of its echoes that lie on occupied cells
+SEARCH_ACCURACY = np.array(
+    [0.1, 0.1, math.radians(1.0)]
+)  # m, m, rad: accuracy of the global search
 
 
 def relocated(session: Session, episode: Episode) -> Pose2:
@@ -34,7 +36,7 @@ def relocated(session: Session, episode: Episode) -> Pose2:
     The first metres of the episode are mapped separately, and matched with the whole map at all
     headings (branch and bound, Hess et al. 2016). Raises InputError if they fit nowhere.
     """
-    before, seen = _reading(session), _panorama(episode)
+    before, seen = _sensor_model(session), _panorama(episode)
     cells = before.tiles
     low = np.array(cells.origin)
     size = np.array(cells.index.shape[::-1]) * cells.resolution * TILE
@@ -42,13 +44,14 @@ def relocated(session: Session, episode: Episode) -> Pose2:
     reach = np.array([*(size / 2), math.pi])
     around = Pose2(float(middle[0]), float(middle[1]))
     rough = GlobalSearch(before).best(seen.points, around, reach)
-    posterior = Posterior(before, seen, Prediction(rough, Pose2(), NEARBY))
+    posterior = Posterior(before, seen, Prediction(rough, Pose2(), SEARCH_ACCURACY))
     pose = Correlative()(posterior, np.random.default_rng(0))
     near, _ = before.shares(seen, pose)
-    if near < FITS:
+    if near < MIN_HIT_SHARE:
         raise InputError(
             f"the recording does not seem to begin within the map: at the best place, "
-            f"{100 * near:.0f} % of its echoes lie on something there, of {100 * FITS:.0f} % needed"
+            f"{100 * near:.0f} % of its echoes lie on something there, "
+            f"of {100 * MIN_HIT_SHARE:.0f} % needed"
         )
     return pose
 
@@ -78,7 +81,7 @@ def localiser(session: Session, variant: str, start: Pose2, seed: int = 0) -> Ma
     return robot
 
 
-def _reading(session: Session) -> Endpoint:
+def _sensor_model(session: Session) -> Endpoint:
     """A sensor model on the map of the session, for matching."""
     map_model: MapModel = Clamped()
     changed = [map_model.integrate(scan, pose) for scan, pose in session.keyframes()]
@@ -91,12 +94,12 @@ def _panorama(episode: Episode) -> Scan:
     """The echoes of the first metres of an episode as one scan, in the frame of its first pose."""
     front = MaximumLikelihood()
     local, last = LocalMap([], episode.scans[0]), None
-    scans = zip(episode.displacements()[:MOST], episode.scans, strict=False)
+    scans = zip(episode.displacements()[:MAX_SCANS], episode.scans, strict=False)
     for displacement, scan in scans:
         front.update(displacement, scan)
         if last is not None and front.keyframe is not last:
             local.add(scan, front.pose)
         last = front.keyframe
-        if local.length >= WAY:
+        if local.length >= PATH_LENGTH:
             break
     return local.panorama()

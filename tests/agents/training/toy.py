@@ -33,6 +33,6 @@ gymnasium.register(
         "doors": Periodic(4.0),
         "slam": "odometry",
         "laser": Laser(beams=61),
-        "pay": RewardWeights({"freshness": 0.01}),
+        "reward": RewardWeights({"freshness": 0.01}),
     },
 )

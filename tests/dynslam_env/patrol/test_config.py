@@ -17,7 +17,7 @@ ROBOT = Robot()
         ({"hold": 2.0}, "hold must be a whole number of at least 1"),
         ({"scan_every": 0}, "scan_every must be a whole number of at least 1"),
         ({"scan_every": 3}, "hold must be a multiple of scan_every, got 4 and 3"),
-        ({"pay": {"pose": 1.0}}, "pay must be a RewardWeights"),
+        ({"reward": {"pose": 1.0}}, "reward must be a RewardWeights"),
     ],
 )
 def test_wrong_orders_are_refused(wrong, message):
@@ -26,15 +26,15 @@ def test_wrong_orders_are_refused(wrong, message):
 
 
 def test_an_action_of_one_is_the_speed_that_is_ordered():
-    orders = PatrolConfig(speed=0.6, turn=1.3)
-    given = orders.commands(np.array([[1.0, -1.0], [0.5, 0.0]]), ROBOT)
+    patrol_config = PatrolConfig(speed=0.6, turn=1.3)
+    given = patrol_config.commands(np.array([[1.0, -1.0], [0.5, 0.0]]), ROBOT)
     driven = given * (ROBOT.max_speed, ROBOT.max_turn)
     assert driven == pytest.approx(np.array([[0.6, -1.3], [0.3, 0.0]]))
 
 
 def test_actions_are_clipped():
-    orders = PatrolConfig()
-    wild, tame = (orders.commands(np.array([s, -s]), ROBOT) for s in (7.0, 1.0))
+    patrol_config = PatrolConfig()
+    wild, tame = (patrol_config.commands(np.array([s, -s]), ROBOT) for s in (7.0, 1.0))
     assert (wild == tame).all()
 
 

@@ -66,7 +66,7 @@ def test_the_reward_is_the_sum_of_its_terms():
 
 
 def test_what_is_not_named_is_not_paid():
-    env = made(pay=RewardWeights({"distance": -1.0}))
+    env = made(reward=RewardWeights({"distance": -1.0}))
     for _, reward, *_, info in drive(env, 5)[1:]:
         assert list(info["reward_terms"]) == ["distance"]
         assert reward <= 0.0

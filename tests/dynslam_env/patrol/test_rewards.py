@@ -47,9 +47,9 @@ def test_wrong_weights_are_refused(weights, message):
 
 def test_weights_are_nobody_elses_to_change():
     mine = {"pose": 1.0}
-    pay = RewardWeights(mine)
+    weights = RewardWeights(mine)
     mine["pose"] = 7.0
-    assert pay.weights["pose"] == 1.0
+    assert weights.weights["pose"] == 1.0
 
 
 def test_a_deviation_twice_as_large_is_a_bit():

@@ -1,4 +1,7 @@
 # pyright: reportMissingImports=false
+import importlib
+import sys
+
 import pytest
 from dynslam_cli.bench.suites import change, drive, flipping, logs, paper, worlds, worse
 from dynslam_cli.bench.user_suite import read_suite
@@ -202,6 +205,40 @@ def test_a_registered_world_and_law_go_along_to_other_processes(tmp_path, monkey
     source = case.source(7)
     assert isinstance(source, SimulatedDrive)
     assert source.parameters == {"world": Corridor(length=8.0), "doors": Uniform(1.0, 2.0)}
+    assert not source.code
+
+
+OWN_WORLD = """
+from dynslam_env import Layout
+class Room:
+    def layout(self, rng):
+        walls = [(0, 0, {side}, 0), ({side}, 0, {side}, 5), ({side}, 5, 0, 5), (0, 5, 0, 0)]
+        return Layout(walls, (), (1.0, 2.5, 0.0), [(4.0, 2.5)])
+"""
+
+
+def test_an_episode_is_another_when_the_code_of_its_world_has_changed(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    text = 'name = "mine"\nvariants = ["odometry"]\nseeds = 1\n[[case]]\nworld = "room"\n'
+    keys = []
+    for side in (5, 6, 6):
+        (tmp_path / "own_room.py").write_text(OWN_WORLD.format(side=side))
+        monkeypatch.delitem(sys.modules, "own_room", raising=False)
+        importlib.invalidate_caches()
+        room = importlib.import_module("own_room").Room()
+        monkeypatch.setitem(NAMED_WORLDS._parts, "room", room)
+        (case,) = read_suite(written(tmp_path, text)).cases
+        keys.append(case.source(7).key)
+    assert keys[0] != keys[1] == keys[2]
+
+
+def test_a_world_that_is_no_dataclass_has_no_fields(tmp_path, monkeypatch):
+    monkeypatch.setitem(NAMED_WORLDS._parts, "room", object())
+    text = 'name = "mine"\nvariants = ["odometry"]\nseeds = 1\n'
+    text += '[[case]]\nworld = { kind = "room", length = 3.0 }\n'
+    with pytest.raises(InputError, match="case 1: world: object has no fields"):
+        read_suite(written(tmp_path, text))
 
 
 def test_it_runs(bench, tmp_path):

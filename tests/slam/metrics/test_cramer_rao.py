@@ -8,7 +8,7 @@ from dynslam_env import Corridor
 from slam import InputError, Pose2
 from slam.geometry import compose
 from slam.metrics.cramer_rao import (
-    LEAST_COSINE,
+    MIN_COSINE,
     bound,
     information,
     ray_gradient,
@@ -88,7 +88,7 @@ def compared(seed, mount, step=1e-6):
         columns.append((more - less) / (2 * step))
     at = (pose @ mount).theta + ANGLES
     cosine = np.abs(normals[:, 0] * np.cos(at) + normals[:, 1] * np.sin(at))
-    kept = same & (cosine > LEAST_COSINE)
+    kept = same & (cosine > MIN_COSINE)
     return formula[kept], np.stack(columns, axis=1)[kept]
 
 
@@ -127,8 +127,8 @@ def test_grazing_beams_count_as_if_they_met_the_wall_less_flatly():
     along = np.array([math.asin(0.001), 0.0])
     normals = np.array([(0.0, 1.0), (0.0, 1.0)])
     gradient = ray_gradient(Pose2(), along, np.array([2.0, 2.0]), normals)
-    assert np.abs(gradient[:, 1]) == pytest.approx(1 / LEAST_COSINE)
-    assert np.abs(gradient[:, 2]) == pytest.approx(2 / LEAST_COSINE, rel=1e-5)
+    assert np.abs(gradient[:, 1]) == pytest.approx(1 / MIN_COSINE)
+    assert np.abs(gradient[:, 2]) == pytest.approx(2 / MIN_COSINE, rel=1e-5)
     just = ray_gradient(Pose2(), np.arcsin([0.0501]), np.array([2.0]), normals[:1])
     assert np.abs(just[0, 1]) == pytest.approx(1 / 0.0501)
 

@@ -1,4 +1,4 @@
-"""Scores of what other systems made, against evo and against our own Judge."""
+"""Scores of what other systems made, against evo and against our own EpisodeScorer."""
 
 import subprocess
 import sys
