@@ -17,7 +17,8 @@ KINDS = {
     "office": {"world": "office"},
     "crowd": {"world": "crowd"},
     "other": {"slam": "static-ml", "hold": 3, "scan_every": 3,
-              "reward": RewardWeights({"pose": 1.0}), "laser": Laser(beams=31, dropout=0.2), "robot": Robot(acceleration=5.0)},
+              "reward": RewardWeights({"pose": 1.0}), "laser": Laser(beams=31, dropout=0.2),
+              "robot": Robot(acceleration=5.0)},
 }  # fmt: skip
 
 
