@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,8 +13,9 @@ from pathlib import Path
 
 import pytest
 from dynslam_cli import main
+from dynslam_cli.bench import run_bench
 from dynslam_cli.bench.suites import drive
-from dynslam_cli.trials import cache
+from dynslam_cli.trials import cache, pool
 from dynslam_cli.trials.jobs import Trial
 
 from slam import registry
@@ -31,6 +33,22 @@ VARYING = (
     "finished",
     "commit",  # of a checkout that is being worked on
 )
+
+
+@pytest.fixture(scope="module")
+def small_results(cache_folder, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of SMALL, without a report."""
+    out = tmp_path_factory.mktemp("small")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_bench, "write_report", lambda rows, out, order: iter(()))
+        assert main.status(["bench", *SMALL, "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture
+def small(small_results: Path, tmp_path: Path) -> Path:
+    """A copy of them, where `bench` writes to."""
+    return Path(shutil.copytree(small_results, tmp_path / "out"))
 
 
 def rows_of(out: Path) -> list[dict]:
@@ -54,9 +72,8 @@ def test_every_variant_sees_the_same_episodes(bench, tmp_path, capsys):
     assert "8 runs, 0 without a result" in capsys.readouterr().out
 
 
-def test_a_row_says_what_made_it_and_holds_every_score(bench, tmp_path):
-    bench(*SMALL)
-    row = next(r for r in rows_of(tmp_path / "out") if r["variant"] == "static-ml")
+def test_a_row_says_what_made_it_and_holds_every_score(small):
+    row = next(r for r in rows_of(small) if r["variant"] == "static-ml")
     assert row["slam"]["type"] == "MaximumLikelihood"
     assert row["source"]["config"]["doors"]["type"] == "Doors"
     assert row["versions"]["dynslam"]
@@ -73,16 +90,15 @@ def test_a_row_says_what_made_it_and_holds_every_score(bench, tmp_path):
     assert row["duration"] == pytest.approx(41, abs=3)
 
 
-def test_the_scores_are_those_of_a_run_in_this_process(bench, tmp_path):
+def test_the_scores_are_those_of_a_run_in_this_process(small):
     from slam.benchmark.run import build, run
 
-    bench(*SMALL)
     episode = drive("DoorCorridor-v0", 5001, doors="moving").make()
     done = run(build("static-ml", episode, 5001), episode)
     expected = EpisodeScorer(episode).scores(done.poses, done.grid)
     row = next(
         r
-        for r in rows_of(tmp_path / "out")
+        for r in rows_of(small)
         if (r["variant"], r["doors"], r["seed"]) == ("static-ml", "moving", 5001)
     )
     assert {name: row[name] for name in expected} == expected
@@ -114,40 +130,37 @@ def test_a_csv_has_one_line_a_run(bench, tmp_path):
     assert all(float(line["ate"]) == by_run[line["run"]]["ate"] for line in lines)
 
 
-def test_an_earlier_bench_is_not_overwritten(bench, tmp_path, capsys):
-    bench(*SMALL)
-    before = (tmp_path / "out" / "results.jsonl").read_bytes()
+def test_an_earlier_bench_is_not_overwritten(bench, small, capsys):
+    before = (small / "results.jsonl").read_bytes()
     assert bench(*SMALL) == 2
     assert "--resume" in capsys.readouterr().err
-    assert (tmp_path / "out" / "results.jsonl").read_bytes() == before
+    assert (small / "results.jsonl").read_bytes() == before
 
 
-def test_resuming_runs_what_is_missing_and_nothing_else(bench, tmp_path):
-    bench(*SMALL)
-    path = tmp_path / "out" / "results.jsonl"
-    whole = rows_of(tmp_path / "out")
+def test_resuming_runs_what_is_missing_and_nothing_else(bench, small):
+    path = small / "results.jsonl"
+    whole = rows_of(small)
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:3]) + lines[3][:100])  # killed in the middle of a line
     assert bench(*SMALL, "--resume") == 0
     again = path.read_bytes().splitlines(keepends=True)
     assert again[:3] == lines[:3]
-    assert untimed(rows_of(tmp_path / "out")) == untimed(whole)
+    assert untimed(rows_of(small)) == untimed(whole)
 
 
-def test_resuming_with_more_seeds_adds_to_what_is_there(bench, tmp_path):
-    bench(*SMALL)
+def test_resuming_with_more_seeds_adds_to_what_is_there(bench, small):
     assert bench("paper", "--seeds", "3", "--variants", "static-ml,odometry", "--resume") == 0
-    assert sorted({row["seed"] for row in rows_of(tmp_path / "out")}) == [5000, 5001, 5002]
-    assert len(rows_of(tmp_path / "out")) == 12
+    assert sorted({row["seed"] for row in rows_of(small)}) == [5000, 5001, 5002]
+    assert len(rows_of(small)) == 12
 
 
 def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(tmp_path):
     out = tmp_path / "out"
-    arguments = ["bench", "paper", "--seeds", "6", "--variants", "static-ml,dynamic-ml",
+    arguments = ["bench", "paper", "--seeds", "4", "--variants", "static-ml,dynamic-ml",
                  "--jobs", "2", "--out", str(out)]  # fmt: skip
     command = [sys.executable, "-m", "dynslam_cli.main", *arguments]
     path, kept = out / "results.jsonl", b""
-    for least in (3, 9):  # twice: the second time it had been resumed
+    for least in (2, 7):  # twice: the second time it had been resumed
         again = [*command, "--resume"] if kept else command
         child = subprocess.Popen(again, stderr=subprocess.DEVNULL)
         until = time.monotonic() + 100
@@ -163,7 +176,7 @@ def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(tmp_path):
     assert main.status([*arguments, "--resume"]) == 0
     assert path.read_bytes().startswith(kept)
     rows = rows_of(out)
-    assert len(rows) == len({row["run"] for row in rows}) == 6 * 2 * 2
+    assert len(rows) == len({row["run"] for row in rows}) == 4 * 2 * 2
     assert all(row["error"] is None for row in rows)
     assert (out / "report.html").exists()
 
@@ -231,7 +244,10 @@ def test_one_that_cannot_be_sent_is_refused_before_anything_runs(bench, monkeypa
         (("paper", "--cluster", "nonsense://x"), "no Dask scheduler"),
     ],
 )
-def test_mistakes_are_told_and_nothing_is_written(bench, tmp_path, capsys, arguments, told):
+def test_mistakes_are_told_and_nothing_is_written(
+    bench, tmp_path, monkeypatch, capsys, arguments, told
+):
+    monkeypatch.setattr(pool, "CONNECT_TIMEOUT", 1.0)
     assert bench(*arguments) == 2
     assert told in capsys.readouterr().err
     assert not (tmp_path / "out" / "results.jsonl").exists()

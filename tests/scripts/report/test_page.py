@@ -21,14 +21,12 @@ QUIET = (
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory) -> Path:
+def report(cache_folder, tmp_path_factory) -> Path:
     """Of a small bench, one of its variants failing."""
     out = tmp_path_factory.mktemp("bench")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DYNSLAM_CACHE", str(tmp_path_factory.mktemp("episodes")))
-        variants = "static-ml,dynamic-ml,odometry"
-        arguments = ["paper", "--seeds", "2", "--variants", variants, "--out", str(out)]
-        assert main.status(["bench", *arguments]) == 0
+    variants = "static-ml,dynamic-ml,odometry"
+    arguments = ["paper", "--seeds", "2", "--variants", variants, "--out", str(out)]
+    assert main.status(["bench", *arguments]) == 0
     return out / "report.html"
 
 
