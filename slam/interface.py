@@ -23,6 +23,8 @@ class Estimate(NamedTuple):
     score       mean log-likelihood per beam of the last matched scan; 0 before
     matched     whether this scan was matched; otherwise the pose is dead reckoned
     revised     whether estimates of earlier poses have changed
+    lost        probability that the pose, within its map, is off by more than LOST_DISTANCE or
+                LOST_TURN
     """
 
     pose: Pose2
@@ -30,6 +32,11 @@ class Estimate(NamedTuple):
     score: float
     matched: bool
     revised: bool = False
+    lost: float = 0.0
+
+
+LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off within its map is lost
+LOST_TURN = math.radians(10.0)
 
 
 class Slam(Protocol):
