@@ -1,6 +1,10 @@
 """Gymnasium environments of worlds that change, for SLAM and navigation."""
 
 from dynslam_env.env import DoorWorldEnv
+from dynslam_env.faults.carried import CarriedAway
+from dynslam_env.faults.fault import Fault
+from dynslam_env.faults.scans import Gap, Lag, MissingBeams, WrongBeams
+from dynslam_env.faults.wheels import OdometryScale, Slip
 from dynslam_env.record import Driver, Recorder, record
 from dynslam_env.registration import PATROLS, WORLDS
 from dynslam_env.sensors.laser import Laser
@@ -31,6 +35,7 @@ from dynslam_env.worlds.office import Office
 __all__ = [
     "PATROLS",
     "WORLDS",
+    "CarriedAway",
     "Clock",
     "Corridor",
     "Coupled",
@@ -40,14 +45,19 @@ __all__ = [
     "Doors",
     "Driver",
     "Exponential",
+    "Fault",
     "Fixed",
     "FlipClock",
+    "Gap",
     "Generator",
+    "Lag",
     "Laser",
     "Law",
     "Layout",
     "Loop",
+    "MissingBeams",
     "Odometry",
+    "OdometryScale",
     "Office",
     "People",
     "Periodic",
@@ -55,8 +65,10 @@ __all__ = [
     "Robot",
     "Scripted",
     "SlamWrapper",
+    "Slip",
     "Task",
     "Uniform",
+    "WrongBeams",
     "record",
     "register_law",
     "register_world",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
+from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import start_of
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
@@ -112,6 +113,8 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `time`         | float | time since the reset                               | s         |
     | `reward_terms` | dict  | weighted reward terms; after a step only           |           |
     | `ends`         | dict  | which ends are true; after a step only             |           |
+    | `faults`       | dict  | with `faults` only: which of them act in this step |           |
+    | `fault_times`  | dict  | with `faults` only: end of the first step of the last occurrence of each; NaN before | s |
 
     ## Arguments
     All are keywords; invalid values raise `slam.InputError` (a ValueError).
@@ -125,6 +128,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `odometry`    | `Odometry()`               | systematic and random error                   |
     | `people`      | `People()`                 | how people walk; their number and routes belong to the `world` |
     | `task`        | `Task()`                   | reward terms and ends                         |
+    | `faults`      | list, none                 | what goes wrong in every episode, below       |
     | `render_mode` | None                       | "rgb_array" or "human"                        |
 
     ```python
@@ -134,6 +138,22 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     env = gym.make("DoorCorridor-v0", doors="static", laser=dynslam_env.Laser(beams=361))
     envs = gym.make_vec("DoorOffice-v0", 64, world=dynslam_env.Office(furniture=2))
     ```
+
+    ## Faults
+    `faults=[Slip(0.8, at=30.0), Gap(10.0)]` lets things go wrong that a SLAM should notice. They act
+    from the first step on (the scan of the reset is right), each has a random stream of its own, and
+    nothing else of the episode changes its random numbers. `at` is a time in s, or a pair between
+    which it is drawn. A list may hold several of a kind: the second is named "Slip 2" in `info`.
+
+    | fault           | default                | what goes wrong                                     |
+    |-----------------|------------------------|-----------------------------------------------------|
+    | `Slip`          | 0.4 m, 0 rad           | within 0.5 s the odometry reports a motion, ahead or back and to the left or right, that was not made |
+    | `OdometryScale` | 1.2 times              | the odometry reports all translations too long      |
+    | `Lag`           | 0.2 s                  | the scan is that of some time ago                   |
+    | `Gap`           | 10 s                   | no scan arrives: the observation has no reading of any beam, and `SlamWrapper` waits |
+    | `WrongBeams`    | 20 %                   | beams report random ranges                          |
+    | `MissingBeams`  | 30 %                   | beams report no echo                                |
+    | `CarriedAway`   | visited, 3 m away      | the robot is put down elsewhere; the odometry reports nothing |
 
     A generator or a law of one's own gets a name by `dynslam_env.register_world(name, generator)`
     or `dynslam_env.register_law(name, law)`.
@@ -165,6 +185,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.action_space = self.world_config.action_space()
         self.observation_space = self.world_config.observation_space()
         self._batch = WorldBatch(self.world_config, 1)
+        self._faults = names_of(self.world_config.faults)
         self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
         self.view = View()
@@ -205,6 +226,17 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         """The last scan, in double precision: no echo is inf, no reading NaN."""
         batch = self._begun
         return batch.scanners[0].scan(batch.ranges[0].copy(), batch.worlds[0].time)
+
+    @property
+    def scan_arrived(self) -> bool:
+        """Whether a scan arrived in the last step; false only during a fault such as `Gap`."""
+        return self._begun.scan_arrived(0)
+
+    @property
+    def fault_times(self) -> dict[str, float]:
+        """Name of each fault -> s, end of the first step of its last occurrence; NaN before."""
+        faults = self._begun.faults[0]
+        return {} if faults is None else dict(zip(self._faults, faults.since(), strict=True))
 
     def outline(self) -> Array:
         """(e, 4) current edges of all movable solids: x1, y1, x2, y2 in m.
@@ -302,10 +334,19 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def _info(self) -> dict[str, Any]:
         world = self._batch.worlds[0]
-        return {
+        info = {
             "pose": self._batch.drive.poses[0].copy(),
             "door_angles": world.openings.copy(),
             "people": world.people.copy(),
             "collision": world.collided,
             "time": world.time,
         }
+        return info | self._fault_info()
+
+    def _fault_info(self) -> dict[str, Any]:
+        """Empty in an environment without faults."""
+        faults = self._batch.faults[0]
+        if faults is None:
+            return {}
+        active = dict(zip(self._faults, faults.active(), strict=True))
+        return {"faults": active, "fault_times": self.fault_times}

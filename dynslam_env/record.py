@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Protocol
 
 import gymnasium as gym
@@ -36,14 +37,17 @@ class Recorder:
         self._env = env
         self._scans: list[Scan] = []
         self._odometry: list[Pose2] = [Pose2()]
+        self._times: list[float] = [env.physics.time]
         self._poses: list[Pose2] = []
         self._doors: list[Array] = []
         self._append()
 
     def step(self) -> None:
-        """Record the last step of the environment."""
+        """Record the last step of the environment; without a scan, only its odometry."""
         self._odometry.append(self._odometry[-1] @ self._env.displacement)
-        self._append()
+        self._times.append(self._env.physics.time)
+        if self._env.scan_arrived:
+            self._append()
 
     def _append(self) -> None:
         self._scans.append(self._env.scan)
@@ -51,10 +55,14 @@ class Recorder:
         self._doors.append(self._env.outline())
 
     def episode(self, meta: dict[str, Any]) -> Episode:
-        """The recording so far. Its odometry starts at the origin of the odometry frame."""
+        """The recording so far. Its odometry starts at the origin of the odometry frame.
+
+        Faults that occurred are added to `meta`: `faults`, s by name.
+        """
         truth = Truth(np.array(self._poses), self._env.layout.walls, np.array(self._doors))
-        times = np.array([scan.time for scan in self._scans])
-        odometry = Trajectory(times, np.array(self._odometry))
+        odometry = Trajectory(np.array(self._times), np.array(self._odometry))
+        faults = {k: at for k, at in self._env.fault_times.items() if not math.isnan(at)}
+        meta = meta | {"faults": faults} if faults else meta
         return Episode(tuple(self._scans), odometry, truth, meta)
 
 

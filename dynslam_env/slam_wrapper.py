@@ -68,6 +68,7 @@ class SlamWrapper(
     | `heading_error`  | estimate minus truth, wrapped to -pi .. pi                  | rad       |
     | `matched`        | whether the SLAM matched this scan                          |           |
     | `revised`        | whether the SLAM changed its estimates of earlier poses     |           |
+    | `lost`           | probability that the pose, within its map, is off by more than 0.3 m or 10 degrees | |
     | `f1_5cm`, `f1_10cm`, ... | the scores of `slam.metrics.mapping.MapScores` against the current world, and of `slam.metrics.change.ChangeScores` against the world over time; at reset, at every `score_every`-th step, and at the end of the episode | |
     """  # noqa: E501
 
@@ -141,7 +142,7 @@ class SlamWrapper(
         every, ended = self._score_every, terminated or truncated
         score_now = every > 0 and (self._steps % every == 0 or ended)
         self._moved = self._moved @ self._world.displacement
-        if self._steps % self._scan_every == 0 or ended:
+        if self._world.scan_arrived and (self._steps % self._scan_every == 0 or ended):
             self._update_slam()
         observation, info = self._extended(observation, info, scored=score_now, ended=ended)
         return observation, reward, terminated, truncated, info
@@ -154,6 +155,7 @@ class SlamWrapper(
         self._result = _errors(estimate.pose, self._world.pose) | {
             "matched": estimate.matched,
             "revised": estimate.revised,
+            "lost": estimate.lost,
         }
 
     def _extended(

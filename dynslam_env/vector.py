@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import scene
 from dynslam_env.env import DoorWorldEnv, Observation
+from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import reset_mask, start_of
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
@@ -274,7 +275,22 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         if not mask.all():
             for rows in infos.values():
                 rows[~mask] = 0
-        return masked(infos, mask)
+        return masked(infos, mask) | self._fault_infos(mask)
+
+    def _fault_infos(self, mask: Bools) -> Infos:
+        """The infos of the faults of worlds `mask`; empty in environments without faults."""
+        names = names_of(self.world_config.faults)
+        if not names:
+            return {}
+        active = np.zeros((len(names), self.num_envs), dtype=np.bool_)
+        since = np.zeros((len(names), self.num_envs))
+        for i in np.flatnonzero(mask).tolist():
+            faults = self._batch.faults[i]
+            assert faults is not None
+            active[:, i], since[:, i] = faults.active(), faults.since()
+        told = {"faults": active, "fault_times": since}
+        named = {k: masked(dict(zip(names, v, strict=True)), mask) for k, v in told.items()}
+        return masked(named, mask)
 
     def _step_infos(self, mask: Bools) -> Infos:
         """The further infos of a step for worlds `mask`: reward terms and ends."""

@@ -25,6 +25,7 @@ from slam.grid import OccupancyGrid
 from slam.interface import Slam
 
 Observation = dict[str, Any]
+INFO_KEYS = ("pose", "door_angles", "time", "slam", "faults", "fault_times")  # of the world
 
 
 class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
@@ -192,7 +193,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         for k in range(1, patrol_config.hold + 1):
             *_, info = self.wrapped.step(command)
             patroller.move(self.place.displacement, info["collision"])
-            if k % patrol_config.scan_every == 0:
+            if k % patrol_config.scan_every == 0 and self.place.scan_arrived:
                 patroller.look(self.wrapped.estimate, self.place.scan)
         gains = patroller.gains(self.time)
         terms = patrol_config.reward.terms(gains)
@@ -212,5 +213,5 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def _info(self, info: dict[str, Any]) -> dict[str, Any]:
         brier = self._doors.brier(self.patroller.memory, self.time, info["door_angles"])
-        known = {key: info[key] for key in ("pose", "door_angles", "time", "slam")}
+        known = {key: info[key] for key in INFO_KEYS if key in info}
         return known | {"door_brier": brier}

@@ -81,10 +81,12 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             for i, patrol in patrols:
                 patrol.move(Pose2(*motions[i]), collided[i])
             if k % patrol_config.scan_every == 0:
-                estimates = [patrol.locate(self._scan(i)) for i, patrol in patrols]
-                for (_, patrol), estimate in zip(patrols, estimates, strict=True):
-                    patrol.robot.look(estimate, patrol.scan)
+                scans = [(patrol, self._scan(i)) for i, patrol in patrols if batch.scan_arrived(i)]
+                estimates = [patrol.locate(scan) for patrol, scan in scans]
+                for (patrol, scan), estimate in zip(scans, estimates, strict=True):
+                    patrol.robot.look(estimate, scan)
         for i, patrol in patrols:
+            patrol.scan = self._scan(i)
             gains = patrol.robot.gains(batch.worlds[i].time)
             terms = patrol_config.reward.terms(gains)
             rewards[i], self._touched[i] = sum(terms.values()), gains.collision
@@ -124,7 +126,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         }
         for rows in infos.values():
             rows[~mask] = 0
-        return masked(infos, mask)
+        return masked(infos, mask) | self._fault_infos(mask)
 
     def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
@@ -138,7 +140,8 @@ class _Patrol:
     """One robot, its SLAM, the last scan given to it, and the doors' score."""
 
     def __init__(self, system: Slam, scan: Scan, doors: DoorsKnown):
-        self._doors, self._slam, self.scan = doors, system, scan
+        self._doors, self._slam = doors, system
+        self.scan = scan  # the last one, which may be without a reading
         self.robot = Patroller(system.update(Pose2(), scan), scan)
         self._moved = Pose2()
 
@@ -150,7 +153,7 @@ class _Patrol:
     def locate(self, scan: Scan) -> Estimate:
         """Update the SLAM by a scan and the displacement since the last one."""
         estimate = self._slam.update(self._moved, scan)
-        self._moved, self.scan = Pose2(), scan
+        self._moved = Pose2()
         return estimate
 
     def near(self) -> Array:

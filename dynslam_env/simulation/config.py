@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from inspect import Parameter, signature
 from typing import Any, TypedDict, TypeVar, get_type_hints
@@ -10,6 +10,8 @@ from typing import Any, TypedDict, TypeVar, get_type_hints
 import numpy as np
 from gymnasium import spaces
 
+from dynslam_env.faults.episode_faults import check_faults
+from dynslam_env.faults.fault import Fault
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import MAX_DISPLACEMENT, Odometry
 from dynslam_env.simulation.doors import Doors
@@ -34,6 +36,7 @@ class PlaceKeywords(TypedDict, total=False):
     laser: Laser | None
     odometry: Odometry | None
     people: People | None
+    faults: Sequence[Fault] | None
 
 
 class WorldKeywords(PlaceKeywords, total=False):
@@ -78,6 +81,7 @@ class WorldConfig:
     odometry  systematic and random error
     people    how people walk
     task      reward terms and ends
+    faults    what goes wrong; by default nothing
     """
 
     world: Generator = field(default_factory=Corridor)
@@ -87,6 +91,7 @@ class WorldConfig:
     odometry: Odometry = field(default_factory=Odometry)
     people: People = field(default_factory=People)
     task: Task = field(default_factory=Task)
+    faults: tuple[Fault, ...] = ()
 
     @staticmethod
     def of(keywords: Mapping[str, Any]) -> WorldConfig:
@@ -102,9 +107,10 @@ class WorldConfig:
             doors = NAMED_LAWS.get(doors)
         if isinstance(doors, Law) and not isinstance(doors, type):
             given["doors"] = Doors(law=doors)
+        faults = check_faults(given.pop("faults", ()))
         for name, part in given.items():
             instance(name, part, PART_TYPES[name], ALLOWED_VALUES.get(name))
-        return WorldConfig(**given)
+        return WorldConfig(**given, faults=faults)
 
     def plain(self) -> dict[str, Any]:
         """All parameters, as plain data for JSON."""

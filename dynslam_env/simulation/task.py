@@ -120,6 +120,10 @@ class TaskProgress:
         self._at[i] = pose[:2]
         _pass(i, self._paths, self._legs, self._at, self._reach)
 
+    def carried(self, i: int, pose: Array) -> None:
+        """Robot `i` was put down at `pose` (3,): that gains nothing, and no leg ends by it."""
+        self._at[i] = pose[:2]
+
     def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
         """Compute terms, rewards and ends after a step of `dt` s of robots `which` to `poses`."""
         positions = PathPositions(self._paths, self._legs, self._at)

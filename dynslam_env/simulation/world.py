@@ -72,7 +72,8 @@ class World:
         self._add_walls(layout.walls)
         self._robot_radius, self._open_angle = robot.radius, doors.open_angle
         self._pulling: list[pymunk.Body | Constraint] = []
-        self._wheels = self._add_robot(layout.start, robot)._body
+        self._puller, self._body = self._add_robot(layout.start, robot)
+        self._wheels = self._puller._body
         self._add_doors(layout.doors, doors)
         self._add_people(people, places)
         self._space.add(*self._pulling)
@@ -170,6 +171,13 @@ class World:
         for feet, velocity in zip(self._feet, self._people.velocities.tolist(), strict=True):
             SET_VELOCITY(feet._body, velocity)
 
+    def put_robot(self, pose: Pose2) -> None:
+        """Put the robot down at `pose`, at rest; the caller knows that it fits there."""
+        for body in (self._puller, self._body):
+            body.position, body.angle = (pose.x, pose.y), pose.theta
+            body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+        self.states.advance(0, PHYSICS_DT)
+
     # -- building ------------------------------------------------------------------------------
 
     def _add_walls(self, walls: Array) -> None:
@@ -186,7 +194,8 @@ class World:
         shape.collision_type, shape.friction = kind, 0.2
         self._space.add(shape)
 
-    def _add_robot(self, start: Pose2, robot: Robot) -> pymunk.Body:
+    def _add_robot(self, start: Pose2, robot: Robot) -> tuple[pymunk.Body, pymunk.Body]:
+        """The wheels, and the body that they pull."""
         moment = pymunk.moment_for_circle(robot.mass, 0, robot.radius)
         body = pymunk.Body(robot.mass, moment)
         body.position, body.angle = (start.x, start.y), start.theta
@@ -195,7 +204,7 @@ class World:
         turn.max_bias, turn.max_force = 0.0, robot.traction * robot.wheel_base / 2
         self._pulling.append(turn)
         self._add_shape(pymunk.Circle(body, robot.radius), ROBOT)
-        return wheels
+        return wheels, body
 
     def _pulled(self, body: pymunk.Body, force: float) -> pymunk.Body:
         """A kinematic body that pulls `body` with at most `force` N."""

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.faults.episode_faults import EpisodeFaults
+from dynslam_env.faults.fault import Setting, Surroundings
 from dynslam_env.sensors.laser import Scanner
 from dynslam_env.sensors.odometry import NoiseStreams
 from dynslam_env.simulation.config import WorldConfig
@@ -35,6 +37,7 @@ class WorldBatch:
     ranges         (n, beams) m; no echo is inf, no reading NaN
     scans          (n, beams) float32, `ranges` within the bounds of the observation space
     collided       (n,) bool, contact in the last step
+    faults         of each world; None where the environment has none
 
     With more than one thread the physics and lasers of the worlds run in parallel; the results are
     the same.
@@ -53,6 +56,7 @@ class WorldBatch:
         self.layouts: list[Layout] = [None] * n  # type: ignore[list-item]
         self.worlds: list[World] = [None] * n  # type: ignore[list-item]
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
+        self.faults: list[EpisodeFaults | None] = [None] * n
         self._noise_streams = NoiseStreams(n)
         self._rows = list(zip(self.ranges, self.scans, strict=True))
         self._wheels: list[list[float]] = []
@@ -79,6 +83,9 @@ class WorldBatch:
         self.progress.reset(i, layout, self.drive.poses[i])
         self.displacements[i] = self.odometry[i] = 0.0
         self.collided[i] = False
+        if config.faults:  # a stream of their own, which leaves the others as they are
+            setting = Setting(config.laser, CONTROL_DT)
+            self.faults[i] = EpisodeFaults(config.faults, setting, odometry_rng)
         self._scan(i)
 
     @property
@@ -96,6 +103,8 @@ class WorldBatch:
         wrong = drive.command(which, actions)
         if wrong >= 0:
             raise InputError(f"an action is two finite numbers from -1 to 1, got {actions[wrong]}")
+        if self.config.faults:
+            self._begin_faults(which, actions)
         self._before[:] = drive.poses
         self._wheels = drive.wheels.tolist()
         self._noise_streams.take(which, self._noise)
@@ -104,11 +113,44 @@ class WorldBatch:
         self.config.odometry.read(
             which, self._before, drive.poses, self._noise, self.displacements, self.odometry
         )
+        for i in which.tolist() if self.config.faults else ():
+            self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
         self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
+
+    def scan_arrived(self, i: int) -> bool:
+        """Whether a scan of world `i` arrived in the last step; false only by a fault."""
+        faults = self.faults[i]
+        return faults is None or not faults.no_scan
 
     def close(self) -> None:
         """Stop the threads."""
         self._threads.close()
+
+    def _faults(self, i: int) -> EpisodeFaults:
+        faults = self.faults[i]
+        assert faults is not None
+        return faults
+
+    def _begin_faults(self, which: Rows, actions: Array) -> None:
+        """Begin the step of the faults of worlds `which`, and carry robots away."""
+        for i in which.tolist():
+            faults, time = self._faults(i), (self.worlds[i].steps + 1) * CONTROL_DT
+            faults.advance(time)
+            place = faults.carry(self._surroundings(i), time)
+            if place is not None:
+                self._put_robot(i, place)
+                self.drive.command(np.array([i]), actions)
+
+    def _put_robot(self, i: int, place: Pose2) -> None:
+        self.worlds[i].put_robot(place)
+        self.drive.place(i, self.worlds[i].robot)
+        self.progress.carried(i, self.drive.poses[i])
+
+    def _surroundings(self, i: int) -> Surroundings:
+        world, pose = self.worlds[i], Pose2.of(self.drive.poses[i])
+        return Surroundings(
+            pose, self.config.robot.radius, world.segments, world.first_edge, self.layouts[i].path
+        )
 
     def _advance(self, i: int) -> None:
         """Step the physics of world `i`, then scan."""
@@ -117,6 +159,8 @@ class WorldBatch:
         self.drive.bodies[i] = world.robot
         self.collided[i] = world.collided
         self._scan(i)
+        if self.config.faults:
+            self._faults(i).disturb_scan(*self._rows[i])
 
     def _scan(self, i: int) -> None:
         world = self.worlds[i]
