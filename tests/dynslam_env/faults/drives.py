@@ -30,7 +30,7 @@ class Drive(NamedTuple):
     infos: list[dict]
 
 
-def drive(faults=None, seed=3, steps=STEPS, name="DoorCorridor-v0", action=(0.5, 0.02), **parts):
+def drive(faults=None, seed=3, steps=STEPS, name="DoorCorridor-v0", action=(0.5, 0.002), **parts):
     """A drive with one action throughout."""
     env = gym.make(name, faults=faults, **parts).unwrapped
     assert isinstance(env, DoorWorldEnv)

@@ -50,7 +50,7 @@ def test_a_slip_is_a_motion_that_only_the_odometry_reports(distance, turn):
 
 
 def test_slips_are_in_all_directions():
-    ends = [total(drive([Slip(0.4, 0.3, at=1.0)], s, 20, action=STILL).moved) for s in range(12)]
+    ends = [total(drive([Slip(0.4, 0.3, at=1.0)], s, 15, action=STILL).moved) for s in range(30)]
     assert {(e.x > 0, e.theta > 0) for e in ends} == {(a, b) for a in (0, 1) for b in (0, 1)}
 
 
@@ -132,6 +132,7 @@ def test_observations_are_the_disturbed_ranges():
                  laser=Laser(dropout=0.1))  # fmt: skip
     shown = np.where(np.isposinf(made.ranges), 8.0, made.ranges)
     assert (made.observed == np.nan_to_num(shown, nan=0.0).astype(np.float32)).all()
+    assert 0.1 < (made.observed == 0.0).mean() < 0.3
 
 
 # -- carried away ------------------------------------------------------------------------------
@@ -158,8 +159,9 @@ def test_the_scan_is_from_where_it_is_put_down():
     made = drive([CarriedAway(distance=1.5, at=6.0)], **parts)
     env_ranges = drive(None, **parts).ranges
     earlier = np.hypot(*(made.poses[:60] - made.poses[60])[:, :2].T).argmin()
-    assert np.nanmedian(abs(made.ranges[60] - env_ranges[earlier])) < 0.02
-    assert np.nanmedian(abs(made.ranges[60] - env_ranges[59])) > 0.05
+    now, then, before = (np.minimum(r, 8.0) for r in (made.ranges[60], *env_ranges[[earlier, 59]]))
+    assert np.median(abs(now - then)) < 0.02
+    assert np.median(abs(now - before)) > 0.02
 
 
 def test_carried_to_a_new_place_of_the_path():
@@ -213,8 +215,8 @@ def test_info_names_the_faults_that_act():
         steps = [k for k, info in enumerate(made.infos) if info["faults"][name]]
         assert steps == list(range(*active))
         assert all(math.isnan(info["fault_times"][name]) for info in made.infos[: active[0]])
-        since = {info["fault_times"][name] for info in made.infos[active[0] :]}
-        assert since == {pytest.approx(active[0] / 10)}
+        since = [info["fault_times"][name] for info in made.infos[active[0] :]]
+        assert since == pytest.approx([active[0] / 10] * len(since))
 
 
 def test_times_are_drawn_from_their_range():
