@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import DoorWorldEnv, SlamWrapper, record
+from dynslam_env import CarriedAway, DoorWorldEnv, Gap, Lag, SlamWrapper, Slip, record
 from slam import InputError, Pose2
 from slam.io.episode_file import load_episode, save_episode
 
@@ -89,3 +89,47 @@ def test_an_episode_is_saved_with_its_configuration(episode, tmp_path):
 def test_another_environment_is_refused():
     with pytest.raises(InputError, match="must be a DoorWorldEnv"):
         record(gym.make("CartPole-v1"), Ahead())
+
+
+FAULTS = (Slip(at=0.5), Gap(1.0, at=1.0), CarriedAway(distance=0.05, at=2.5), Slip(at=60.0))
+
+
+def test_an_episode_with_faults_is_what_the_environment_said():
+    """No scan in the gap; the displacement after it is the sum; poses are the truth."""
+    made = record(make(faults=FAULTS), Ahead(), seed=3)
+    env = DoorWorldEnv(faults=FAULTS)
+    env.reset(seed=3)
+    moved, motions, k = Pose2(), made.displacements(), 0
+    for step in range(31):
+        if env.scan_arrived:
+            assert truth_of(made).poses[k].tolist() == list(env.pose)
+            assert (made.scans[k].ranges == env.scan.ranges).all()
+            assert made.times[k] == pytest.approx(step / 10)
+            assert np.array(motions[k]) == pytest.approx(np.array(moved), abs=1e-9)
+            moved, k = Pose2(), k + 1
+        env.step(np.array([0.5, 0.0], dtype=np.float32))
+        moved = moved @ env.displacement
+    assert k == len(made.scans) == 21
+    assert np.diff(made.times).max() == pytest.approx(1.1)
+    assert len(made.odometry.times) == 31
+
+
+def test_an_episode_keeps_the_times_of_its_faults(tmp_path):
+    made = record(make(faults=FAULTS), Ahead(), seed=3)
+    save_episode(made, tmp_path / "episode.npz")
+    loaded = load_episode(tmp_path / "episode.npz")
+    assert loaded.meta["faults"] == {"Slip": 0.5, "Gap": 1.0, "CarriedAway": 2.5}
+    assert [fault["type"] for fault in loaded.meta["config"]["faults"]] == [
+        type(fault).__name__ for fault in FAULTS
+    ]
+    assert loaded.displacements() == made.displacements()
+    assert "faults" not in record(make(), Ahead(), seed=3).meta
+
+
+def test_late_scans_are_recorded_late(episode):
+    late = record(make(faults=[Lag(0.3)]), Ahead(), seed=3)
+    assert (truth_of(late).poses == episode.truth.poses).all()
+    assert late.displacements() == episode.displacements()
+    for k in range(4, 31):
+        assert (late.scans[k].ranges == episode.scans[k - 3].ranges).all()
+        assert late.scans[k].time == episode.scans[k].time

@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import Doors, DoorWorldEnv, Laser, Odometry, SlamWrapper, Uniform
+from dynslam_env import Doors, DoorWorldEnv, Gap, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_wrapper import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
@@ -361,3 +361,38 @@ def test_a_slam_that_revises_runs_an_episode(variant):
     np.testing.assert_allclose(np.array(env._trail), robot.trajectory())
     assert len(env._trail) == 41
     assert "f1_5cm" in info["slam"]
+
+
+@pytest.mark.parametrize("scan_every", [1, 3])
+def test_a_slam_waits_for_the_next_scan_and_gets_the_whole_displacement(scan_every):
+    slams = []
+
+    def build(start, rng):
+        slams.append(Fixed(start, rng))
+        return slams[-1]
+
+    world = DoorWorldEnv(odometry=PERFECT, faults=[Gap(1.0, at=1.5)])
+    env = wrapped(build, world, scan_every=scan_every, score_every=0)
+    env.reset(seed=0)
+    poses = [world.pose]
+    for _ in range(40):
+        env.step(FORWARD)
+        poses.append(world.pose)
+    steps = [k for k in range(0, 41, scan_every) if not 15 <= k < 25]
+    updates = slams[-1].updates
+    assert [round(10 * scan.time) for _, scan in updates] == steps
+    for (motion, scan), (a, b) in zip(updates[1:], pairwise(steps), strict=True):
+        assert np.array(motion) == pytest.approx(np.array(poses[a].between(poses[b])), abs=1e-9)
+        assert np.isfinite(scan.ranges).any()
+
+
+class Doubtful(Fixed):
+    def update(self, motion, scan):
+        return super().update(motion, scan)._replace(lost=0.25 * len(self.updates))
+
+
+def test_info_tells_how_probably_it_is_lost():
+    env = wrapped(Doubtful)
+    told = [env.reset(seed=0)[1]["slam"]["lost"]]
+    told += [env.step(FORWARD)[4]["slam"]["lost"] for _ in range(2)]
+    assert told == [0.25, 0.5, 0.75]

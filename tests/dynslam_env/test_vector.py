@@ -6,14 +6,29 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import dynslam_env
-from dynslam_env import Corridor, Laser, Robot, Task
+from dynslam_env import (
+    CarriedAway,
+    Corridor,
+    Gap,
+    Lag,
+    Laser,
+    MissingBeams,
+    OdometryScale,
+    Robot,
+    Slip,
+    Task,
+    WrongBeams,
+)
 from slam import InputError
 
 QUICK = Robot(acceleration=5.0)
+FAULTS = (Slip(at=(0.5, 2.0)), OdometryScale(), Lag(0.3), WrongBeams(), MissingBeams(),
+          CarriedAway(distance=0.2, at=1.0), Gap(0.6, at=(1.0, 3.0)), Slip(at=2.0))  # fmt: skip
 KINDS = {
     "plain": {},
     "crashing": {"task": Task(ends=("arrived", "crashed")), "robot": QUICK, "doors": "static"},
     "lossy": {"laser": Laser(beams=31, dropout=0.2), "world": Corridor(people=3, length=16.0)},
+    "faulty": {"faults": FAULTS, "robot": QUICK},
 }
 
 
@@ -60,6 +75,19 @@ def test_it_is_n_single_environments_bit_for_bit(mode, kind):
         same(mine, theirs)
         ends += int((mine[2] | mine[3]).sum())
     assert ends >= 9
+
+
+def test_all_faults_occur_in_a_vector():
+    native, _ = pair(AutoresetMode.NEXT_STEP, 60, **KINDS["faulty"])
+    _, infos = native.reset(seed=5)
+    seen = dict.fromkeys(infos["faults"], 0)
+    for _ in range(50):
+        infos = native.step(np.full((3, 2), 0.5, dtype=np.float32))[4]
+        for name in seen:
+            seen[name] |= infos["faults"][name]
+    active = {name: np.array(rows).all() for name, rows in seen.items() if name[0] != "_"}
+    assert len(active) == len(FAULTS)
+    assert all(active.values()), active
 
 
 def test_both_ends_are_met_and_given_back():
@@ -180,9 +208,10 @@ def test_worlds_with_unequal_numbers_of_doors_are_refused():
         assert alone.reset(seed=0)[1]["door_angles"].shape == (1, doors)
 
 
+@pytest.mark.parametrize("faults", [(), FAULTS])
 @pytest.mark.parametrize("id", dynslam_env.WORLDS)
-def test_threads_change_nothing(id):
-    one, two = (gym.make_vec(id, 5, threads=n, max_episode_steps=20) for n in (1, 3))
+def test_threads_change_nothing(id, faults):
+    one, two = (gym.make_vec(id, 5, threads=n, max_episode_steps=20, faults=faults) for n in (1, 3))
     same(one.reset(seed=1), two.reset(seed=1))
     rng = np.random.default_rng(0)
     for _ in range(50):

@@ -2,11 +2,15 @@
 
 import math
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
 from dynslam_env import (
+    PATROLS,
+    WORLDS,
     CarriedAway,
+    DoorWorldEnv,
     Gap,
     Lag,
     Laser,
@@ -182,8 +186,6 @@ def test_it_waits_for_a_place_far_enough():
 @pytest.mark.parametrize("to", ["visited", "new"])
 def test_it_is_put_down_where_nothing_is(name, to):
     """Many times in a drive, at the truth of that step."""
-    import gymnasium as gym
-
     often = [CarriedAway(to=to, distance=1.0, at=float(at)) for at in range(3, 20, 2)]
     env = gym.make(name, faults=often).unwrapped
     env.reset(seed=1)
@@ -250,8 +252,6 @@ def test_a_fault_changes_no_random_number_of_anything_else(whole):
 
 
 def test_the_episode_after_is_the_same_with_faults_and_without():
-    from dynslam_env import DoorWorldEnv
-
     seen = []
     for faults in ((), [MissingBeams(at=5.0)]):
         env = DoorWorldEnv(faults=faults, people=People())
@@ -261,8 +261,6 @@ def test_the_episode_after_is_the_same_with_faults_and_without():
 
 
 def test_the_configuration_names_them():
-    from dynslam_env import DoorWorldEnv
-
     env = DoorWorldEnv(world=Loop(), faults=[Slip(0.8, at=[3.0, 4.0]), Lag()])
     assert env.config["faults"] == [
         {"type": "Slip", "distance": 0.8, "turn": 0.0, "at": [3.0, 4.0]},
@@ -298,3 +296,14 @@ def test_the_configuration_names_them():
 def test_wrong_values_are_refused(wrong, message):
     with pytest.raises(InputError, match=message):
         wrong()
+
+
+@pytest.mark.parametrize("name", [*WORLDS, *PATROLS])
+def test_every_environment_takes_faults(name):
+    env = gym.make(name, faults=[Slip(at=0.2), Gap(0.5, at=0.3), Slip(at=0.4)])
+    _, info = env.reset(seed=0)
+    assert info["faults"] == {"Slip": False, "Gap": False, "Slip 2": False}
+    while info["time"] < 0.65:
+        info = env.step(env.action_space.sample() * 0)[4]
+    times = {"Slip": 0.2, "Gap": 0.3, "Slip 2": 0.4}
+    assert info["fault_times"] == pytest.approx(times)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from dynslam_env import Laser, Robot
+from dynslam_env import CarriedAway, Gap, Laser, Robot, Slip
 from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
 from slam import InputError
@@ -16,6 +16,7 @@ KINDS = {
     "corridor": {},
     "office": {"world": "office"},
     "crowd": {"world": "crowd"},
+    "faulty": {"faults": [Gap(0.9, at=0.7), CarriedAway(distance=0.02, at=0.5), Slip(at=1.0)]},
     "other": {"slam": "static-ml", "hold": 3, "scan_every": 3,
               "reward": RewardWeights({"pose": 1.0}), "laser": Laser(beams=31, dropout=0.2),
               "robot": Robot(acceleration=5.0)},
