@@ -37,6 +37,7 @@ class TruthScorer:
 
     error_curve  RMS position error, m, in each of CURVE_PARTS equal parts of the scans
     calibration  share of time that cells of a given h are occupied: see `slam.metrics.change`
+    lost         whether the SLAM told that it was lost: see `slam.metrics.lost`
     """
 
     def __init__(self, episode: Episode):
@@ -45,7 +46,7 @@ class TruthScorer:
         self._bound = _bound(episode)
 
     def __call__(self, run: Run) -> dict[str, Any]:
-        """Flat scores, `error_curve` and `calibration`."""
+        """Flat scores, `error_curve`, `calibration` and `lost`."""
         truth = self._episode.truth
         assert truth is not None
         resolution = run.grid.spec.resolution
@@ -59,6 +60,7 @@ class TruthScorer:
             "ate_bound": self._bound,
             "error_curve": error_curve(errors),
             "calibration": scorer.calibration(run.grid).as_dict(),
+            "lost": scorer.lost(run.online, run.lost).as_dict(),
         }
 
 

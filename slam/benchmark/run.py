@@ -27,6 +27,7 @@ class Run:
     grid     the map after the last scan
     matched  number of scans that were matched
     spent    (n,) s, wall time of each update; the last one includes `finish`
+    lost     (n,) probability that the online pose is off within its map: see `Estimate.lost`
     """
 
     poses: Array
@@ -34,6 +35,7 @@ class Run:
     grid: OccupancyGrid
     matched: int
     spent: Array
+    lost: Array
 
     @property
     def seconds(self) -> float:
@@ -55,6 +57,7 @@ class Playback:
         self._poses: list[Pose2] = []
         self._matched = 0
         self._spent: list[float] = []
+        self._lost: list[float] = []
 
     def __iter__(self) -> Iterator[Estimate]:
         """One estimate a scan; the last one after `finish` of a `Revising` SLAM."""
@@ -66,6 +69,7 @@ class Playback:
                 self.slam.finish()
             self._spent.append(time.perf_counter() - begun)
             self._poses.append(estimate.pose)
+            self._lost.append(float(estimate.lost))
             self._matched += bool(estimate.matched)  # a numpy bool would change the sum's type
             yield estimate
 
@@ -78,7 +82,8 @@ class Playback:
         """The run so far."""
         online = np.array(self._poses).reshape(-1, 3)
         poses = self.slam.trajectory() if isinstance(self.slam, Revising) else online
-        return Run(poses, online, self.slam.map(), self._matched, np.array(self._spent))
+        spent, lost = np.array(self._spent), np.array(self._lost)
+        return Run(poses, online, self.slam.map(), self._matched, spent, lost)
 
 
 def run(slam: Slam, episode: Episode) -> Run:

@@ -7,6 +7,7 @@ from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid, moved
 from slam.metrics.change import Calibration, TrueOccupancy
 from slam.metrics.json_scores import Number
+from slam.metrics.lost import LostScores, score_lost
 from slam.metrics.mapping import OccupiedCells
 from slam.metrics.surface import visible_truth
 from slam.metrics.trajectory import alignment, ate, score_trajectory
@@ -17,7 +18,7 @@ class EpisodeScorer:
 
     def __init__(self, episode: Episode, resolution: float = 0.05) -> None:
         truth = episode.known_truth("a score")
-        self._truth = truth.poses
+        self._truth, self._times = truth.poses, episode.times
         self._surface = visible_truth(truth, episode.scans, resolution)
         self._occupancy = TrueOccupancy(truth, resolution)
 
@@ -50,6 +51,10 @@ class EpisodeScorer:
     def ate(self, poses: Array) -> float:
         """ATE, m, of other poses (n, 3), such as the online estimates."""
         return ate(poses, self._truth)
+
+    def lost(self, online: Array, lost: Array) -> LostScores:
+        """How well `lost` (n,), one a scan, tells where the online poses (n, 3) are wrong."""
+        return score_lost(self._times, online, self._truth, lost)
 
     def calibration(self, grid: OccupancyGrid) -> Calibration:
         """Calibration of the map's h against the true share of time that cells are occupied."""

@@ -40,8 +40,10 @@ def drive(faults=None, seed=3, steps=STEPS, name="DoorCorridor-v0", action=(0.5,
         observation, _, _, _, info = env.step(np.array(action, dtype=np.float32))
         assert observation in env.observation_space
         rows.append(_row(env, observation, info))
-    *arrays, infos = zip(*rows, strict=True)
-    return Drive(*map(np.array, arrays), list(infos))
+    poses, moved, ranges, observed, told, arrived = (
+        np.array([r[k] for r in rows]) for k in range(6)
+    )
+    return Drive(poses, moved, ranges, observed, told, arrived, [row[6] for row in rows])
 
 
 def _row(env, observation, info):

@@ -1,6 +1,7 @@
 """Each fault does what it says, by the truth."""
 
 import math
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -188,6 +189,7 @@ def test_it_is_put_down_where_nothing_is(name, to):
     """Many times in a drive, at the truth of that step."""
     often = [CarriedAway(to=to, distance=1.0, at=float(at)) for at in range(3, 20, 2)]
     env = gym.make(name, faults=often).unwrapped
+    assert isinstance(env, DoorWorldEnv)
     env.reset(seed=1)
     carried = 0
     for _ in range(200):
@@ -261,12 +263,17 @@ def test_the_episode_after_is_the_same_with_faults_and_without():
 
 
 def test_the_configuration_names_them():
-    env = DoorWorldEnv(world=Loop(), faults=[Slip(0.8, at=[3.0, 4.0]), Lag()])
+    env = DoorWorldEnv(world=Loop(), faults=[Slip(0.8, at=(3.0, 4.0)), Lag()])
     assert env.config["faults"] == [
         {"type": "Slip", "distance": 0.8, "turn": 0.0, "at": [3.0, 4.0]},
         {"type": "Lag", "delay": 0.2, "at": 0.0, "duration": None},
     ]
     assert DoorWorldEnv(faults=None).config["faults"] == []
+
+
+def any_value(value: Any) -> Any:
+    """For values that the type checker refuses, too."""
+    return value
 
 
 @pytest.mark.parametrize(
@@ -276,8 +283,8 @@ def test_the_configuration_names_them():
         (lambda: Slip(turn=4.0), r"Slip\.turn must be a finite number from 0 to 3.14"),
         (lambda: Slip(at=-1.0), r"Slip\.at must be a time in s of at least 0, or a pair"),
         (lambda: Slip(at=(3.0, 2.0)), r"Slip\.at must be a time .* got \(3.0, 2.0\)"),
-        (lambda: Slip(at="now"), r"Slip\.at must be a time"),
-        (lambda: Slip(at=(1.0, 2.0, 3.0)), r"Slip\.at must be a time"),
+        (lambda: Slip(at=any_value("now")), r"Slip\.at must be a time"),
+        (lambda: Slip(at=any_value((1.0, 2.0, 3.0))), r"Slip\.at must be a time"),
         (lambda: Gap(at=math.inf), r"Gap\.at must be a time"),
         (lambda: Gap(duration=0.0), r"Gap\.duration must be a finite number above 0"),
         (lambda: Lag(delay=math.nan), r"Lag\.delay must be a finite number from 0 to 60"),

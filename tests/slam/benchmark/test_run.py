@@ -47,7 +47,9 @@ def test_a_run_has_a_pose_per_scan(episode) -> None:
 def test_time_is_spread_over_the_scans_that_were_matched(matched: int, ms: float) -> None:
     grid = OccupancyGrid(GridSpec(1.0, 0, 0, 0, 0), np.zeros((0, 0)), np.zeros((0, 0), bool))
     poses, spent = np.zeros((10, 3)), np.full(10, 0.2)
-    assert Run(poses, poses, grid, matched, spent).ms_per_matched_scan == pytest.approx(ms)
+    assert Run(
+        poses, poses, grid, matched, spent, np.zeros(len(poses))
+    ).ms_per_matched_scan == pytest.approx(ms)
 
 
 def test_the_true_start_is_the_first_true_pose(episode) -> None:
@@ -115,3 +117,16 @@ def test_one_that_does_not_revise_is_believed_as_it_goes(episode) -> None:
     done = run(DeadReckoning(), episode)
     assert not isinstance(DeadReckoning(), Revising)
     np.testing.assert_array_equal(done.poses, done.online)
+
+
+class Doubtful(DeadReckoning):
+    def update(self, displacement, scan):
+        estimate = super().update(displacement, scan)
+        return estimate._replace(lost=0.25 if estimate.pose.x < 0.1 else 0.75)
+
+
+def test_a_run_keeps_how_probably_it_was_lost(episode) -> None:
+    done = run(Doubtful(), episode)
+    assert set(done.lost.tolist()) == {0.25, 0.75}
+    assert done.lost.tolist() == [0.25 if x < 0.1 else 0.75 for x in done.online[:, 0]]
+    assert run(DeadReckoning(), episode).lost.tolist() == [0.0] * 30
