@@ -18,12 +18,14 @@ from slam.geometry import Array, Pose2
 
 LOOKAHEAD_DISTANCE = 0.5  # m, along the path, to the point that is steered to
 WAYPOINT_TOLERANCE = 0.1  # m
+JUMP_DISTANCE = 1.0  # m, from one prediction to the next: the robot was carried elsewhere
 
 
 class ScriptedPath:
     """Pure pursuit (Coulter 1992) along a polyline, segment by segment; stands still at its end.
 
     It uses no observation: the drive is the same in all worlds where nothing touches the robot.
+    A robot that was carried elsewhere goes on along the segment nearest to it.
 
     waypoints  (p, 2) m, world
     pose       returns the true pose
@@ -43,6 +45,7 @@ class ScriptedPath:
             raise InputError(f"waypoints have shape (p, 2), got {self._waypoints.shape}")
         self._pose, self._robot, self._speed = pose, robot or Robot(), speed
         self._next = 0
+        self._before: Pose2 | None = None
 
     @property
     def finished(self) -> bool:
@@ -57,7 +60,11 @@ class ScriptedPath:
         deterministic: bool = True,
     ) -> tuple[NDArray[np.float32], Any]:
         """The next action (2,), in -1 .. 1; `state` is returned unchanged."""
-        v, omega = self._command(self._pose())
+        pose, before = self._pose(), self._before
+        if before is not None and math.dist(pose[:2], before[:2]) > JUMP_DISTANCE:
+            self._rejoin(pose)
+        self._before = pose
+        v, omega = self._command(pose)
         action = v / self._robot.max_speed, omega / self._robot.max_turn
         return np.array(action, dtype=np.float32), state
 
@@ -68,6 +75,18 @@ class ScriptedPath:
             return 0.0, 0.0
         v = min(self._speed, math.sqrt(1.5 * self._robot.acceleration * self._distance(pose)))
         return arc_to(pose, self._lookahead_point(pose), v, LOOKAHEAD_DISTANCE)
+
+    def _rejoin(self, pose: Pose2) -> None:
+        """Go on along the nearest segment; of two equally near ones, along the present one."""
+        starts, ends = self._waypoints[:-1], self._waypoints[1:]
+        legs = ends - starts
+        squares = np.maximum((legs**2).sum(axis=1), 1e-12)
+        shares = np.clip(((pose[:2] - starts) * legs).sum(axis=1) / squares, 0.0, 1.0)
+        away = np.hypot(*(starts + shares[:, None] * legs - pose[:2]).T)
+        current = self._next - 1
+        far = not 0 <= current < len(away) or away[current] > away.min() + WAYPOINT_TOLERANCE
+        if len(away) and far:
+            self._next = int(away.argmin()) + 1
 
     def _at_waypoint(self, pose: Pose2) -> bool:
         """Within WAYPOINT_TOLERANCE of the next waypoint, or near it and past the segment's end."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.console import Console
 from rich.progress import Progress
 
 from slam.benchmark.results import Result
@@ -16,6 +17,7 @@ from slam.validation import number, unknown_name, whole_number
 from ..console.output import output_directory
 from ..console.progress import progress_bar
 from ..console.selection import LIST_VARIANTS, parse_selection
+from ..report.lost import lost_terminal
 from ..report.write import write_report
 from ..trials import cache
 from ..trials.batch import missing, run_batch
@@ -54,6 +56,9 @@ def run_bench(options: BenchCommand) -> int:
     with progress_bar() as bar:
         for _ in bar.track(write_report(rows, out, variants), total=None, description="report"):
             pass
+    table = lost_terminal(rows, variants)
+    if table is not None:
+        Console().print(table)
     _print_outcome(rows, out)
     return status
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +12,22 @@ from typing import Any
 import cloudpickle
 
 import slam
-from dynslam_env import WORLDS, Corridor, Doors, Laser, Odometry, Uniform
+from dynslam_env import (
+    WORLDS,
+    CarriedAway,
+    Corridor,
+    Doors,
+    Fault,
+    Gap,
+    Lag,
+    Laser,
+    MissingBeams,
+    Odometry,
+    OdometryScale,
+    Slip,
+    Uniform,
+    WrongBeams,
+)
 from slam.algorithms.ceilings import CEILINGS
 from slam.algorithms.variants import BUILDERS
 from slam.errors import InputError
@@ -148,6 +164,39 @@ def worse(times: float) -> Odometry:
     return replace(usual, bias=times * usual.bias, **noise)
 
 
+FAULT_VARIANTS = ("static-ml", "dynamic-ml", "hmm-ml", "dynamic-graph")
+FAULT_WORLDS = {"corridor": "DoorCorridor-v0", "loop": "DoorLoop-v0", "office": "DoorOffice-v0"}
+WHEN = (10.0, 20.0)  # s, when an event happens
+CALIBRATED = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)  # 2 % noise
+USUAL_SCALE = OdometryScale(1.01)  # and 1 % of scale, in every drive
+FAULTS: dict[str, tuple[Fault, ...]] = {
+    "none": (),
+    "slip 0.4 m": (Slip(0.4, at=WHEN),),
+    "slip 0.8 m": (Slip(0.8, at=WHEN),),
+    "slip 15 deg": (Slip(0.0, math.radians(15), WHEN),),
+    "slip 45 deg": (Slip(0.0, math.radians(45), WHEN),),
+    "slip 90 deg": (Slip(0.0, math.radians(90), WHEN),),
+    "laser lags 0.2 s": (Lag(0.2),),
+    "laser lags 0.4 s": (Lag(0.4),),
+    "no scans for 10 s": (Gap(10.0, WHEN),),
+    "odometry 20 % too long": (OdometryScale(1.2),),
+    "20 % wrong beams": (WrongBeams(0.2),),
+    "30 % missing beams": (MissingBeams(0.3),),
+    "carried away": (CarriedAway(at=WHEN),),
+}
+"""Faults of the suite, each beside the doors and the odometry of its own."""
+
+
+def faults() -> Suite:
+    """Faults in three worlds with good odometry: does a SLAM know that it is lost, and recover?"""
+    cases = []
+    for name, given in FAULTS.items():
+        for world, env in FAULT_WORLDS.items():
+            make = partial(drive, env, odometry=CALIBRATED, faults=(USUAL_SCALE, *given))
+            cases.append(SuiteCase({"fault": name, "world": world}, make))
+    return Suite("faults", cases, FAULT_VARIANTS, seeds=10)
+
+
 def logs(folder: Path) -> Suite:
     """All logs of a folder: CARMEN (.log, .clf, also .gz), saved episodes (.npz) and files of
     registered formats.
@@ -172,7 +221,12 @@ def logs(folder: Path) -> Suite:
     return Suite("logs", cases, ("static-ml", "dynamic-ml", "dynamic-graph", "odometry"), seeds=1)
 
 
-SUITES: dict[str, Callable[[], Suite]] = {"paper": paper, "change": change, "worlds": worlds}
+SUITES: dict[str, Callable[[], Suite]] = {
+    "paper": paper,
+    "change": change,
+    "worlds": worlds,
+    "faults": faults,
+}
 
 
 def known_variants() -> list[str]:

@@ -21,6 +21,7 @@ from ..console.output import write_png
 from ..trials.recorded_run import RecordedRun, load
 from ..trials.results import Condition
 from .charts import Chart, charts, shown
+from .lost import lost_table, reliability_chart
 from .maps import maps
 from .phase import phase_diagrams
 from .replay import replay
@@ -46,13 +47,14 @@ def write_report(
 
 def _write(summary: Summary, out: Path) -> Iterator[Path]:
     yield _written(out / "results.csv", _csv(summary.rows))
-    made = tables(summary)
+    lost = lost_table(summary)
+    made = [*tables(summary), *([lost] if lost.rows else [])]
     for table in made:
         yield _written(out / "tables" / f"{table.name}.md", markdown(table))
         yield _written(out / "tables" / f"{table.name}.tex", latex(table))
     drawn: list[tuple[Chart, str]] = []
     replays = []
-    for chart in (*charts(summary), *phase_diagrams(summary)):
+    for chart in (*charts(summary), *phase_diagrams(summary), *_reliability(summary)):
         drawn.append((chart, _figure(chart, out / "figures")))
         yield out / "figures" / f"{chart.name}.png"
     for number, condition in enumerate(shown(summary), 1):
@@ -63,6 +65,12 @@ def _write(summary: Summary, out: Path) -> Iterator[Path]:
             replays.append(replay(condition, runs, seed))
             yield out / "figures" / f"{chart.name}.png"
     yield _written(out / "report.html", page(summary, made, drawn, replays))
+
+
+def _reliability(summary: Summary) -> Iterator[Chart]:
+    chart = reliability_chart(summary)
+    if chart is not None:
+        yield chart
 
 
 def page(
