@@ -15,7 +15,21 @@ from typing import Any
 
 import numpy as np
 
-from dynslam_env import WORLDS, Doors, Laser, Odometry, Task
+from dynslam_env import (
+    WORLDS,
+    CarriedAway,
+    Doors,
+    Fault,
+    Gap,
+    Lag,
+    Laser,
+    MissingBeams,
+    Odometry,
+    OdometryScale,
+    Slip,
+    Task,
+    WrongBeams,
+)
 from dynslam_env.simulation.laws import Exponential, Fixed, Periodic, Uniform
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
@@ -28,8 +42,12 @@ from .suites import Suite, SuiteCase
 
 SUITE_ENTRIES = ("name", "variants", "seeds", "case")
 CASE_ENTRIES = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot",
-                "laser", "odometry", "people", "task")  # fmt: skip
+                "laser", "odometry", "people", "task", "faults")  # fmt: skip
 PARTS = {"robot": Robot, "laser": Laser, "odometry": Odometry, "people": People, "task": Task}
+FAULT_KINDS = {
+    fault.__name__: fault
+    for fault in (Slip, OdometryScale, Lag, Gap, WrongBeams, MissingBeams, CarriedAway)
+}
 LAWS = {law.__name__: law for law in (Uniform, Exponential, Periodic, Fixed)}
 
 
@@ -126,6 +144,8 @@ def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
         made["world"] = _world(given["world"], WORLDS[env][1].get("world", "corridor"))
     if "doors" in given:
         made["doors"] = _doors(given["doors"])
+    if "faults" in given:
+        made["faults"] = _faults(given["faults"])
     for name in PARTS.keys() & given.keys():
         made[name] = _changed(name, PARTS[name](), given[name])
     return made
@@ -155,6 +175,18 @@ def _doors(given: Any) -> Any:
     one_of("doors.law.kind", law.get("kind"), tuple(LAWS))
     made = _changed("doors.law", LAWS[law["kind"]](), {k: v for k, v in law.items() if k != "kind"})
     return replace(others, law=made)
+
+
+def _faults(given: Any) -> tuple[Fault, ...]:
+    """Faults from tables of their fields, each with its `kind`; `at` is a number or a pair."""
+    instance("faults", given, list, "a list of tables")
+    made = []
+    for table in given:
+        instance("a fault", table, dict, "a table with its kind")
+        one_of("the kind of a fault", table.get("kind"), tuple(FAULT_KINDS))
+        plain = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items() if k != "kind"}
+        made.append(_changed(f"the fault {table['kind']}", FAULT_KINDS[table["kind"]](), plain))
+    return tuple(made)
 
 
 def _changed(name: str, part: Any, given: Any) -> Any:

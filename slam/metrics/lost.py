@@ -225,8 +225,7 @@ def auroc_of_counts(right: np.ndarray | Sequence[int], wrong: np.ndarray | Seque
 
 def pooled(diagrams: Sequence[Reliability]) -> Reliability:
     """One diagram of all scans of several runs."""
-    scans, told, wrong = (np.array(values, dtype=np.float64).reshape(-1, BINS)
-                          for values in zip(*diagrams, strict=True))  # fmt: skip
+    scans, told, wrong = np.array(diagrams, dtype=np.float64).reshape(-1, 3, BINS).swapaxes(0, 1)
     total = scans.sum(axis=0)
     means = ((scans * values).sum(axis=0) / np.maximum(total, 1) for values in (told, wrong))
     return Reliability(total.astype(np.int64).tolist(), *(mean.tolist() for mean in means))

@@ -93,3 +93,47 @@ def test_legs_too_short_to_steer_on_are_driven_past(short, turn, then):
 def test_wrong_waypoints_are_refused():
     with pytest.raises(InputError, match=r"waypoints have shape \(p, 2\)"):
         ScriptedPath(np.zeros((3, 3)), Pose2)
+
+
+WAYPOINTS = np.array([(0.0, 0), (3, 0), (3, 2), (0, 2)])
+
+
+@pytest.mark.parametrize("put", [Pose2(0.5, 0.0, 0.0), Pose2(1.0, 0.0, 3.0), Pose2(3.0, 1.0, 1.6)])
+def test_a_robot_that_was_carried_goes_on_from_where_it_is(put):
+    """Along the whole rest of the path, and never far from it."""
+    car = Car(Pose2())
+    path = ScriptedPath(WAYPOINTS, lambda: car.pose)
+    while not car.pose.y > 1.9:
+        car.drive(path.predict()[0])
+    car.pose, trace = put, [put]
+    for _ in range(600):
+        car.drive(path.predict()[0])
+        trace.append(car.pose)
+    off = [min(abs(p.y), abs(p.y - 2), abs(p.x - 3)) for p in trace]
+    assert max(off) < 0.3
+    ahead = WAYPOINTS[1 if put.y == 0.0 else 2 :]
+    passed = [min(math.dist(w, p[:2]) for p in trace) for w in ahead]
+    assert max(passed) < 0.12
+    assert path.finished
+
+
+def test_a_robot_that_is_carried_back_after_the_end_drives_on():
+    car = Car(Pose2())
+    path = ScriptedPath(WAYPOINTS[:2], lambda: car.pose)
+    while not path.finished:
+        car.drive(path.predict()[0])
+    car.pose = Pose2(0.5, 0.0, 0.0)
+    car.drive(path.predict()[0])
+    assert not path.finished
+    assert car.v > 0.0
+
+
+def test_of_a_path_there_and_back_it_goes_on_with_the_present_leg():
+    car = Car(Pose2())
+    path = ScriptedPath(np.array([(0.0, 0), (4, 0), (0, 0)]), lambda: car.pose)
+    while not (math.cos(car.pose.theta) < -0.9 and car.pose.x < 3.0):
+        car.drive(path.predict()[0])
+    car.pose = Pose2(1.5, 0.0, math.pi)
+    for _ in range(30):
+        car.drive(path.predict()[0])
+    assert car.pose.x < 0.6

@@ -3,12 +3,33 @@ import importlib
 import sys
 
 import pytest
-from dynslam_cli.bench.suites import change, drive, flipping, logs, paper, worlds, worse
+from dynslam_cli.bench.suites import (
+    FAULTS,
+    change,
+    drive,
+    faults,
+    flipping,
+    logs,
+    paper,
+    worlds,
+    worse,
+)
 from dynslam_cli.bench.user_suite import read_suite
 from dynslam_cli.trials.scoring import LogScorer, TruthScorer, scorer, stem
 from dynslam_cli.trials.sources import LogFile, SimulatedDrive
 
-from dynslam_env import WORLDS, Corridor, Doors, Laser, Odometry, Uniform
+from dynslam_env import (
+    WORLDS,
+    Corridor,
+    Doors,
+    Gap,
+    Lag,
+    Laser,
+    Odometry,
+    OdometryScale,
+    Slip,
+    Uniform,
+)
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from slam.benchmark.results import read
 from slam.benchmark.run import build, run
@@ -54,6 +75,29 @@ def test_the_planes_of_change_are_full_and_name_two_factors_each():
     trials = change().trials(["static-ml"], range(1), 1.0)
     assert len({trial.name for trial in trials}) == 48  # though planes share some episodes
     assert len({trial.source.key for trial in trials}) == 43
+
+
+def test_every_fault_is_in_every_world_beside_the_same_drive_without_it():
+    suite = faults()
+    assert len({str(case.condition) for case in suite.cases}) == 3 * len(FAULTS) == 39
+    for case in suite.cases:
+        source = case.source(7)
+        assert isinstance(source, SimulatedDrive)
+        scale, *given = source.parameters["faults"]
+        assert scale == OdometryScale(1.01)
+        assert tuple(given) == FAULTS[str(case.condition["fault"])]
+    assert FAULTS["none"] == ()
+
+
+def test_faults_leave_the_drive_as_it_was():
+    cases = {c.condition["fault"]: c for c in faults().cases if c.condition["world"] == "corridor"}
+    usual, slipped, blind = (
+        cases[name].source(7).make() for name in ("none", "slip 0.8 m", "no scans for 10 s")
+    )
+    assert (slipped.truth.poses == usual.truth.poses).all()
+    assert 10.0 <= slipped.meta["faults"]["Slip"] <= 20.1
+    assert len(usual.scans) - len(blind.scans) == 100
+    assert blind.times[-1] == usual.times[-1]
 
 
 def test_doors_flip_as_often_as_is_said():
@@ -206,6 +250,36 @@ def test_a_registered_world_and_law_go_along_to_other_processes(tmp_path, monkey
     assert isinstance(source, SimulatedDrive)
     assert source.parameters == {"world": Corridor(length=8.0), "doors": Uniform(1.0, 2.0)}
     assert not source.code
+
+
+FAULTY = """
+variants = ["odometry"]
+[[case]]
+faults = [{ kind = "Slip", distance = 0.8, at = [3.0, 5.0] }, { kind = "Lag", delay = 0.4 },
+          { kind = "Gap" }]
+"""
+
+
+def test_a_file_names_faults(tmp_path):
+    (case,) = read_suite(written(tmp_path, FAULTY)).cases
+    source = case.source(7)
+    assert isinstance(source, SimulatedDrive)
+    assert source.parameters == {"faults": (Slip(0.8, at=(3.0, 5.0)), Lag(0.4), Gap())}
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (('"Slip"', '"Slips"'), "the kind of a fault must be one of .* did you mean 'Slip'"),
+        (("distance = 0.8", "far = 0.8"), "a field of the fault Slip must be one of 'distance'"),
+        (("delay = 0.4", "delay = -1.0"), r"Lag\.delay must be a finite number"),
+        (("[3.0, 5.0]", "[5.0, 3.0]"), r"Slip\.at must be a time in s"),
+        (('{ kind = "Gap" }', '"Gap"'), "a fault must be a table with its kind, got 'Gap'"),
+    ],
+)
+def test_wrong_faults_in_a_file_are_refused(tmp_path, changed, message):
+    with pytest.raises(InputError, match=message):
+        read_suite(written(tmp_path, FAULTY.replace(*changed)))
 
 
 OWN_WORLD = """

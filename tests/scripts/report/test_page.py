@@ -171,7 +171,7 @@ def test_a_figure_is_there_as_png_and_svg_and_a_table_as_markdown_and_latex(repo
         assert (out / "figures" / f"{name}.png").stat().st_size > 5_000
         assert b"<svg" in (out / "figures" / f"{name}.svg").read_bytes()[:2000]
     assert {path.name for path in (out / "tables").iterdir()} == {
-        f"{name}.{kind}" for name in ("summary", "paired") for kind in ("md", "tex")
+        f"{name}.{kind}" for name in ("summary", "paired", "lost") for kind in ("md", "tex")
     }
     assert len(read(out / "results.jsonl")) == 12
 
