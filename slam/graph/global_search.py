@@ -6,49 +6,86 @@ import math
 
 import numpy as np
 
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, wrap_angle
 from slam.kernel import kernel
-from slam.maps.tiles import TILE
+from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
 BOUND_LEVELS = 6  # squares of side 1, 2, 4, ... 32 candidates share a bound
 TURN_STEP = math.radians(0.5)  # between candidates
 MAX_POINTS = 150  # maximum number matched; evenly subsampled
+OTHER_DISTANCE = 0.5  # m, OTHER_TURN in rad: two poses farther apart are different places
+OTHER_TURN = math.radians(20.0)
 
 
 class GlobalSearch:
     """A map prepared for the search: maxima of its field over squares of 1, 2, 4, ... cells.
 
+    centre, reach  a pose, and (3,) m, m, rad around it, that hold all poses in the map
+
     The field is that of an `Endpoint`; the cells here are CANDIDATE_CELL times as wide, each with
     the maximum of the field in it.
     """
 
-    def __init__(self, endpoint: Endpoint):
+    def __init__(self, endpoint: Endpoint, region: tuple[Array, Array] | None = None):
+        """Prepare the map, or only the part between two corners (2,), m, of a region."""
         tiles, self._pad = endpoint.tiles, 1 << (BOUND_LEVELS - 1)
         self._unknown = np.float32(endpoint.unknown)
-        coarse = _coarse(tiles.index, endpoint.field().values, self._pad, self._unknown)
+        side = tiles.resolution * TILE
+        first, last = _tiles(tiles, region)
+        index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
+        coarse = _coarse(index, endpoint.field().values, self._pad, self._unknown)
         self._maxima = _maxima(coarse, BOUND_LEVELS, self._unknown)
-        self._origin, self._cell = np.array(tiles.origin), CANDIDATE_CELL * tiles.resolution
+        self._origin = np.array(tiles.origin) + first * side
+        self._cell = CANDIDATE_CELL * tiles.resolution
+        self.centre = Pose2.of([*(self._origin + (last - first) * side / 2), 0.0])
+        self.reach = np.array([*((last - first) * side / 2), math.pi])
 
     @property
     def nbytes(self) -> int:
         """Bytes of the maxima."""
         return self._maxima.nbytes
 
-    def best(self, points: Array, around: Pose2, reach: Array) -> Pose2:
+    def best(
+        self, points: Array, around: Pose2, reach: Array, but: Pose2 | None = None
+    ) -> Pose2:
         """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
-        robot's frame, have the largest sum of the field."""
+        robot's frame, have the largest sum of the field.
+
+        but  a pose around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        """
         n = max(math.ceil(reach[2] / TURN_STEP), 0)
         turns = np.array(sorted(range(-n, n + 1), key=abs)) * TURN_STEP + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
+        excluded = self._excluded(turns, around, but)
         turn, row, col = _search(
-            self._maxima, points[every] / self._cell, turns, middle, window, self._unknown
+            self._maxima, points[every] / self._cell, turns, middle, window, excluded, self._unknown
         )
         x, y = around.x + col * self._cell, around.y + row * self._cell
         return Pose2(x, y, math.remainder(turns[turn], math.tau))
+
+    def _excluded(self, turns: Array, around: Pose2, but: Pose2 | None) -> tuple[Array, Array]:
+        """(turns,) squared radii, in candidates, of the circle excluded at each turn, -1 where
+        there is none; (2,) its centre."""
+        radii, centre = np.full(len(turns), -1.0), np.zeros(2)
+        if but is not None:
+            centre[:] = (but.x - around.x) / self._cell, (but.y - around.y) / self._cell
+            near = np.abs(wrap_angle(turns - but.theta)) <= OTHER_TURN
+            radii[near] = (OTHER_DISTANCE / self._cell) ** 2
+        return radii, centre
+
+
+def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) columns and rows of the first tile of a region, and of the one after the last."""
+    shape = np.array(tiles.index.shape[::-1])
+    if region is None:
+        return np.zeros(2, np.int64), shape
+    low, high = (np.array(region) - tiles.origin) / (tiles.resolution * TILE)
+    first = np.clip(np.floor(low).astype(np.int64), 0, shape - 1)
+    return first, np.clip(np.ceil(high).astype(np.int64), first + 1, shape)
 
 
 @kernel
@@ -106,8 +143,9 @@ def _larger(a, b, result):
 
 
 @kernel
-def _search(maxima, points, turns, middle, window, unknown):
+def _search(maxima, points, turns, middle, window, excluded, unknown):
     """Indices of turn, row and column of the best candidate; depth first, best node first."""
+    radii, centre = excluded
     levels, n = len(maxima), len(points)
     rows, cols = np.empty((len(turns), n), np.int32), np.empty((len(turns), n), np.int32)
     for t in range(len(turns)):
@@ -143,6 +181,8 @@ def _search(maxima, points, turns, middle, window, unknown):
             if tops[depth] <= best:
                 continue
             if level == 0:
+                if (j - centre[0]) ** 2 + (i - centre[1]) ** 2 <= radii[t]:
+                    continue
                 best = tops[depth]
                 place[0], place[1], place[2] = t, i, j
                 continue

@@ -58,12 +58,15 @@ class LocalMap:
 
     def panorama(self) -> Scan:
         """The echoes of its own keyframes, subsampled evenly, as one scan taken at the origin."""
-        points = np.concatenate(
-            [transform_points(one.pose, one.scan.points) for one in self.keyframes]
-        )
-        col, row = np.floor(points / PANORAMA_CELL).astype(np.int64).T
-        _, kept = np.unique(col * MAX_ROWS + row, return_index=True)
-        chosen = np.linspace(0, len(kept) - 1, min(len(kept), PANORAMA_SIZE)).astype(np.int64)
-        x, y = points[kept[chosen]].T
-        ranges = np.hypot(x, y)
-        return Scan(ranges, np.arctan2(y, x), max_range=float(ranges.max(initial=0.0)) + 1.0)
+        return panorama(self.keyframes)
+
+
+def panorama(keyframes: Sequence[Keyframe]) -> Scan:
+    """The echoes of keyframes, subsampled evenly, as one scan taken at the origin."""
+    points = np.concatenate([transform_points(one.pose, one.scan.points) for one in keyframes])
+    col, row = np.floor(points / PANORAMA_CELL).astype(np.int64).T
+    _, kept = np.unique(col * MAX_ROWS + row, return_index=True)
+    chosen = np.linspace(0, len(kept) - 1, min(len(kept), PANORAMA_SIZE)).astype(np.int64)
+    x, y = points[kept[chosen]].T
+    ranges = np.hypot(x, y)
+    return Scan(ranges, np.arctan2(y, x), max_range=float(ranges.max(initial=0.0)) + 1.0)

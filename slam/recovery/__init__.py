@@ -1,0 +1,1 @@
+"""Noticing that the robot is lost, and finding it again."""

@@ -1,0 +1,100 @@
+"""The lost robot: it draws a map of its own, which is searched for in the map that it had."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slam.geometry import Pose2
+from slam.graph.local_map import Keyframe, panorama
+from slam.interface import Estimate, Slam
+from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
+from slam.recovery.lost_belief import LostBelief
+from slam.recovery.places import Place, Places
+from slam.scan import Scan
+from slam.sensor_models.endpoint import Endpoint
+
+ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
+MAX_RECENT = 40  # keyframes that are matched
+MIN_EXPLAINED, MAX_CONTRADICTED = 0.6, 0.1  # shares of the echoes at a place that is accepted
+MIN_GAIN = 10.0  # nats, of the best place over the second best
+LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
+SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of two attempts that agree
+
+
+class Astray:
+    """Maps apart while the robot is lost; nothing is drawn into the map until it is found there.
+
+    The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
+    if the map agrees with them, and if no other place does so nearly as well.
+
+    keyframes  of its own map, in its frame
+    """
+
+    def __init__(self, front: Slam, endpoint: Endpoint, believed: Pose2, belief: LostBelief):
+        """Start at the `believed` pose in the map of `endpoint`; `front` maps from the origin."""
+        self._front, self._believed, self._belief = front, believed, belief
+        self._places = Places(endpoint, believed)
+        self.keyframes: list[Keyframe] = []
+        self._since_keyframe = MotionTrigger(KEYFRAMES)
+        self._since_attempt = MotionTrigger(ATTEMPTS)
+        self._candidate: Pose2 | None = None  # the origin by the last attempt
+
+    def update(self, displacement: Pose2, scan: Scan) -> Estimate:
+        """The pose by the map apart, at the place that was believed when the robot got lost."""
+        estimate = self._front.update(displacement, scan)
+        for trigger in (self._since_keyframe, self._since_attempt):
+            trigger.move(displacement)
+        if self._since_keyframe.due(scan.time):
+            self._since_keyframe.restart(scan.time)
+            self.keyframes.append(Keyframe(scan, estimate.pose))
+        return estimate._replace(
+            pose=self._believed @ estimate.pose,
+            covariance=estimate.covariance + LOST_COVARIANCE,
+            lost=self._belief.probability,
+        )
+
+    def found(self, time: float) -> Pose2 | None:
+        """The pose, in the map, of the origin of the map apart, if it is found at `time`, s."""
+        if not self._since_attempt.due(time):
+            return None
+        self._since_attempt.restart(time)
+        last = self.keyframes[-1].pose
+        recent = self.keyframes[-MAX_RECENT:]
+        scan = panorama([Keyframe(one.scan, last.between(one.pose)) for one in recent])
+        best = self._places.best(scan)
+        other = self._places.best_but(scan, best.pose)
+        place = best if _sure(best, other) else self._places.near(scan, self._believed @ last)
+        self._dbg = best.agreement, best.value - other.value, best.pose
+        if place.agreement.contradicted > MAX_CONTRADICTED:
+            self._candidate = None
+            return None
+        return self._confirmed(place.pose @ last.inverse())
+
+    def _confirmed(self, origin: Pose2) -> Pose2 | None:
+        """The origin, if the attempt before found it too."""
+        before, self._candidate = self._candidate, origin
+        if before is None or not near(before, origin, SAME_DISTANCE, SAME_TURN):
+            return None
+        return origin
+
+
+def _sure(best: Place, other: Place) -> bool:
+    """Whether the best place is the right one: the map agrees there, and nowhere else as well."""
+    return (
+        best.value - other.value >= MIN_GAIN
+        and best.agreement.explained >= MIN_EXPLAINED
+        and best.agreement.contradicted <= MAX_CONTRADICTED
+    )
+
+
+def placed(keyframes: list[Keyframe], origin: Pose2) -> list[tuple[Scan, Pose2]]:
+    """The scans and poses of keyframes whose frame lies at `origin`."""
+    return [(one.scan, origin @ one.pose) for one in keyframes]
+
+
+def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
+    """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
+    apart = one.between(other)
+    return math.hypot(apart.x, apart.y) <= distance and abs(apart.theta) <= turn

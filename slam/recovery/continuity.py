@@ -1,0 +1,54 @@
+"""How much of what one scan saw the next one contradicts.
+
+A place changes piece by piece: a door, a person. A robot that was carried sees all of it change
+from one scan to the next, even where the other place looks much the same.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.geometry import Pose2
+from slam.kernel import kernel
+from slam.scan import Scan
+
+MARGIN = 0.25  # m by which an echo must lie before what the other scan saw in its direction
+NEIGHBOURS = 2  # beams to each side, all of which must have seen farther
+MIN_POINTS = 10  # that both scans can see; fewer tell nothing
+
+
+def change(before: Scan, after: Scan, displacement: Pose2) -> float:
+    """Share of the echoes of two scans, between which the robot moved by `displacement`, that lie
+    where the other scan saw free space; from 0 to 2, the sum of both directions."""
+    return _share(before, after, displacement) + _share(after, before, displacement.inverse())
+
+
+def _share(seen: Scan, scan: Scan, displacement: Pose2) -> float:
+    """Share of the echoes of `scan` in the free space of the scan `seen`, `displacement` before."""
+    sensor = seen.mount.inverse() @ displacement
+    ranges = np.where(seen.no_echo, seen.max_range, np.where(seen.hit, seen.ranges, 0.0))
+    angles = seen.angles
+    if len(angles) > 1 and angles[-1] < angles[0]:
+        angles, ranges = angles[::-1], ranges[::-1]
+    free, known = _counts(np.ascontiguousarray(angles), np.ascontiguousarray(ranges), scan.points,
+                          sensor.x, sensor.y, sensor.theta)  # fmt: skip
+    return free / known if known >= MIN_POINTS else 0.0
+
+
+@kernel
+def _counts(angles, ranges, points, x, y, theta):
+    """Numbers of points in free space, and of those in view; `angles` ascend."""
+    c, s = np.cos(theta), np.sin(theta)
+    free = known = 0
+    for k in range(len(points)):
+        px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
+        place = np.searchsorted(angles, np.arctan2(py, px))
+        if place < NEIGHBOURS or place + NEIGHBOURS >= len(angles):
+            continue
+        known += 1
+        nearest = np.inf
+        for m in range(place - NEIGHBOURS, place + NEIGHBOURS + 1):
+            nearest = min(nearest, ranges[m])
+        if np.hypot(px, py) < nearest - MARGIN:
+            free += 1
+    return free, known

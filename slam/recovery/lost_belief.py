@@ -1,0 +1,77 @@
+"""The probability that the robot is lost, from how well its scans agree with the map."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
+JUMP_RATE = 0.3  # the same if the scans are not continuous
+JUMP, USUAL_FACTOR = 0.06, 4.0  # a change of the scan by more, and by a multiple of the usual one
+RETURN_RATE = 1e-3  # probability that a lost robot is right by chance at the next keyframe
+EXPLAINED_WEIGHT, CONTRADICTED_WEIGHT = -3.2, 5.9  # nats, fitted by logistic regression
+CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
+CORRELATION = 0.5  # weight of a keyframe: neighbouring ones see the same walls
+MAX_EVIDENCE = 3.0  # nats of one keyframe
+USUAL = 0.9, 0.03  # shares of explained and contradicted echoes before any are known
+MEMORY = 50  # keyframes over which the usual shares are averaged
+LEAST_EXPLAINED = 0.1  # of the usual share
+
+
+class Agreement(NamedTuple):
+    """Shares of a scan's echoes that the map explains (occupied) and contradicts (free)."""
+
+    explained: float
+    contradicted: float
+
+
+class LostBelief:
+    """A hidden Markov model of two states, lost or not, updated at keyframes.
+
+    Its observations are the shares of echoes that lie on occupied cells and in free ones, in
+    relation to the shares usual in this recording: wrong beams, people and distant scans lower the
+    agreement of every scan.
+
+    probability  that the robot is lost
+    """
+
+    def __init__(self) -> None:
+        self.probability = LOSS_RATE
+        self._explained, self._contradicted = USUAL
+        self._change = 0.0
+        self.jumped = False
+        self._learned = 0.0  # number of keyframes that the usual shares are the mean of
+
+    def evidence(self, agreement: Agreement) -> float:
+        """Log-likelihood ratio, nats, of lost to not lost."""
+        return (
+            EXPLAINED_WEIGHT * agreement.explained / self._explained
+            + CONTRADICTED_WEIGHT
+            * agreement.contradicted
+            / math.sqrt(self._contradicted + CONTRADICTED_SPREAD)
+        )
+
+    def update(self, agreement: Agreement, change: float) -> None:
+        """Update the probability by a keyframe, and the usual shares if it is not lost.
+
+        change  of the scan since the keyframe before (see `continuity.change`)
+        """
+        self.jumped = change > max(JUMP, USUAL_FACTOR * self._change)
+        loss = JUMP_RATE if self.jumped else LOSS_RATE
+        before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
+        evidence = CORRELATION * self.evidence(agreement)
+        ratio = math.exp(min(max(evidence, -MAX_EVIDENCE), MAX_EVIDENCE))
+        self.probability = before * ratio / (before * ratio + 1.0 - before)
+        self._learn(agreement, change)
+
+    def _learn(self, agreement: Agreement, change: float) -> None:
+        self._learned = min(self._learned + 1.0 - self.probability, MEMORY)
+        rate = (1.0 - self.probability) / (self._learned + 2.0)
+        explained = max(agreement.explained, LEAST_EXPLAINED)
+        self._explained += rate * (explained - self._explained)
+        self._contradicted += rate * (agreement.contradicted - self._contradicted)
+        self._change += rate * (change - self._change)
+
+    def set(self, probability: float) -> None:
+        """Set the probability, after a search of the whole map."""
+        self.probability = probability

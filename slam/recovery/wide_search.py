@@ -1,0 +1,61 @@
+"""Scan matching in a window two metres wide and over all headings ahead: wheels may have slipped."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slam.geometry import Pose2
+from slam.graph.global_search import GlobalSearch
+from slam.interface import Posterior
+from slam.motion.gaussian import Prediction
+from slam.scan import Scan
+from slam.search.gauss_newton import GaussNewton
+from slam.sensor_models.endpoint import Endpoint
+from slam.validation import positive
+
+MARGIN = 0.5  # m, of the map around the echoes
+
+
+@dataclass(frozen=True)
+class WideSearch:
+    """The best pose where the odometry may have failed: a motion model of two Gaussians.
+
+    A displacement is either as the motion model says, or, with a small probability, the wheels
+    slipped, or scans or odometry were missing or late, and its error is of the order of a metre.
+    The likelihood of the scan decides: the wide pose must explain it so much better that this
+    outweighs the density of the narrow Gaussian.
+
+    reach       m, m, rad: half the width of the window around the predicted pose
+    deviations  m, m, rad: standard deviations of the error if the odometry failed
+    rate        probability that it failed, a keyframe
+    refine      climbs from the best candidate to the local maximum
+    """
+
+    reach: tuple[float, float, float] = (1.0, 1.0, math.radians(100.0))
+    deviations: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    rate: float = 1e-3
+    refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
+
+    def __post_init__(self) -> None:
+        positive(self, "rate")
+
+    def better(self, endpoint: Endpoint, scan: Scan, narrow: Prediction, found: Pose2) -> Pose2:
+        """`found`, the best pose by the `narrow` prediction, or a better one of the window."""
+        reach = np.array(self.reach)
+        around = np.array(narrow.pose[:2])
+        size = np.hypot(*scan.points.T).max(initial=0.0) + reach[:2].max() + MARGIN
+        region = GlobalSearch(endpoint, (around - size, around + size))
+        start = region.best(scan.points, narrow.pose, reach)
+        wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
+        pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
+        failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
+        return pose if failed > _log_probability(endpoint, scan, narrow, found) else found
+
+
+def _log_probability(endpoint: Endpoint, scan: Scan, prediction: Prediction, pose: Pose2) -> float:
+    """log p(scan, pose), up to a constant that all predictions share."""
+    value = Posterior(endpoint, scan, prediction)(np.array([pose]))[0]
+    return float(value - np.log(prediction.deviations).sum())
