@@ -92,7 +92,7 @@ def test_every_fault_is_in_every_world_beside_the_same_drive_without_it():
 def test_faults_leave_the_drive_as_it_was():
     cases = {c.condition["fault"]: c for c in faults().cases if c.condition["world"] == "corridor"}
     usual, slipped, blind = (
-        cases[name].source(7).make() for name in ("none", "slip 0.8 m", "no scans for 10 s")
+        cases[name].source(7).make() for name in ("none", "slip 0.8 m", "gap 10 s")
     )
     assert (slipped.truth.poses == usual.truth.poses).all()
     assert 10.0 <= slipped.meta["faults"]["Slip"] <= 20.1
