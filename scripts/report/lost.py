@@ -199,6 +199,7 @@ def lost_terminal(rows: Sequence[Result], order: Sequence[str]) -> list[Terminal
     faults = dict.fromkeys(row[FAULT_FACTOR] for row in faulty)
     variants = {name: [row for row in faulty if row["variant"] == name] for name in order}
     events = _terminal(("fault", "variant"), EVENTS)
+    events.caption, events.caption_justify = CAPTION, "left"
     for fault in faults:
         for name, own in variants.items():
             group = [row for row in own if row[FAULT_FACTOR] == fault]
@@ -206,7 +207,6 @@ def lost_terminal(rows: Sequence[Result], order: Sequence[str]) -> list[Terminal
     overall = _terminal(("variant",), PROBABILITIES)
     for name, own in variants.items():
         overall.add_row(name, *_short(own, PROBABILITIES))
-    overall.caption, overall.caption_justify = CAPTION, "left"
     return [events, overall]
 
 
