@@ -282,6 +282,17 @@ def test_wrong_faults_in_a_file_are_refused(tmp_path, changed, message):
         read_suite(written(tmp_path, FAULTY.replace(*changed)))
 
 
+def test_a_row_holds_when_faults_occurred_and_whether_the_variant_knew(bench, tmp_path):
+    short = FAULTY.replace("[[case]]", "[[case]]\nmax_episode_steps = 100")
+    assert bench(str(written(tmp_path, short)), "--seeds", "1") == 0
+    (row,) = read(tmp_path / "out" / "results.jsonl")
+    assert row["faults"].keys() == {"Slip", "Lag"}  # the gap is later
+    assert 3.0 <= row["faults"]["Slip"] <= 5.1
+    assert row["lost"]["lost_at_end"]  # dead reckoning with the paper's odometry
+    assert row["lost"]["sure_and_wrong"] == row["lost"]["lost_share"] > 0.3
+    assert [loss["told"] for loss in row["lost"]["losses"]] == [None]
+
+
 OWN_WORLD = """
 from dynslam_env import Layout
 class Room:
