@@ -2,7 +2,7 @@
 
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.faults.carried import CarriedAway
-from dynslam_env.faults.fault import Fault
+from dynslam_env.faults.fault import Fault, FaultState
 from dynslam_env.faults.scans import Gap, Lag, MissingBeams, WrongBeams
 from dynslam_env.faults.wheels import OdometryScale, Slip
 from dynslam_env.record import Driver, Recorder, record
@@ -46,6 +46,7 @@ __all__ = [
     "Driver",
     "Exponential",
     "Fault",
+    "FaultState",
     "Fixed",
     "FlipClock",
     "Gap",

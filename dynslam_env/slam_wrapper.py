@@ -33,6 +33,8 @@ class SlamWrapper(
 
     The wrapper adds the estimate and its scores to `info`, and on request a local map and the
     estimated pose to the observation. With a `render_mode`, the map is drawn beside the world.
+    While no scan arrives (see `Gap`), the SLAM waits, and the next scan comes with the odometry since
+    the last one.
 
     ```python
     env = dynslam_env.SlamWrapper(gym.make("DoorCorridor-v0"), slam="dynamic-ml", map_crop=4.0)

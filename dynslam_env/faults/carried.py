@@ -106,7 +106,5 @@ def is_free(place: Array, here: Surroundings) -> bool:
 
 def _far(places: Array, others: Array, distance: float) -> Array:
     """Those of the places (n, 3) that are at least `distance` m from all `others` (m, 3)."""
-    least = np.full(len(places), np.inf)
-    for other in others:
-        np.minimum(least, np.hypot(*(places - other)[:, :2].T), out=least)
-    return places[least >= distance]
+    apart = places[:, None, :2] - others[None, :, :2]
+    return places[np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) >= distance]

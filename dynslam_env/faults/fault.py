@@ -85,7 +85,21 @@ class FaultState:
 
 @runtime_checkable
 class Fault(Protocol):
-    """Something that goes wrong. It has no state: one object serves any number of episodes."""
+    """Something that goes wrong. It has no state: one object serves any number of episodes.
+
+    ```python
+    class Blinded(dynslam_env.FaultState):  # the sun stands low: beams to the left report no echo
+        def disturb_scan(self, ranges):
+            if self.active:
+                ranges[len(ranges) // 2 :] = float("inf")
+
+    class Sun:
+        def begin(self, rng, setting):
+            return Blinded(start=rng.uniform(10.0, 20.0), duration=5.0)
+
+    env = gym.make("DoorCorridor-v0", faults=[Sun()])
+    ```
+    """
 
     def begin(self, rng: np.random.Generator, setting: Setting) -> FaultState:
         """The fault in a new episode; all its randomness comes from `rng`."""

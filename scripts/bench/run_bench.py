@@ -56,8 +56,7 @@ def run_bench(options: BenchCommand) -> int:
     with progress_bar() as bar:
         for _ in bar.track(write_report(rows, out, variants), total=None, description="report"):
             pass
-    table = lost_terminal(rows, variants)
-    if table is not None:
+    for table in lost_terminal(rows, variants):
         Console().print(table)
     _print_outcome(rows, out)
     return status

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -133,8 +133,16 @@ COLUMNS = (
 )
 """Headings and decimals of the fields of `LostSummary` after `runs`."""
 
-SHORT = ("end %", "wrong %", "sure %", "told %", "notice s", "found %", "recover s", "alarms/h",
-         "AUROC", "ECE", "Brier")  # fmt: skip
+EVENTS = {"at_end": ("lost", "end %"), "sure": ("sure,", "wrong"), "told": ("told", "5 s %"),
+          "notice": ("told", "s"), "found": ("found", "%"), "recover": ("found", "s"),
+          "false_alarms": ("false", "an h")}  # fmt: skip
+"""Fields of `LostSummary` in the terminal's table of faults, with two lines of heading each."""
+
+PROBABILITIES = {"wrong": ("wrong,", "% of scans"), "auroc": ("", "AUROC"),
+                 "error": ("calibration", "error"), "brier": ("", "Brier")}  # fmt: skip
+"""Those in its table of variants."""
+
+DIGITS = dict(zip(LostSummary._fields[1:], (digits for _, digits in COLUMNS), strict=True))
 CAPTION = (
     f"A pose is wrong where the online estimate is {WRONG_POSE}. A SLAM tells that it is lost "
     "where Estimate.lost is above 0.5; sure and wrong: a wrong pose that it does not tell. Losses "
@@ -182,27 +190,40 @@ def _cell(value: float | Interval, digits: int) -> Cell:
     return Cell(text, number)
 
 
-def lost_terminal(rows: Sequence[Result], order: Sequence[str]) -> TerminalTable | None:
-    """The scores by fault and variant, over all worlds, for the terminal; None without faults."""
+def lost_terminal(rows: Sequence[Result], order: Sequence[str]) -> list[TerminalTable]:
+    """Two tables for a terminal of 80 columns, over all worlds: what happened by fault and variant,
+    and how good the probabilities of each variant are; empty without faults."""
     faulty = [row for row in rows if FAULT_FACTOR in row["condition"]]
     if not faulty:
-        return None
-    table = TerminalTable(title="Does it know that it is lost?", title_justify="left",
-                          box=HORIZONTALS, padding=(0, 1, 0, 0))  # fmt: skip
-    table.caption, table.caption_justify = CAPTION, "left"
-    for heading in ("fault", "variant", "runs", *SHORT):
-        table.add_column(heading, no_wrap=True)
-    for fault in (*dict.fromkeys(row[FAULT_FACTOR] for row in faulty), ALL):
-        for variant in order:
-            own = [row for row in faulty if row["variant"] == variant]
-            group = [row for row in own if fault in (row[FAULT_FACTOR], ALL)]
-            if group:
-                runs, *values = lost_summary(group)
-                cells = zip(values, COLUMNS, strict=True)
-                numbers = (_cell(v[0] if isinstance(v, Interval) else v, d) for v, (_, d) in cells)
-                table.add_row(fault, variant, str(runs), *(cell.text for cell in numbers),
-                              end_section=variant == order[-1])  # fmt: skip
+        return []
+    faults = dict.fromkeys(row[FAULT_FACTOR] for row in faulty)
+    variants = {name: [row for row in faulty if row["variant"] == name] for name in order}
+    events = _terminal(("fault", "variant"), EVENTS)
+    events.caption, events.caption_justify = CAPTION, "left"
+    for fault in faults:
+        for name, own in variants.items():
+            group = [row for row in own if row[FAULT_FACTOR] == fault]
+            events.add_row(fault, name, *_short(group, EVENTS), end_section=name == order[-1])
+    overall = _terminal(("variant",), PROBABILITIES)
+    for name, own in variants.items():
+        overall.add_row(name, *_short(own, PROBABILITIES))
+    return [events, overall]
+
+
+def _terminal(words: Sequence[str], fields: Mapping[str, tuple[str, str]]) -> TerminalTable:
+    table = TerminalTable(box=HORIZONTALS, padding=0)
+    for word in words:
+        table.add_column(f"\n{word}", no_wrap=True)
+    for above, below in fields.values():
+        table.add_column(f"{above}\n{below}", no_wrap=True)
     return table
+
+
+def _short(rows: Sequence[Result], fields: Mapping[str, tuple[str, str]]) -> list[str]:
+    """The fields of a group without their intervals."""
+    found = lost_summary(rows)._asdict()
+    values = {name: v.value if isinstance(v, Interval) else v for name, v in found.items()}
+    return [_cell(values[name], DIGITS[name]).text for name in fields]
 
 
 # -- the reliability diagram -------------------------------------------------------------------

@@ -142,6 +142,7 @@ class Trial:
         }
         if episode is not None:
             row["duration"] = float(episode.times[-1] - episode.times[0])
+            row["faults"] = dict(episode.meta.get("faults", {}))
         return row
 
     @property

@@ -12,6 +12,8 @@ from dynslam_env import (
     WORLDS,
     CarriedAway,
     DoorWorldEnv,
+    Fault,
+    FaultState,
     Gap,
     Lag,
     Laser,
@@ -314,3 +316,23 @@ def test_every_environment_takes_faults(name):
         info = env.step(env.action_space.sample() * 0)[4]
     times = {"Slip": 0.2, "Gap": 0.3, "Slip 2": 0.4}
     assert info["fault_times"] == pytest.approx(times)
+
+
+class Blinded(FaultState):
+    def disturb_scan(self, ranges):
+        if self.active:
+            ranges[len(ranges) // 2 :] = np.inf
+
+
+class Sun:
+    def begin(self, rng, setting):
+        return Blinded(start=rng.uniform(2.0, 3.0), duration=20 * setting.dt)
+
+
+def test_a_fault_of_ones_own(whole):
+    made = drive([Sun()])
+    changed = np.isinf(made.ranges[:, 90:]).all(axis=1)
+    assert changed.tolist() == [info["faults"]["Sun"] for info in made.infos]
+    assert changed.sum() == 20
+    assert (made.ranges[:, :90] == whole.ranges[:, :90]).all()
+    assert isinstance(Sun(), Fault)

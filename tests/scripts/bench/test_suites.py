@@ -92,7 +92,7 @@ def test_every_fault_is_in_every_world_beside_the_same_drive_without_it():
 def test_faults_leave_the_drive_as_it_was():
     cases = {c.condition["fault"]: c for c in faults().cases if c.condition["world"] == "corridor"}
     usual, slipped, blind = (
-        cases[name].source(7).make() for name in ("none", "slip 0.8 m", "no scans for 10 s")
+        cases[name].source(7).make() for name in ("none", "slip 0.8 m", "gap 10 s")
     )
     assert (slipped.truth.poses == usual.truth.poses).all()
     assert 10.0 <= slipped.meta["faults"]["Slip"] <= 20.1
@@ -280,6 +280,17 @@ def test_a_file_names_faults(tmp_path):
 def test_wrong_faults_in_a_file_are_refused(tmp_path, changed, message):
     with pytest.raises(InputError, match=message):
         read_suite(written(tmp_path, FAULTY.replace(*changed)))
+
+
+def test_a_row_holds_when_faults_occurred_and_whether_the_variant_knew(bench, tmp_path):
+    short = FAULTY.replace("[[case]]", "[[case]]\nmax_episode_steps = 100")
+    assert bench(str(written(tmp_path, short)), "--seeds", "1") == 0
+    (row,) = read(tmp_path / "out" / "results.jsonl")
+    assert row["faults"].keys() == {"Slip", "Lag"}  # the gap is later
+    assert 3.0 <= row["faults"]["Slip"] <= 5.1
+    assert row["lost"]["lost_at_end"]  # dead reckoning with the paper's odometry
+    assert row["lost"]["sure_and_wrong"] == row["lost"]["lost_share"] > 0.3
+    assert [loss["told"] for loss in row["lost"]["losses"]] == [None]
 
 
 OWN_WORLD = """

@@ -103,14 +103,23 @@ def test_where_nothing_was_lost_or_told_there_is_no_table():
 
 
 def test_the_terminal_shows_every_fault_over_all_worlds():
-    rows = [*KNOWS, made("knows", 0, spans(), 0.0 * TIMES, "none")]
-    console = Console(width=200, record=True, file=io.StringIO())
-    console.print(lost_terminal(rows, ["knows"]))
+    long = "30 % missing beams"  # as long as any name of the suite
+    rows = [*KNOWS, made("knows", 0, spans(), 0.0 * TIMES, long)]
+    rows += [made("dynamic-graph", 0, spans((0, N)), 0.0 * TIMES)]
+    console = Console(width=80, record=True, file=io.StringIO())
+    for table in lost_terminal(rows, ["knows", "dynamic-graph"]):
+        console.print(table)
     text = console.export_text()
-    lines = [line.split() for line in text.splitlines() if " knows " in line]
-    assert [line[: line.index("knows")] for line in lines] == [["slip"], ["none"], ALL.split()]
-    assert [line[line.index("knows") + 1] for line in lines] == ["3", "1", "4"]
-    assert lost_terminal([row("a", 0, 0.1)], ["a"]) is None
+    lines = [line.split() for line in text.splitlines() if "knows " in line]
+    told = lost_summary(KNOWS)
+    assert lines[0] == ["slip", "knows", "33", f"{told.sure:.1f}", "33", "6.0", "67", "20.0",
+                        f"{told.false_alarms:.1f}"]  # fmt: skip
+    assert lines[1] == [*long.split(), "knows", "0", "0.0", "-", "-", "-", "-", "0.0"]
+    assert "\u2026" not in text  # nothing is cut
+    whole = lost_summary(rows[:-1])
+    numbers = f"{whole.wrong:.1f} {whole.auroc:.3f} {whole.error:.3f} {whole.brier:.3f}".split()
+    assert lines[2] == ["knows", *numbers]
+    assert lost_terminal([row("a", 0, 0.1)], ["a"]) == []
 
 
 def test_the_diagram_draws_the_variants_that_tell_something():
