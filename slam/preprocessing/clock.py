@@ -1,0 +1,263 @@
+"""The clocks of a recording: by how much the odometry's stamps are late against the laser's.
+
+The turning of the laser from scan to scan, which `scan_rotation` finds without odometry, is
+compared with that of the odometry at stamps moved by up to `MAX_OFFSET`. Where a robot starts to
+turn, a wrong offset shows; where it drives straight or turns evenly, it does not.
+
+One number can be identified: the stamp of the odometry that is of the same moment as the middle
+of a sweep. Whether a stamp is of the sweep's beginning or of its end cannot be told apart from an
+offset of one sweep, and neither can how sharp a corrected scan becomes, since only the motion
+during the sweep corrects it, not its place in time. So of the two, that is chosen which leaves
+the smaller offset between the clocks, and the beginning, as ROS has it, unless the end is better
+by `SURE` standard errors.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.episode import Episode
+from slam.geometry import Array, Pose2
+from slam.preprocessing.deskewing import MAX_SWEEP
+from slam.preprocessing.scan_rotation import contour, rotation
+from slam.scan import Scan
+from slam.trajectory import Trajectory
+
+MAX_OFFSET = 0.6  # s, either way; the estimate must lie within it
+GRID_STEP = 0.01  # s between the offsets that are compared
+RATE_SPAN = 0.05  # s, either side, over which a turning rate of the odometry is measured
+SCAN_GAP = (0.08, 0.5)  # s from a scan to the next one that it is matched with
+MAX_PAIRS = 1500  # of scans that are matched: those where the turning changes most
+MIN_PAIRS = 30
+MIN_SPREAD = math.radians(0.05)  # of the residuals, rad; a smaller one is by chance
+REWEIGHTINGS = 6
+BLOCK = 10  # pairs, one after another, whose errors may depend on each other
+MIN_EXPLAINED = 0.5  # share of the laser's turning that the odometry explains
+SURE = 3.0  # standard errors
+MIN_OFFSET = 0.02  # s; a smaller offset is not worth a correction
+MAX_DEVIATION = 0.03  # s; a less sure estimate is none
+
+
+class Clock(NamedTuple):
+    """How stamps are corrected.
+
+    offset  s by which the odometry's stamps are late against the laser's
+    end     whether a scan's stamp is of the end of its sweep, rather than of its beginning
+    """
+
+    offset: float = 0.0
+    end: bool = False
+
+
+class ClockEstimate(NamedTuple):
+    """What a recording tells about its clocks.
+
+    middle     s, the odometry's stamp less the laser's, at the middle of a sweep; NaN: not known
+    deviation  s, its standard error; NaN: not known
+    sweep      s, the median duration of a sweep; 0 where the recording does not state it
+    reason     why it could not be told; empty where it could
+    """
+
+    middle: float
+    deviation: float
+    sweep: float
+    reason: str = ""
+
+    @property
+    def end(self) -> bool:
+        """Whether stamps are taken to be of the end of a sweep."""
+        return self.sweep > 0 and self.middle < -SURE * self.deviation
+
+    @property
+    def offset(self) -> float:
+        """s by which the odometry's stamps are late; NaN: not known."""
+        return self.middle + (0.5 if self.end else -0.5) * self.sweep
+
+    @property
+    def significant(self) -> bool:
+        """Whether the offset is surely not zero, and worth a correction."""
+        return abs(self.offset) > max(SURE * self.deviation, MIN_OFFSET)
+
+    @property
+    def clock(self) -> Clock:
+        """The correction that is used: none of what is not significant."""
+        return Clock(self.offset if self.significant else 0.0, self.end)
+
+
+def with_clock(episode: Episode, clock: Clock) -> Episode:
+    """The episode with the odometry's stamps moved to the laser's clock, and each scan's stamp at
+    the beginning of its sweep.
+
+    Where the moved odometry does not reach the first or the last scan, the robot is taken to
+    have moved on as at that end of the odometry.
+    """
+    if clock.end:
+        episode = dataclasses.replace(
+            episode, scans=tuple(_begun_before(scan) for scan in episode.scans)
+        )
+    if not (clock.offset and episode.has_odometry):
+        return episode
+    return dataclasses.replace(episode, odometry=_moved(episode.odometry, clock.offset))
+
+
+def estimated_clock(episode: Episode) -> ClockEstimate:
+    """The estimate for a recording."""
+    sweep = _sweep(episode.scans)
+    if not episode.has_odometry:
+        return ClockEstimate(math.nan, math.nan, sweep, "there is no odometry")
+    pairs = _informative(episode, _pairs(episode.times))
+    if len(pairs) < MIN_PAIRS:
+        reason = f"the scans are more than {SCAN_GAP[1]:g} s apart, or too few"
+        return ClockEstimate(math.nan, math.nan, sweep, reason)
+    turned = _turned_by_laser(episode.scans, pairs)
+    matched = np.isfinite(turned)
+    if matched.sum() < MIN_PAIRS:
+        return ClockEstimate(math.nan, math.nan, sweep, "the scans could not be matched")
+    profile = Profile(episode.odometry, episode.times[pairs[matched]], turned[matched])
+    return profile.estimate(sweep)
+
+
+class Profile:
+    """How well the turning of laser and odometry agree, by the offset.
+
+    offsets  (m,) s
+    costs    (m,) mean Cauchy loss
+    """
+
+    def __init__(self, odometry: Trajectory, stamps: Array, turned: Array):
+        """stamps (n, 2) s and turned (n,) rad: of pairs of scans."""
+        self._times, self._heading = odometry.times, np.unwrap(odometry.poses[:, 2])
+        self._stamps, self._turned = stamps, turned
+        self.offsets = np.linspace(-1, 1, round(2 * MAX_OFFSET / GRID_STEP) + 1) * MAX_OFFSET
+        self._spread = math.radians(0.5)
+        for _ in range(2):
+            self.costs = np.array([self._cost(offset) for offset in self.offsets])
+            at = self.offsets[int(np.argmin(self.costs))]
+            residuals, _, _ = self._residuals(at)
+            self._spread = max(1.5 * float(np.median(np.abs(residuals))), MIN_SPREAD)
+
+    def estimate(self, sweep: float) -> ClockEstimate:
+        """The offset of the smallest cost, unless it says too little."""
+        best = int(np.argmin(self.costs))
+        if not 0 < best < len(self.costs) - 1:
+            return ClockEstimate(math.nan, math.nan, sweep, "no offset fits best")
+        middle = float(self.offsets[best]) + GRID_STEP * _parabola(self.costs[best - 1 : best + 2])
+        residuals, weights, scale = self._residuals(middle)
+        explained = 1 - (weights * residuals**2).sum() / (weights * self._turned**2).sum()
+        if explained < MIN_EXPLAINED:
+            reason = "the odometry does not turn as the laser does"
+            return ClockEstimate(math.nan, math.nan, sweep, reason)
+        deviation = self._deviation(middle, residuals, weights, scale)
+        if not deviation < MAX_DEVIATION:
+            reason = "the robot turns too little"
+            return ClockEstimate(math.nan, deviation, sweep, reason)
+        return ClockEstimate(middle, deviation, sweep)
+
+    def _turned_by_odometry(self, offset: float) -> Array:
+        heading = np.interp(self._stamps + offset, self._times, self._heading)
+        return heading[:, 1] - heading[:, 0]
+
+    def _cost(self, offset: float) -> float:
+        residuals, _, _ = self._residuals(offset)
+        return float(np.log1p((residuals / self._spread) ** 2).mean())
+
+    def _residuals(self, offset: float) -> tuple[Array, Array, float]:
+        """Residuals (n,) rad, their weights (n,), and the odometry's scale."""
+        by_odometry, scale = self._turned_by_odometry(offset), 1.0
+        weights = np.ones_like(by_odometry)
+        for _ in range(REWEIGHTINGS):
+            residuals = self._turned - scale * by_odometry
+            weights = 1 / (1 + (residuals / self._spread) ** 2)
+            moved = (weights * by_odometry**2).sum()
+            scale = float((weights * self._turned * by_odometry).sum() / moved) if moved else 1.0
+        return self._turned - scale * by_odometry, weights, scale
+
+    def _deviation(self, offset: float, residuals: Array, weights: Array, scale: float) -> float:
+        """s; by the scatter of the gradient between blocks (White's estimator), since errors that
+        follow each other are alike, but no less than of independent ones."""
+        later, earlier = (self._turned_by_odometry(offset + d) for d in (RATE_SPAN, -RATE_SPAN))
+        slope = scale * (later - earlier) / (2 * RATE_SPAN)
+        curvature = (weights * slope**2).sum()
+        if not curvature:
+            return math.inf
+        pulls = weights * slope * residuals
+        blocks = np.add.reduceat(pulls, np.arange(0, len(pulls), BLOCK))
+        return math.sqrt(max((blocks**2).sum(), (pulls**2).sum())) / float(curvature)
+
+
+def _pairs(times: Array) -> np.ndarray:
+    """(n, 2) indices of scans that follow each other within `SCAN_GAP`."""
+    found, i = [], 0
+    while i < len(times) - 1:
+        j = int(np.searchsorted(times, times[i] + SCAN_GAP[0]))
+        j = max(j, i + 1)
+        if j < len(times) and times[j] - times[i] <= SCAN_GAP[1]:
+            found.append((i, j))
+        i = j
+    return np.array(found, dtype=np.intp).reshape(-1, 2)
+
+
+def _informative(episode: Episode, pairs: np.ndarray) -> np.ndarray:
+    """Those of the pairs, `MAX_PAIRS` at most, around which the odometry's turning rate changes
+    most."""
+    if len(pairs) <= MAX_PAIRS:
+        return pairs
+    odometry = episode.odometry
+    heading = np.unwrap(odometry.poses[:, 2])
+    around = np.linspace(-MAX_OFFSET, MAX_OFFSET, 9)
+    stamps = episode.times[pairs][:, :, None] + around
+    turned = np.diff(np.interp(stamps, odometry.times, heading), axis=1)[:, 0]
+    chosen = np.argsort(-np.ptp(turned, axis=1), kind="stable")[:MAX_PAIRS]
+    return pairs[np.sort(chosen)]
+
+
+def _turned_by_laser(scans: Sequence[Scan], pairs: np.ndarray) -> Array:
+    """(n,) rad; NaN where two scans do not match."""
+    at = lru_cache(maxsize=2)(lambda k: contour(scans[k]))
+    return np.array([rotation(at(i), at(j)) for i, j in pairs.tolist()])
+
+
+def _parabola(costs: Array) -> float:
+    """Where, in grid steps from the middle of three costs, a parabola through them is lowest."""
+    before, least, after = costs.tolist()
+    bend = before - 2 * least + after
+    return 0.5 * (before - after) / bend if bend > 0 else 0.0
+
+
+def _duration(scan: Scan) -> float:
+    """s from the first beam to the last; 0 where it is not stated or wrong."""
+    sweep = scan.beam_time * len(scan.ranges)
+    return sweep if 0 < sweep <= MAX_SWEEP else 0.0
+
+
+def _sweep(scans: Sequence[Scan]) -> float:
+    return float(np.median([_duration(scan) for scan in scans]))
+
+
+def _begun_before(scan: Scan) -> Scan:
+    return dataclasses.replace(scan, time=scan.time - _duration(scan))
+
+
+def _moved(odometry: Trajectory, offset: float) -> Trajectory:
+    """Stamps earlier by `offset`, and a pose more at the end that would be missing."""
+    times = odometry.times - offset
+    if len(times) < 2:
+        return Trajectory(times, odometry.poses)
+    first, last = (odometry.at(np.array([t]))[0] for t in odometry.times[[0, -1]])
+    near = odometry.at(odometry.times[[0, -1]] + abs(offset) * np.array([1, -1]))
+    first, last, after, before = (Pose2.of(row) for row in (first, last, *near))
+    if offset > 0:
+        pose, at = last @ before.between(last), len(times)
+        return _with(times, odometry.poses, at, times[-1] + offset, pose)
+    pose = first @ after.between(first)
+    return _with(times, odometry.poses, 0, times[0] + offset, pose)
+
+
+def _with(times: Array, poses: Array, at: int, time: float, pose: Pose2) -> Trajectory:
+    return Trajectory(np.insert(times, at, time), np.insert(poses, at, pose, axis=0))
