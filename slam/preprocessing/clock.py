@@ -21,6 +21,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from slam.episode import Episode
 from slam.geometry import Array, Pose2
@@ -35,9 +36,14 @@ RATE_SPAN = 0.05  # s, either side, over which a turning rate of the odometry is
 SCAN_GAP = (0.08, 0.5)  # s from a scan to the next one that it is matched with
 MAX_PAIRS = 1500  # of scans that are matched: those where the turning changes most
 MIN_PAIRS = 30
+MIN_CHANGE = 0.25  # of the turning within `MAX_OFFSET`, as a share of nearly the largest
+SMOOTHING = 1.0  # standard deviation of the smoothing, in steps of the scans or the odometry
+FIRST_SPREAD = math.radians(0.5)  # scale of the Cauchy loss, rad, until the residuals' is known
+SPREADS = 1.5  # that scale in medians of the residuals
 MIN_SPREAD = math.radians(0.05)  # of the residuals, rad; a smaller one is by chance
+DAMPING = 1e-9  # by the trace of the normal matrix
 REWEIGHTINGS = 6
-BLOCK = 10  # pairs, one after another, whose errors may depend on each other
+BLOCK = 20  # pairs, one after another, whose errors may depend on each other
 MIN_EXPLAINED = 0.5  # share of the laser's turning that the odometry explains
 SURE = 3.0  # standard errors
 MIN_OFFSET = 0.02  # s; a smaller offset is not worth a correction
@@ -132,15 +138,16 @@ class Profile:
 
     def __init__(self, odometry: Trajectory, stamps: Array, turned: Array):
         """stamps (n, 2) s and turned (n,) rad: of pairs of scans."""
-        self._times, self._heading = odometry.times, np.unwrap(odometry.poses[:, 2])
-        self._stamps, self._turned = stamps, turned
+        self._times, self._ways = odometry.times, _ways(odometry)
+        self._stamps = stamps
+        self._smooth = _smoothing(stamps.mean(axis=1), SMOOTHING * _longest_step(stamps, odometry))
+        self._turned = self._smooth @ turned
         self.offsets = np.linspace(-1, 1, round(2 * MAX_OFFSET / GRID_STEP) + 1) * MAX_OFFSET
-        self._spread = math.radians(0.5)
+        self._spread = FIRST_SPREAD
         for _ in range(2):
             self.costs = np.array([self._cost(offset) for offset in self.offsets])
-            at = self.offsets[int(np.argmin(self.costs))]
-            residuals, _, _ = self._residuals(at)
-            self._spread = max(1.5 * float(np.median(np.abs(residuals))), MIN_SPREAD)
+            residuals = self._fit(self.offsets[int(np.argmin(self.costs))]).residuals
+            self._spread = max(SPREADS * float(np.median(np.abs(residuals))), MIN_SPREAD)
 
     def estimate(self, sweep: float) -> ClockEstimate:
         """The offset of the smallest cost, unless it says too little."""
@@ -148,47 +155,103 @@ class Profile:
         if not 0 < best < len(self.costs) - 1:
             return ClockEstimate(math.nan, math.nan, sweep, "no offset fits best")
         middle = float(self.offsets[best]) + GRID_STEP * _parabola(self.costs[best - 1 : best + 2])
-        residuals, weights, scale = self._residuals(middle)
-        explained = 1 - (weights * residuals**2).sum() / (weights * self._turned**2).sum()
-        if explained < MIN_EXPLAINED:
+        fit = self._fit(middle)
+        if not self._explained(fit) > MIN_EXPLAINED:
             reason = "the odometry does not turn as the laser does"
             return ClockEstimate(math.nan, math.nan, sweep, reason)
-        deviation = self._deviation(middle, residuals, weights, scale)
+        deviation = self._deviation(middle, fit)
         if not deviation < MAX_DEVIATION:
-            reason = "the robot turns too little"
-            return ClockEstimate(math.nan, deviation, sweep, reason)
+            return ClockEstimate(math.nan, deviation, sweep, "the robot turns too little")
         return ClockEstimate(middle, deviation, sweep)
 
-    def _turned_by_odometry(self, offset: float) -> Array:
-        heading = np.interp(self._stamps + offset, self._times, self._heading)
-        return heading[:, 1] - heading[:, 0]
+    def _moved(self, offset: float) -> Array:
+        """(n, 3) from scan to scan by the odometry: rad turned, m driven, s."""
+        stamps = self._stamps + offset
+        turned, driven = (
+            np.diff(np.interp(stamps, self._times, way))[:, 0] for way in self._ways.T
+        )
+        moved = np.column_stack([turned, driven, np.diff(self._stamps)[:, 0]])
+        return self._smooth @ moved
 
     def _cost(self, offset: float) -> float:
-        residuals, _, _ = self._residuals(offset)
-        return float(np.log1p((residuals / self._spread) ** 2).mean())
+        return float(np.log1p((self._fit(offset).residuals / self._spread) ** 2).mean())
 
-    def _residuals(self, offset: float) -> tuple[Array, Array, float]:
-        """Residuals (n,) rad, their weights (n,), and the odometry's scale."""
-        by_odometry, scale = self._turned_by_odometry(offset), 1.0
-        weights = np.ones_like(by_odometry)
+    def _fit(self, offset: float) -> _Fit:
+        """The laser's turning as a multiple of the odometry's and a drift with way and time, by
+        iteratively reweighted least squares."""
+        moved = self._moved(offset)
+        weights = np.ones(len(moved))
         for _ in range(REWEIGHTINGS):
-            residuals = self._turned - scale * by_odometry
+            squares = (moved.T * weights) @ moved
+            squares += DAMPING * np.trace(squares) * np.eye(3)
+            factors = np.linalg.solve(squares, moved.T @ (weights * self._turned))
+            residuals = self._turned - moved @ factors
             weights = 1 / (1 + (residuals / self._spread) ** 2)
-            moved = (weights * by_odometry**2).sum()
-            scale = float((weights * self._turned * by_odometry).sum() / moved) if moved else 1.0
-        return self._turned - scale * by_odometry, weights, scale
+        return _Fit(factors, moved, residuals, weights)
 
-    def _deviation(self, offset: float, residuals: Array, weights: Array, scale: float) -> float:
-        """s; by the scatter of the gradient between blocks (White's estimator), since errors that
-        follow each other are alike, but no less than of independent ones."""
-        later, earlier = (self._turned_by_odometry(offset + d) for d in (RATE_SPAN, -RATE_SPAN))
-        slope = scale * (later - earlier) / (2 * RATE_SPAN)
-        curvature = (weights * slope**2).sum()
-        if not curvature:
+    def _explained(self, fit: _Fit) -> float:
+        """Share of the laser's turning that the odometry's turning explains, beyond drift."""
+        left = (fit.weights * fit.residuals**2).sum()
+        without = fit.residuals + fit.factors[0] * fit.moved[:, 0]
+        drift = fit.moved[:, 1:]
+        weighted = drift.T * fit.weights
+        squares = weighted @ drift + 1e-12 * np.eye(2)
+        without = without - drift @ np.linalg.solve(squares, weighted @ without)
+        return 1 - float(left / (fit.weights * without**2).sum()) if fit.factors[0] > 0 else 0.0
+
+    def _deviation(self, offset: float, fit: _Fit) -> float:
+        """s; of errors that are independent before the smoothing, or by the scatter of the
+        gradient between blocks (White's estimator), whichever is larger."""
+        later, earlier = (self._moved(offset + step) for step in (RATE_SPAN, -RATE_SPAN))
+        slope = (later - earlier) @ fit.factors / (2 * RATE_SPAN)
+        slope -= fit.moved @ np.linalg.lstsq(fit.moved, slope)[0]  # what no factor can imitate
+        weighted = fit.weights * slope
+        curvature = weighted @ slope
+        if not curvature > 0:
             return math.inf
-        pulls = weights * slope * residuals
-        blocks = np.add.reduceat(pulls, np.arange(0, len(pulls), BLOCK))
-        return math.sqrt(max((blocks**2).sum(), (pulls**2).sum())) / float(curvature)
+        variance = (fit.weights @ fit.residuals**2) / fit.weights.sum()
+        variance /= float(self._smooth.power(2).sum()) / len(slope)
+        independent = variance * ((self._smooth.T @ weighted) ** 2).sum()
+        blocks = np.add.reduceat(weighted * fit.residuals, np.arange(0, len(slope), BLOCK))
+        return math.sqrt(max(independent, (blocks**2).sum())) / float(curvature)
+
+
+class _Fit(NamedTuple):
+    """factors (3,) of `moved` (n, 3), residuals (n,) rad, weights (n,) of the Cauchy loss."""
+
+    factors: Array
+    moved: Array
+    residuals: Array
+    weights: Array
+
+
+def _ways(odometry: Trajectory) -> Array:
+    """(n, 2) rad turned and m driven up to each pose."""
+    steps = np.diff(odometry.poses[:, :2], axis=0)
+    driven = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+    return np.column_stack([np.unwrap(odometry.poses[:, 2]), driven])
+
+
+def _longest_step(stamps: Array, odometry: Trajectory) -> float:
+    """s, the usual step of the scans or that of the odometry, whichever is longer."""
+    steps = np.diff(odometry.times)
+    return max(float(np.median(np.diff(stamps))), float(np.median(steps)) if len(steps) else 0.0)
+
+
+def _smoothing(times: Array, width: float) -> csr_array:
+    """(n, n) weighted mean of neighbours in time, with Gaussian weights of standard deviation
+    `width` (s).
+
+    Odometry between two of its poses is less noisy than at one, since it is interpolated; offsets
+    halfway between poses would fit better than the true one. Smoothing, of laser and odometry
+    alike, takes away the frequencies at which they differ.
+    """
+    first, end = (np.searchsorted(times, times + reach) for reach in (-3 * width, 3 * width))
+    rows = np.repeat(np.arange(len(times)), end - first)
+    columns = np.concatenate([np.arange(a, b) for a, b in zip(first, end, strict=True)])
+    weights = np.exp(-0.5 * ((times[rows] - times[columns]) / width) ** 2)
+    weights /= np.bincount(rows, weights)[rows]
+    return csr_array((weights, (rows, columns)), shape=(len(times), len(times)))
 
 
 def _pairs(times: Array) -> np.ndarray:
@@ -205,16 +268,18 @@ def _pairs(times: Array) -> np.ndarray:
 
 def _informative(episode: Episode, pairs: np.ndarray) -> np.ndarray:
     """Those of the pairs, `MAX_PAIRS` at most, around which the odometry's turning rate changes
-    most."""
-    if len(pairs) <= MAX_PAIRS:
+    most; without them, the many pairs of a straight drive would determine the loss."""
+    if not len(pairs):
         return pairs
     odometry = episode.odometry
     heading = np.unwrap(odometry.poses[:, 2])
-    around = np.linspace(-MAX_OFFSET, MAX_OFFSET, 9)
+    around = np.linspace(-MAX_OFFSET, MAX_OFFSET, 13)
     stamps = episode.times[pairs][:, :, None] + around
     turned = np.diff(np.interp(stamps, odometry.times, heading), axis=1)[:, 0]
-    chosen = np.argsort(-np.ptp(turned, axis=1), kind="stable")[:MAX_PAIRS]
-    return pairs[np.sort(chosen)]
+    change = np.ptp(turned, axis=1)
+    enough = change >= MIN_CHANGE * np.quantile(change, 0.98)
+    order = np.argsort(-change, kind="stable")[: min(MAX_PAIRS, int(enough.sum()))]
+    return pairs[np.sort(order)]
 
 
 def _turned_by_laser(scans: Sequence[Scan], pairs: np.ndarray) -> Array:
