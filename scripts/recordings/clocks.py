@@ -32,7 +32,7 @@ def parsed_clock(text: str) -> Clock | None:
             f"--clock is auto, none, or SECONDS of the odometry's delay ({-MAX_SECONDS:g} to "
             f"{MAX_SECONDS:g}), alone or with ,begin or ,end, such as 0.2 or 0,end; got {text!r}"
         )
-    return Clock(seconds, STAMPS[stamp or "begin"])
+    return Clock(round(seconds, 6), STAMPS[stamp or "begin"])
 
 
 def on_one_clock(episode: Episode, clock: Clock | None, file: Path) -> Episode:
