@@ -54,7 +54,7 @@ def clock_in_words(estimate: ClockEstimate) -> str:
         f"the odometry is {abs(estimate.offset):.3f} s {'late' if estimate.offset > 0 else 'early'}"
     )
     words += f" (standard error {estimate.deviation:.3f} s), "
-    words += "corrected" if estimate.significant else "too little to be corrected"
+    words += "corrected by map and run" if estimate.significant else "too little to be corrected"
     if estimate.sweep:
         words += f"; stamps are of the {'end' if estimate.end else 'beginning'} of a sweep"
     return words
