@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..recordings.source import RecordingSource
+from ..recordings.source import MappedSource
 
 
 @dataclass(kw_only=True)
-class MapCommand(RecordingSource):
+class MapCommand(MappedSource):
     """Make a map of a recording without traces of moving doors and people.
 
     Writes to a folder: map.yaml for ROS 2, layers, doors found, trajectory, MCAP, film, and

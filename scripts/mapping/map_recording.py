@@ -23,6 +23,7 @@ from slam.trajectory import Trajectory
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.output import output_directory
 from ..console.selection import check_variant, parse_selection
+from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
 from .map_export import OPTIONAL_PARTS, MapExport
@@ -44,9 +45,10 @@ def map_recording(options: MapCommand) -> int:
     session = Session.load(options.onto) if options.onto else None
     truth = read_reference(options.truth, options.file) if options.truth else None
     window = _window(options)
+    clock = parsed_clock(options.clock)
     log = options.read_and_warn()
     out = _out(options)
-    episode = prepared(log.episode)
+    episode = prepared(log.episode, clock, options.file)
     robot, start = _robot(options, variant, session, episode)
     compile_first(variant, episode)
     snapshots = 1 if set(skip) == set(OPTIONAL_PARTS) else MAX_SNAPSHOTS  # only those show them
@@ -156,6 +158,7 @@ def _summary(
         "matched": run.matched,
         "seconds": run.seconds,
         "odometry": mapping.episode.meta.get("odometry", "in it"),
+        "clock": mapping.episode.meta.get("clock"),
         "start": list(start),
         "interrupted": status != 0,
     }

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..recordings.source import RecordingSource
+from ..recordings.source import MappedSource
 
 
 @dataclass(kw_only=True)
-class RunCommand(RecordingSource):
+class RunCommand(MappedSource):
     """Run a SLAM variant on a recording and measure its accuracy, time and memory.
 
     Writes trajectory.tum, map.pgm + map.yaml, map.png, cost.png and metrics.json. Particle filters

@@ -30,6 +30,7 @@ from ..console.progress import progress_bar
 from ..console.selection import check_variant
 from ..figures.cost_figure import cost_figure
 from ..figures.map_figure import map_figure
+from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
 
@@ -42,11 +43,12 @@ def run_recording(options: RunCommand) -> int:
     check_variant(options.slam)
     robot = slam.make(options.slam, seed=options.seed)  # raises before any work
     relations = read_relations(options.relations) if options.relations else None
+    clock = parsed_clock(options.clock)
     episode, warnings = options.read_and_warn()
     if relations is not None and not within(episode.odometry, relations.first).any():
         raise InputError(f"{options.relations}: its stamps all lie outside those of {options.file}")
     out = output_directory(options.out or _default_out(options))
-    episode = prepared(episode)
+    episode = prepared(episode, clock, options.file)
     run, status = _run(options, robot, episode)
     if not len(run.poses):
         return status
@@ -68,6 +70,7 @@ def run_recording(options: RunCommand) -> int:
     write_png(cost_figure(run.poses, run.spent, title=title), out / "cost.png")
     metrics = _measured(options, run) | {  # last: the peak of memory includes the pictures
         "configuration": configuration(robot),
+        "clock": episode.meta.get("clock"),
         "interrupted": status != 0,
         "warnings": [str(warning) for warning in warnings],
     } | metrics  # fmt: skip

@@ -14,7 +14,9 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.formats import kind_of
 from slam.io.loaded_recording import LoadedRecording
+from slam.preprocessing.clock import estimated_clock
 
+from .clocks import plain_clock
 from .info import InfoCommand
 
 KINDS = {
@@ -101,6 +103,7 @@ def _laser(episode: Episode) -> dict[str, Any]:
         "range_m": [first.min_range, first.max_range],
         "echoes": float(hits.mean()),
         "mount": [first.mount.x, first.mount.y, math.degrees(first.mount.theta)],
+        "clock": plain_clock(estimated_clock(episode)),
     }
 
 
@@ -150,6 +153,7 @@ def _laser_lines(laser: dict[str, Any]) -> Iterable[tuple[str, str]]:
     )
     x, y, degrees = laser["mount"]
     yield "mounted", f"{x:g} m ahead, {y:g} m to the left, turned by {degrees:g} degrees"
+    yield "clock", laser["clock"]["in_words"]
     if laser["longest_gap_s"] and laser["longest_gap_s"] > LONG_GAP:
         yield "gap", f"{laser['longest_gap_s']:.1f} s without a scan"
 

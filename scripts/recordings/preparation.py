@@ -1,20 +1,25 @@
-"""Prepare a recording for SLAM: deskewed scans, odometry, compiled kernels."""
+"""Prepare a recording for SLAM: one clock, deskewed scans, odometry, compiled kernels."""
 
 from __future__ import annotations
 
 from contextlib import suppress
+from pathlib import Path
 
 from slam.benchmark.run import warm_up
 from slam.episode import Episode
 from slam.errors import InputError
+from slam.preprocessing.clock import Clock
 from slam.preprocessing.deskewing import deskewed
 from slam.preprocessing.laser_odometry import poses_by_laser, with_odometry
 
 from ..console.progress import progress_bar
+from .clocks import on_one_clock
 
 
-def prepared(episode: Episode) -> Episode:
-    """The recording with deskewed scans, and with laser odometry (slow) where it has none."""
+def prepared(episode: Episode, clock: Clock | None, file: Path) -> Episode:
+    """The recording with laser and odometry on one clock, by `clock` or its estimate (None), with
+    deskewed scans, and with laser odometry (slow) where it has none."""
+    episode = on_one_clock(episode, clock, file)
     return deskewed(episode if episode.has_odometry else _by_laser(episode))
 
 

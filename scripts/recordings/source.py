@@ -56,6 +56,16 @@ class RecordingSource:
         return log
 
 
+@dataclass(kw_only=True)
+class MappedSource(RecordingSource):
+    """The recording that a command makes a map of."""
+
+    clock: str = "auto"
+    """Seconds by which the odometry's stamps are late against the laser's (negative: early), and
+    whether a scan's stamp is of the begin or the end of its sweep: 0.2 or 0.2,begin or 0.2,end.
+    auto: estimate both, and correct what is significant. none: no correction."""
+
+
 def stem(file: Path) -> str:
     """A recording's name without its endings, for the names of files made from it."""
     name = file.resolve().name.removesuffix(".gz")

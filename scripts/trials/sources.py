@@ -20,6 +20,7 @@ from agents import record_path
 from dynslam_env.simulation.config import WorldConfig
 from slam.episode import Episode, Truth
 from slam.io.formats import read_log
+from slam.preprocessing.clock import synchronised
 from slam.preprocessing.deskewing import deskewed
 
 SIMULATION_LIBRARIES = ("numpy", "pymunk", "numba", "gymnasium")
@@ -89,11 +90,11 @@ class LogFile(Source):
     def plain(self) -> dict[str, Any]:
         """Its name and a digest of its content."""
         content = hashlib.sha256(self.path.read_bytes()).hexdigest()
-        return {"log": self.path.name, "sha256": content, "seed": self.seed}
+        return {"log": self.path.name, "sha256": content, "seed": self.seed, "clock": "auto"}
 
     def make(self) -> Episode:
         """Read it."""
-        return deskewed(read_log(self.path).episode)
+        return deskewed(synchronised(read_log(self.path).episode))
 
 
 def sparser(drive: Episode, every: int) -> Episode:

@@ -8,6 +8,7 @@ from dynslam_cli import main
 from dynslam_cli.mapping import run_recording
 from PIL import Image
 
+from agents import record_corridor
 from slam.benchmark.run import Playback
 from slam.episode import Episode
 from slam.io.carmen.writer import write_carmen
@@ -117,3 +118,43 @@ def test_a_garbled_line_is_counted_and_the_rest_used(log: Path, tmp_path: Path, 
     assert "warning" in captured.err
     assert f"line {broken + 1}" in captured.err
     assert json.loads(captured.out.splitlines()[-1])["scans"] == 79
+
+
+def metrics_of(log: Path, tmp_path: Path, capsys, *arguments: str) -> dict:
+    given = ["run", str(log), "--slam", "odometry", "--out", str(tmp_path / "out"), "--json"]
+    assert main.status([*given, *arguments]) == 0
+    return json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("none", None),
+        ("0.2", {"offset_s": 0.2, "stamp": "begin"}),
+        ("-0.3", {"offset_s": -0.3, "stamp": "begin"}),
+        ("0,end", {"offset_s": 0.0, "stamp": "end"}),
+        ("-0.05,end", {"offset_s": -0.05, "stamp": "end"}),
+    ],
+)
+def test_a_clock_can_be_set(log: Path, tmp_path: Path, text: str, told, capsys):
+    assert metrics_of(log, tmp_path, capsys, "--clock", text)["clock"] == told
+
+
+@pytest.mark.parametrize("text", ["", "later", "0.2,middle", "nan", "11", "0.2,end,end", ",end"])
+def test_a_clock_that_is_none_is_refused(log: Path, text: str, capsys):
+    assert main.status(["run", str(log), "--clock", text]) == 2
+    assert "--clock is auto, none, or SECONDS" in capsys.readouterr().err
+
+
+def test_a_late_odometry_is_corrected_unless_told_otherwise(tmp_path: Path, capsys):
+    drive = record_corridor(6103, "moving")
+    late = Trajectory(drive.times, drive.odometry.at(drive.times - 0.3))
+    log = tmp_path / "late.log"
+    write_carmen(Episode(drive.scans, late), log)
+    found = metrics_of(log, tmp_path, capsys)["clock"]
+    assert found["offset_s"] == pytest.approx(0.3, abs=0.03)
+    poses = read_tum(tmp_path / "out" / "trajectory.tum").poses
+    assert metrics_of(log, tmp_path, capsys, "--clock", "none")["clock"] is None
+    left = read_tum(tmp_path / "out" / "trajectory.tum").poses
+    right = drive.odometry.at(drive.times)
+    assert np.abs(poses - right)[:-4, :2].max() < 0.03 < 0.1 < np.abs(left - right)[:, :2].max()

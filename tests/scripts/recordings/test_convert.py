@@ -104,6 +104,24 @@ def test_each_of_several_lasers_is_described(shared_data: Path, capsys):
     assert one == found["lasers"][1]
 
 
+def test_info_tells_the_clocks(shared_data: Path, log: Path, capsys):
+    bag = shared_data / "jarvis_circular.bag"
+    assert main.status(["info", str(bag), "--laser", LASERS[0]]) == 0
+    out = capsys.readouterr().out
+    assert "the odometry is 0.06" in out
+    assert "s early (standard error 0.0" in out
+    assert "stamps are of the end of a sweep" in out
+    navigation, security = (laser["clock"] for laser in told([str(bag)], capsys)["lasers"])
+    assert navigation["stamp"] == "end"
+    assert security["stamp"] is None
+    assert navigation["corrected_s"] == navigation["offset_s"]
+    assert 0 < navigation["standard_error_s"] < 0.01
+    clock = told([str(log)], capsys)["clock"]
+    assert clock["corrected_s"] == 0
+    assert clock["offset_s"] is None
+    assert "could not be told" in clock["in_words"]
+
+
 def test_a_laser_that_cannot_be_read_is_warned_of(shared_data: Path, monkeypatch, capsys):
     """The others are described; where there are none, the command says why."""
     bag = shared_data / "jarvis_circular.bag"
