@@ -341,13 +341,17 @@ def rewarded(agent_of, seeds=range(5000, 5006)) -> float:
 
 
 def test_ppo_finds_the_door(tmp_path):
-    """Who looks at the door and stays there knows most; the robot begins looking away."""
-    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=4800, segment=10)
+    """Who looks at the door and stays there knows most; the robot begins looking away.
+
+    The bar is above what is learned of rewards that were given to the wrong worlds: 13.5 is reached
+    with the right ones, 5.2 at random, 8.0 with shuffled ones and 4.2 with the neighbour's.
+    """
+    what = Training("DoorToy-v0", "ppo", TOY, seed=2, steps=4800, segment=10)
     train(what, tmp_path)
     trained = rewarded(lambda env, seed: Trained(tmp_path / CHECKPOINT, env))
     at_random = rewarded(lambda env, seed: RandomAgent(env.action_space, seed))
     untrained = progress(tmp_path)[0]["reward"]
-    assert trained > 1.6 * at_random
+    assert trained > 2.0 * at_random
     assert trained > untrained + 5.0
     assert progress(tmp_path)[-1]["reward"] > untrained + 5.0
     assert segments.EVALUATION_SEED > 5006
