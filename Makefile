@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test docs format clean
+.PHONY: demo test types pytest docs format clean
 
 demo: $(VENV)/core.stamp
 	$(BIN)/dynslam demo
@@ -14,7 +14,14 @@ test: $(VENV)/all.stamp
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
+	$(MAKE) --no-print-directory --jobs 2 types pytest
+
+types: $(VENV)/all.stamp
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+# Many tests start processes: with bytecode kept, these do not compile every module again.
+pytest: export PYTHONDONTWRITEBYTECODE =
+pytest: $(VENV)/all.stamp
 	$(BIN)/pytest --numprocesses logical --dist worksteal
 
 docs: $(VENV)/all.stamp

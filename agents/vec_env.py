@@ -7,7 +7,6 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 try:
@@ -20,8 +19,8 @@ try:
 except ImportError as error:
     raise ImportError("agents.vec_env needs stable-baselines3: install dynslam[train]") from error
 
+from agents.same_step import SameStepWorlds
 from slam.errors import InputError
-from slam.validation import instance
 
 SHARED = "the worlds share one object, the vector environment `env`"
 
@@ -44,13 +43,7 @@ class NativeVecEnv(VecEnv):
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]):
-        instance("env", env, gym.vector.VectorEnv)
-        mode = env.metadata.get("autoreset_mode")
-        if mode is not AutoresetMode.SAME_STEP:
-            raise InputError(
-                "stable-baselines3 resets an environment in the step that ends its episode: "
-                f'the vector environment needs autoreset_mode="SameStep", got {mode}'
-            )
+        self._worlds = SameStepWorlds(env)
         self.env: Any = env
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self.metadata = env.metadata
@@ -62,18 +55,13 @@ class NativeVecEnv(VecEnv):
 
         Without a native vector environment, they are stepped one after the other.
         """
-        if gym.spec(id).vector_entry_point is not None:
-            parameters["autoreset_mode"] = "SameStep"
-            return NativeVecEnv(gym.make_vec(id, num_envs, **parameters))
-        mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
-        return NativeVecEnv(gym.make_vec(id, num_envs, "sync", vector_kwargs=mode, **parameters))
+        return NativeVecEnv(SameStepWorlds.make(id, num_envs, **parameters).env)
 
     def reset(self) -> VecEnvObs:
         """Begin new episodes, with the seeds set by `seed()`, if any."""
         if any(self._options):
             raise InputError("options belong to a single world: reset through `env`")
-        observations, infos = self.env.reset(seed=self._seeds)
-        self.reset_infos = [_single_info(infos, i) for i in range(self.num_envs)]
+        observations, self.reset_infos = self._worlds.reset(self._seeds)
         self._reset_seeds()
         return observations
 
@@ -83,16 +71,10 @@ class NativeVecEnv(VecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Step all worlds; the info of an ended episode holds its `terminal_observation`."""
-        observations, rewards, terminated, truncated, batch = self.env.step(self._actions)
-        over, infos = terminated | truncated, []
-        for i in range(self.num_envs):
-            info = _single_info(batch, i)
-            if over[i]:
-                self.reset_infos[i] = {k: v for k, v in info.items() if not k.startswith("final_")}
-                info = info["final_info"] | {"terminal_observation": info["final_obs"]}
-            info["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
-            infos.append(info)
-        return observations, rewards.astype(np.float32), over, infos
+        observations, rewards, over, infos, fresh = self._worlds.step(self._actions)
+        for i, info in fresh.items():
+            self.reset_infos[i] = info
+        return observations, rewards, over, infos
 
     def close(self) -> None:
         """Close the worlds."""
@@ -121,14 +103,3 @@ class NativeVecEnv(VecEnv):
     ) -> list[bool]:
         """No single world is wrapped."""
         return [False for _ in self._get_indices(indices)]
-
-
-def _single_info(infos: dict[str, Any], i: int) -> dict[str, Any]:
-    """The info of world `i`, as its single environment would give it."""
-    mine = {}
-    for key, rows in infos.items():
-        if key.startswith("_") or not infos[f"_{key}"][i]:
-            continue
-        value = _single_info(rows, i) if isinstance(rows, dict) else rows[i]
-        mine[key] = value.item() if isinstance(value, np.generic) else value
-    return mine

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 from collections.abc import Sequence
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
 import cloudpickle
@@ -22,7 +20,9 @@ from stable_baselines3.common.vec_env.base_vec_env import (
     VecEnvStepReturn,
 )
 
-from agents.vec_env import SHARED, NativeVecEnv
+from agents.same_step import SameStepWorlds
+from agents.training.worker_process import Block, serve
+from agents.vec_env import SHARED
 from slam.errors import InputError
 from slam.validation import whole_number
 
@@ -48,12 +48,12 @@ class Workers(VecEnv):
                 f"got {num_envs} and {workers}"
             )
         each, context = num_envs // workers, get_context("spawn")
-        first = NativeVecEnv.make(id, 1, **parameters)  # raises here for wrong parameters
+        first = SameStepWorlds.make(id, 1, **parameters).env  # raises here for wrong parameters
         first.close()
-        space = first.observation_space
+        space = first.single_observation_space
         assert isinstance(space, spaces.Dict)
         self._blocks = {
-            key: _Block((num_envs, *(box.shape or ())), box.dtype) for key, box in space.items()
+            key: Block((num_envs, *(box.shape or ())), box.dtype) for key, box in space.items()
         }
         self._pipes: list[Connection] = []
         self._processes: list[SpawnProcess] = []
@@ -62,13 +62,13 @@ class Workers(VecEnv):
             rows = slice(k * each, (k + 1) * each)
             specs = {n: b.spec for n, b in self._blocks.items()}
             made = id, each, cloudpickle.dumps(parameters), rows, specs
-            process = context.Process(target=_work, args=(theirs, *made), daemon=True)
+            process = context.Process(target=serve, args=(theirs, *made), daemon=True)
             process.start()
             theirs.close()
             self._pipes.append(ours)
             self._processes.append(process)
         self._each, self._closed, self.render_mode = each, False, None
-        super().__init__(num_envs, space, first.action_space)
+        super().__init__(num_envs, space, first.single_action_space)
 
     def reset(self) -> VecEnvObs:
         """Begin new episodes, with the seeds set by `seed()`, if any."""
@@ -85,11 +85,12 @@ class Workers(VecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Wait for them; see `NativeVecEnv.step_wait`."""
-        rewards, over, infos, fresh = [], [], [], []
-        for mine in self._receive():
-            for all_, part in zip((rewards, over, infos, fresh), mine, strict=True):
+        rewards, over, infos = [], [], []
+        for k, (*mine, fresh) in enumerate(self._receive()):
+            for all_, part in zip((rewards, over, infos), mine, strict=True):
                 all_.extend(part)
-        self.reset_infos = fresh
+            for i, info in fresh.items():
+                self.reset_infos[k * self._each + i] = info
         return self._observations(), np.array(rewards, np.float32), np.array(over), infos
 
     def close(self) -> None:
@@ -148,62 +149,3 @@ class Workers(VecEnv):
             if error is not None:
                 raise error
         return [answer for _, answer in answers]
-
-
-BlockSpec = tuple[str, tuple[int, ...], str]  # name, shape, type
-
-
-class _Block:
-    """An array in shared memory."""
-
-    def __init__(self, shape: tuple[int, ...], dtype: Any, name: str | None = None):
-        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-        self._memory = SharedMemory(name, create=name is None, size=size)
-        self.array = np.ndarray(shape, dtype, self._memory.buf)
-        self.spec: BlockSpec = (self._memory.name, shape, np.dtype(dtype).str)
-
-    def free(self) -> None:
-        """Release the memory, for all processes."""
-        del self.array
-        self._memory.close()
-        self._memory.unlink()
-
-
-def _work(
-    pipe: Connection, id: str, n: int, parameters: bytes, rows: slice,
-    specs: dict[str, BlockSpec],
-) -> None:  # fmt: skip
-    """A worker: executes commands until it is closed or its parent has ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
-    blocks = {key: _Block(shape, dtype, name) for key, (name, shape, dtype) in specs.items()}
-    env = NativeVecEnv.make(id, n, **cloudpickle.loads(parameters))
-    with contextlib.suppress(EOFError, OSError):
-        while True:
-            command, given = pipe.recv()
-            if command == "close":
-                return
-            try:
-                answer = _reset(env, given, blocks, rows) if command == "reset" else None
-                if command == "step":
-                    answer = _step(env, given, blocks, rows)
-                pipe.send((None, answer))
-            except Exception as error:
-                pipe.send((error, None))
-
-
-def _write(observation: Any, blocks: dict[str, _Block], rows: slice) -> None:
-    for key, block in blocks.items():
-        block.array[rows] = observation[key]
-
-
-def _reset(env: NativeVecEnv, seeds: list[Any], blocks: dict[str, _Block], rows: slice) -> Any:
-    env._seeds = list(seeds)
-    _write(env.reset(), blocks, rows)
-    return env.reset_infos
-
-
-def _step(env: NativeVecEnv, actions: Any, blocks: dict[str, _Block], rows: slice) -> Any:
-    env.step_async(actions)
-    observations, rewards, over, infos = env.step_wait()
-    _write(observations, blocks, rows)
-    return rewards.tolist(), over.tolist(), infos, env.reset_infos

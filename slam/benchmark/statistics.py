@@ -91,8 +91,30 @@ def paired(a: Sequence[float], b: Sequence[float]) -> Paired:
     np.subtract(first, second, out=differences, where=first != second)  # failed runs are equal
     if not differences.any():
         return Paired(median(differences.tolist()), 1.0)
-    p = stats.wilcoxon(differences).pvalue  # pyright: ignore[reportAttributeAccessIssue]
-    return Paired(median(differences.tolist()), float(p))
+    return Paired(median(differences.tolist()), _wilcoxon(differences))
+
+
+MOST_ENUMERATED = 13  # pairs: SciPy too tries all signs of up to 13 pairs where some are tied
+
+
+def _wilcoxon(differences: np.ndarray) -> float:
+    """SciPy's two-sided p; where few pairs are tied or equal, in a thousandth of its time."""
+    differing = differences[differences != 0]
+    ranks = stats.rankdata(np.abs(differing))
+    if len(np.unique(ranks)) < len(differences) <= MOST_ENUMERATED:
+        return _of_all_signs(np.rint(2 * ranks).astype(int), differing > 0)
+    return float(stats.wilcoxon(differences).pvalue)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _of_all_signs(ranks: np.ndarray, positive: np.ndarray) -> float:
+    """Wilcoxon's p from the distribution of the sum of positive ranks (here twice the ranks, whole
+    numbers) if each sign is as likely as the other."""
+    ways = np.ones(1)
+    for rank in ranks:
+        ways = np.pad(ways, (0, rank)) + np.pad(ways, (rank, 0))
+    found = ranks[positive].sum()
+    tail = min(ways[: found + 1].sum(), ways[found:].sum())
+    return min(2.0 * tail / ways.sum(), 1.0)
 
 
 def adjusted(ps: Sequence[float]) -> list[float]:

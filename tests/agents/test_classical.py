@@ -26,7 +26,10 @@ def patrol(world="corridor", seed=0):
     return env, observation
 
 
-def driven(name, world="corridor", steps=150, seed=0):
+STEPS = 75  # 30 s
+
+
+def driven(name, world="corridor", steps=STEPS, seed=0):
     """The actions, and the true poses."""
     env, observation = patrol(world, seed)
     agent, actions, poses = agents.make(name, env, seed), [], []
@@ -43,7 +46,7 @@ def driven(name, world="corridor", steps=150, seed=0):
 def test_every_agent_drives_in_every_world(name, world):
     actions, poses = driven(name, world)
     assert actions.dtype == np.float32
-    assert actions.shape == (150, 2)
+    assert actions.shape == (STEPS, 2)
     assert (np.abs(actions) <= 1.0).all()
     moved = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
     turned = np.abs(np.diff(np.unwrap(poses[:, 2]))).sum()

@@ -14,21 +14,16 @@ from slam.scan import Scan
 
 def cast(pose: Pose2, angles, segments, max_range: float = math.inf) -> np.ndarray:
     """Range per beam from `pose`: the nearest segment (x1, y1, x2, y2); inf where there is none."""
-    return np.array([_nearest(pose, pose.theta + angle, segments, max_range) for angle in angles])
-
-
-def _nearest(pose, heading, segments, max_range):
-    dx, dy = math.cos(heading), math.sin(heading)
-    nearest = math.inf
-    for x1, y1, x2, y2 in segments:
-        ex, ey, ox, oy = x2 - x1, y2 - y1, x1 - pose.x, y1 - pose.y
-        across = dx * ey - dy * ex
-        if across == 0:
-            continue
+    x1, y1, x2, y2 = np.asarray(segments, dtype=float).reshape(-1, 4).T
+    ex, ey, ox, oy = x2 - x1, y2 - y1, x1 - pose.x, y1 - pose.y
+    headings = [pose.theta + angle for angle in angles]
+    dx, dy = (np.array([[f(h)] for h in headings]).reshape(-1, 1) for f in (math.cos, math.sin))
+    across = dx * ey - dy * ex
+    with np.errstate(divide="ignore", invalid="ignore"):  # of segments along the beam
         r, t = (ox * ey - oy * ex) / across, (ox * dy - oy * dx) / across
-        if r > 0 and 0 <= t <= 1:
-            nearest = min(nearest, r)
-    return nearest if nearest < max_range else math.inf
+    hit = (across != 0) & (r > 0) & (t >= 0) & (t <= 1)
+    nearest = np.where(hit, r, math.inf).min(axis=1, initial=math.inf)
+    return np.where(nearest < max_range, nearest, math.inf)
 
 
 def crossed(start, end, resolution: float) -> list[tuple[int, int]]:

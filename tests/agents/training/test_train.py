@@ -23,13 +23,14 @@ from slam import InputError
 from . import toy
 
 TINY = {
-    "n_envs": 4, "policy": "MultiInputPolicy", "n_steps": 16, "batch_size": 32, "n_epochs": 1,
+    "n_envs": 2, "policy": "MultiInputPolicy", "n_steps": 16, "batch_size": 16, "n_epochs": 1,
     "learning_rate": "lin_1e-3",
     "policy_kwargs": "dict(net_arch=dict(pi=[8], vf=[8]), "
                      "features_extractor_kwargs=dict(cnn_output_dim=8))",
 }  # fmt: skip
 PARAMETERS = {"max_episode_steps": 8, "slam": "odometry"}
-ROLLOUT = 64
+ROLLOUT = 32
+SEGMENT = 2 * ROLLOUT
 STEPS = 5 * ROLLOUT  # two segments of two rollouts, and half of a third one
 
 
@@ -69,7 +70,7 @@ def whole(tmp_path_factory) -> Path:
 
 def test_a_line_for_each_segment_and_the_end(whole):
     rows = progress(whole)
-    assert [row["steps"] for row in rows] == [0, 128, 256, 320]
+    assert [row["steps"] for row in rows] == [0, SEGMENT, 2 * SEGMENT, STEPS]
     terms = {"information", "freshness", "pose", "distance", "collision"}
     for row in rows:
         assert set(row) == {"steps", "reward", "door_brier", *terms}
@@ -179,7 +180,7 @@ def test_without_its_last_line_it_goes_on(whole, tmp_path, left):
     """The line is written after the checkpoint, and may be cut off, or missing."""
 
     def kill(row):
-        if row["steps"] == 128:
+        if row["steps"] == SEGMENT:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -206,7 +207,7 @@ def test_killed_while_it_saves_it_goes_on(whole, tmp_path, monkeypatch, name):
     save = segments.save_model
 
     def killed(model, told, path):
-        if path.name == name and model.num_timesteps == 256:
+        if path.name == name and model.num_timesteps == 2 * SEGMENT:
             raise KeyboardInterrupt
         save(model, told, path)
 
@@ -265,7 +266,7 @@ def test_a_broken_folder_is_told(whole, tmp_path, name, text, message):
 
 def test_a_rollout_takes_what_is_said_where_the_settings_do_not(tmp_path):
     what = training(
-        settings={k: v for k, v in TINY.items() if k != "n_steps"}, segment=1, steps=300
+        settings={k: v for k, v in TINY.items() if k != "n_steps"}, segment=1, steps=150
     )
     train(what, tmp_path)
     assert [row["steps"] for row in progress(tmp_path)] == [0, what.rollout, 2 * what.rollout]
@@ -309,7 +310,7 @@ def test_recurrent_ppo_goes_on_as_well(tmp_path):
     train(what, tmp_path / "whole")
 
     def kill(row):
-        if row["steps"] == 128:
+        if row["steps"] == SEGMENT:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -340,13 +341,17 @@ def rewarded(agent_of, seeds=range(5000, 5006)) -> float:
 
 
 def test_ppo_finds_the_door(tmp_path):
-    """Who looks at the door and stays there knows most; the robot begins looking away."""
-    what = Training("DoorToy-v0", "ppo", TOY, seed=0, steps=4800, segment=10)
+    """Who looks at the door and stays there knows most; the robot begins looking away.
+
+    The bar is above what is learned of rewards that were given to the wrong worlds: 13.5 is reached
+    with the right ones, 5.2 at random, 8.0 with shuffled ones and 4.2 with the neighbour's.
+    """
+    what = Training("DoorToy-v0", "ppo", TOY, seed=2, steps=4800, segment=10)
     train(what, tmp_path)
     trained = rewarded(lambda env, seed: Trained(tmp_path / CHECKPOINT, env))
     at_random = rewarded(lambda env, seed: RandomAgent(env.action_space, seed))
     untrained = progress(tmp_path)[0]["reward"]
-    assert trained > 1.6 * at_random
+    assert trained > 2.0 * at_random
     assert trained > untrained + 5.0
     assert progress(tmp_path)[-1]["reward"] > untrained + 5.0
     assert segments.EVALUATION_SEED > 5006

@@ -97,7 +97,7 @@ def drives(draw, steps, sharp):
     return [(v, bend)] * half + [(then, spin)] * (steps - half)
 
 
-ROBOTS = {"nimble": (NIMBLE, 24, 300), "pioneer": (PIONEER, 60, 75)}
+ROBOTS = {"nimble": (NIMBLE, 24, 120), "pioneer": (PIONEER, 60, 40)}
 KINDS = ("wall", "corner", "wedge", "nose", "end", "post", "pillar", "slot")
 
 
@@ -163,7 +163,7 @@ BEGINNINGS = {
 @pytest.mark.parametrize("begin", BEGINNINGS)
 @pytest.mark.parametrize("law", ["flipping", "pushed", "static"])
 def test_doors_hold_the_robot(law, begin, robot):
-    body, count = ROBOTS[robot][0], (200 if law == "flipping" else 60)
+    body, count = ROBOTS[robot][0], (80 if law == "flipping" else 40)
     laws = {"flipping": flips(), "pushed": st.just(Scripted()), "static": st.just(Fixed())}
     commands, worst, on_leaf = pushes(8 if body is NIMBLE else 16), -math.inf, 0
 

@@ -51,6 +51,37 @@ def small(small_results: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(small_results, tmp_path / "out"))
 
 
+SHORT = """
+name = "short"
+variants = ["static-ml", "odometry"]
+seeds = 1
+[[case]]
+name = "one"
+env = "DoorCorridor-v0"
+max_episode_steps = 150
+[[case]]
+name = "two"
+env = "DoorLoop-v0"
+max_episode_steps = 150
+"""
+
+
+@pytest.fixture
+def short(tmp_path: Path) -> str:
+    """A suite of two cases of 15 s each."""
+    path = tmp_path / "short.toml"
+    path.write_text(SHORT)
+    return str(path)
+
+
+@pytest.fixture
+def short_case(tmp_path: Path) -> str:
+    """A suite of one such case."""
+    path = tmp_path / "short_case.toml"
+    path.write_text(SHORT[: SHORT.rindex("[[case]]")])
+    return str(path)
+
+
 def rows_of(out: Path) -> list[dict]:
     return read(out / "results.jsonl")
 
@@ -59,9 +90,8 @@ def untimed(rows: list[dict]) -> list[str]:
     return sorted(json.dumps({k: v for k, v in row.items() if k not in VARYING}) for row in rows)
 
 
-def test_every_variant_sees_the_same_episodes(bench, tmp_path, capsys):
-    assert bench(*SMALL) == 0
-    rows = rows_of(tmp_path / "out")
+def test_every_variant_sees_the_same_episodes(small):
+    rows = rows_of(small)
     assert len(rows) == 2 * 2 * 2
     assert len({row["run"] for row in rows}) == len(rows)
     seen = {(row["doors"], row["seed"], row["variant"]): row["episode"] for row in rows}
@@ -69,7 +99,6 @@ def test_every_variant_sees_the_same_episodes(bench, tmp_path, capsys):
         for seed in (5000, 5001):
             assert seen[doors, seed, "static-ml"] == seen[doors, seed, "odometry"]
     assert len(set(seen.values())) == 4
-    assert "8 runs, 0 without a result" in capsys.readouterr().out
 
 
 def test_a_row_says_what_made_it_and_holds_every_score(small):
@@ -104,11 +133,11 @@ def test_the_scores_are_those_of_a_run_in_this_process(small):
     assert {name: row[name] for name in expected} == expected
 
 
-def test_results_do_not_depend_on_the_number_of_jobs(bench, tmp_path):
+def test_results_do_not_depend_on_the_number_of_jobs(bench, short, tmp_path):
     one, three = tmp_path / "one", tmp_path / "three"
     variants = ("--variants", "static-ml,static-pf,odometry")
     for jobs, out in (("1", one), ("3", three)):
-        assert bench("paper", "--seeds", "1", *variants, "--jobs", jobs, out=out) == 0
+        assert bench(short, *variants, "--jobs", jobs, out=out) == 0
     assert untimed(rows_of(one)) == untimed(rows_of(three))
     assert len(rows_of(one)) == 6
 
@@ -121,8 +150,9 @@ def test_no_two_variants_share_a_name_in_the_results_and_any_is_a_files():
     assert all(re.fullmatch(r"[\w.-]{1,120}", name) for name in found)
 
 
-def test_a_csv_has_one_line_a_run(bench, tmp_path):
-    bench(*SMALL, report=True)
+def test_a_csv_has_one_line_a_run(bench, small, tmp_path, capsys):
+    assert bench(*SMALL, "--resume", report=True) == 0
+    assert "8 runs, 0 without a result" in capsys.readouterr().out
     with (tmp_path / "out" / "results.csv").open() as file:
         lines = list(csv.DictReader(file))
     by_run = {row["run"]: row for row in rows_of(tmp_path / "out")}
@@ -154,9 +184,9 @@ def test_resuming_with_more_seeds_adds_to_what_is_there(bench, small):
     assert len(rows_of(small)) == 12
 
 
-def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(tmp_path):
+def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(short, tmp_path):
     out = tmp_path / "out"
-    arguments = ["bench", "paper", "--seeds", "4", "--variants", "static-ml,dynamic-ml",
+    arguments = ["bench", short, "--seeds", "4", "--variants", "static-ml,dynamic-ml",
                  "--jobs", "2", "--out", str(out)]  # fmt: skip
     command = [sys.executable, "-m", "dynslam_cli.main", *arguments]
     path, kept = out / "results.jsonl", b""
@@ -181,43 +211,44 @@ def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(tmp_path):
     assert (out / "report.html").exists()
 
 
-def test_variants_that_fail_or_hang_stop_nothing_else(bench, tmp_path, monkeypatch, capsys):
+def test_variants_that_fail_or_hang_stop_nothing_else(
+    bench, short_case, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
     for name, builder in BROKEN.items():
         registry.register(name, builder)
     names = ",".join(["static-ml", *BROKEN])
-    arguments = ("paper", "--seeds", "1", "--variants", names, "--limit", "15", "--jobs", "4")
+    arguments = (short_case, "--variants", names, "--limit", "15", "--jobs", "4")
     assert bench(*arguments, report=True) == 0
     rows = rows_of(tmp_path / "out")
-    assert len(rows) == 2 * (1 + len(BROKEN))
-    for doors in ("static", "moving"):
-        errors = {row["variant"]: row["error"] for row in rows if row["doors"] == doors}
-        assert errors["static-ml"] is None
-        assert errors["talks"] is None  # what it says does not mix with the results
-        assert errors["numpys"] is None
-        assert errors["late"] is None  # it has scores, and no picture
-        assert "not JSON compliant" in errors["far"]
-        assert "ZeroDivisionError: nothing to divide by (broken.py:" in errors["raises"]
-        assert "pose at scan 100 is not finite" in errors["lost"]
-        assert "time limit of 15 s" in errors["sleeps"]
-        assert "in sleeps" in errors["sleeps"]  # where it hung
-        assert "time limit of 15 s" in errors["holds"]
-        assert "status 3; these are my last words" in errors["leaves"]
-        assert "signal 11" in errors["crashes"]
+    assert len(rows) == 1 + len(BROKEN)
+    errors = {row["variant"]: row["error"] for row in rows}
+    assert errors["static-ml"] is None
+    assert errors["talks"] is None  # what it says does not mix with the results
+    assert errors["numpys"] is None
+    assert errors["late"] is None  # it has scores, and no picture
+    assert "not JSON compliant" in errors["far"]
+    assert "ZeroDivisionError: nothing to divide by (broken.py:" in errors["raises"]
+    assert "pose at scan 100 is not finite" in errors["lost"]
+    assert "time limit of 15 s" in errors["sleeps"]
+    assert "in sleeps" in errors["sleeps"]  # where it hung
+    assert "time limit of 15 s" in errors["holds"]
+    assert "status 3; these are my last words" in errors["leaves"]
+    assert "signal 11" in errors["crashes"]
     assert all(row["failed"] for row in rows if row["error"])
     told = capsys.readouterr()
-    assert "22 runs, 14 without a result" in told.out
+    assert "11 runs, 7 without a result" in told.out
     assert "failed: " in told.err
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Runs without a result" in page
 
 
-def test_a_variant_of_the_users_own_takes_part_by_name(bench, tmp_path, monkeypatch):
+def test_a_variant_of_the_users_own_takes_part_by_name(bench, short, tmp_path, monkeypatch):
     monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
     registry.register("mine", lambda start, rng: registry.make("static-ml", start))
-    assert bench("paper", "--seeds", "1", "--variants", "static-ml,mine") == 0
-    scores = {(r["doors"], r["variant"]): r["ate"] for r in rows_of(tmp_path / "out")}
-    assert scores["moving", "mine"] == scores["moving", "static-ml"]
+    assert bench(short, "--variants", "static-ml,mine") == 0
+    scores = {(r["case"], r["variant"]): r["ate"] for r in rows_of(tmp_path / "out")}
+    assert scores["two", "mine"] == scores["two", "static-ml"]
 
 
 def test_one_that_cannot_be_sent_is_refused_before_anything_runs(bench, monkeypatch, capsys):
@@ -332,8 +363,7 @@ def test_sources_of_other_content_have_other_keys():
     assert len({one.key, *(other.key for other in others)}) == 6
 
 
-def test_another_suite_in_the_folder_is_not_mixed_with(bench, tmp_path, capsys):
-    bench("paper", "--seeds", "1", "--variants", "odometry")
+def test_another_suite_in_the_folder_is_not_mixed_with(bench, small, tmp_path, capsys):
     before = (tmp_path / "out" / "results.jsonl").read_bytes()
     assert bench("worlds", "--seeds", "1", "--variants", "odometry", "--resume") == 2
     assert "holds the suite paper" in capsys.readouterr().err

@@ -10,12 +10,12 @@ import dynslam_env
 
 
 def test_random_drives_through_every_world_find_nothing(capsys):
-    assert status(["endure", "--steps", "8000", "--json"]) == 0
+    assert status(["endure", "--steps", "4000", "--json"]) == 0
     drives = json.loads(capsys.readouterr().out)
     assert [one["world"] for one in drives] == list(dynslam_env.WORLDS)
     for one in drives:
         assert one["found"] == []
-        assert one["steps"] == 8000 // len(dynslam_env.WORLDS)
+        assert one["steps"] == 4000 // len(dynslam_env.WORLDS)
         assert one["episodes"] >= 1
         assert one["slowest_ms"] < 1000
 

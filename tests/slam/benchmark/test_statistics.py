@@ -79,6 +79,16 @@ def test_pairs_that_do_not_differ_have_p_of_one() -> None:
     assert paired([1.0, 2.0], [1.0, 2.0]) == ((0.0, 0.0, 0.0), 1.0)
 
 
+@pytest.mark.parametrize("pairs", [1, 2, 5, 9, 13, 14, 30])
+def test_p_of_tied_pairs_is_scipys(pairs: int) -> None:
+    rng = np.random.default_rng(pairs)
+    for values in ([1, 1], [-1, 0, 1], [-2, -1, 0, 1, 2, 3], [-2, 1, math.inf]):
+        a = np.append(rng.choice(values, pairs - 1), 1.0)
+        expected = stats.wilcoxon(a)
+        found = paired(a.tolist(), [0.0] * pairs).p
+        assert found == pytest.approx(expected.pvalue)  # pyright: ignore[reportAttributeAccessIssue]
+
+
 # -- ranks, several comparisons, lost runs ---------------------------------------------------------
 
 

@@ -1,0 +1,83 @@
+"""The worlds of a vector environment with SameStep autoreset, with an info for each world.
+
+Without stable-baselines3, whose import costs a worker process seconds and hundreds of megabytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from slam.errors import InputError
+from slam.validation import instance
+
+Info = dict[str, Any]
+
+
+class SameStepWorlds:
+    """Steps all worlds; a world whose episode ends is reset in the same step.
+
+    env  a `gymnasium.vector.VectorEnv`, e.g. of `gym.make_vec(ID, n, autoreset_mode="SameStep")`
+    """
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]):
+        instance("env", env, gym.vector.VectorEnv)
+        mode = env.metadata.get("autoreset_mode")
+        if mode is not AutoresetMode.SAME_STEP:
+            raise InputError(
+                "stable-baselines3 resets an environment in the step that ends its episode: "
+                f'the vector environment needs autoreset_mode="SameStep", got {mode}'
+            )
+        self.env: Any = env
+
+    @staticmethod
+    def make(id: str, num_envs: int, **parameters: Any) -> SameStepWorlds:
+        """`num_envs` environments named `id`, with the parameters of the environment.
+
+        Without a native vector environment, they are stepped one after the other.
+        """
+        if gym.spec(id).vector_entry_point is not None:
+            parameters["autoreset_mode"] = "SameStep"
+            return SameStepWorlds(gym.make_vec(id, num_envs, **parameters))
+        mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        return SameStepWorlds(gym.make_vec(id, num_envs, "sync", vector_kwargs=mode, **parameters))
+
+    def reset(self, seeds: Sequence[int | None]) -> tuple[Any, list[Info]]:
+        """Begin new episodes: observations, and the info of each world."""
+        observations, infos = self.env.reset(seed=list(seeds))
+        return observations, [_single_info(infos, i) for i in range(self.env.num_envs)]
+
+    def step(
+        self, actions: NDArray[Any]
+    ) -> tuple[Any, NDArray[np.float32], NDArray[np.bool_], list[Info], dict[int, Info]]:
+        """Step by actions (n, 2): observations, rewards (n), which episodes ended (n), the info of
+        each world, and by world the info of each new episode's reset.
+
+        The info of an ended episode holds its `terminal_observation`.
+        """
+        observations, rewards, terminated, truncated, batch = self.env.step(actions)
+        over, infos, fresh = terminated | truncated, [], {}
+        for i in range(self.env.num_envs):
+            info = _single_info(batch, i)
+            if over[i]:
+                fresh[i] = {k: v for k, v in info.items() if not k.startswith("final_")}
+                info = info["final_info"] | {"terminal_observation": info["final_obs"]}
+            info["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
+            infos.append(info)
+        return observations, rewards.astype(np.float32), over, infos, fresh
+
+
+def _single_info(infos: Info, i: int) -> Info:
+    """The info of world `i`, as its single environment would give it."""
+    mine = {}
+    for key, rows in infos.items():
+        if key.startswith("_") or not infos[f"_{key}"][i]:
+            continue
+        value = _single_info(rows, i) if isinstance(rows, dict) else rows[i]
+        mine[key] = value.item() if isinstance(value, np.generic) else value
+    return mine
