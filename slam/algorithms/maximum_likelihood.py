@@ -180,7 +180,8 @@ class MaximumLikelihood:
         doubt = self._belief.evidence(here.agreement)
         gain = JUMP_GAIN if self._doubted_since_jump else ELSEWHERE_GAIN
         better = other.value - here.value > gain and (
-            here.agreement.contradicted - other.agreement.contradicted > LESS_CONTRADICTED)
+            here.agreement.contradicted - other.agreement.contradicted > LESS_CONTRADICTED
+        )
         if better:
             return ELSEWHERE
         strange = doubt > STRANGE_EVIDENCE or self._doubted_since_jump

@@ -47,9 +47,7 @@ class GlobalSearch:
         """Bytes of the maxima."""
         return self._maxima.nbytes
 
-    def best(
-        self, points: Array, around: Pose2, reach: Array, but: Pose2 | None = None
-    ) -> Pose2:
+    def best(self, points: Array, around: Pose2, reach: Array, but: Pose2 | None = None) -> Pose2:
         """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
         robot's frame, have the largest sum of the field.
 

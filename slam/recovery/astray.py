@@ -66,7 +66,6 @@ class Astray:
         best = self._places.best(scan)
         other = self._places.best_but(scan, best.pose)
         place = best if _sure(best, other) else self._places.near(scan, self._believed @ last)
-        self._dbg = best.agreement, best.value - other.value, best.pose
         if place.agreement.contradicted > MAX_CONTRADICTED:
             self._candidate = None
             return None
