@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -15,11 +15,8 @@ from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.astray import Astray, placed
-from slam.recovery.continuity import change
-from slam.recovery.lost_belief import Agreement, LostBelief
-from slam.recovery.places import Places, at
-from slam.recovery.wide_search import WideSearch
+from slam.recovery.astray import Astray
+from slam.recovery.watch import FOUND, Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
@@ -29,18 +26,6 @@ MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 BEFORE_ALL = -1e12  # s: earlier than any scan
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 EXACT = np.zeros((3, 3))  # covariance of a known pose
-SUSPECT_EVIDENCE = 1.0  # nats: a keyframe with more is searched for in a wide window
-SUSPECT_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
-DOUBTED = 0.005  # probability of being lost, above which no keyframe is integrated
-CHECKS = MotionThreshold(distance=0.3, turn=math.radians(30.0), time=2.0)
-ELSEWHERE_GAIN = 25.0  # nats by which another place explains a scan better than the believed one
-JUMP_GAIN = 5.0  # the same, if the scan had changed at once
-LESS_CONTRADICTED = 0.03  # share of the echoes, at least, that are no longer contradicted there
-UNCHECKED = 0.1  # largest probability of being lost before all places were checked
-STRANGE_EVIDENCE = 4.0  # nats: so little agrees that the robot is lost, wherever it may be
-ELSEWHERE, NOT_ELSEWHERE = 0.9, 1e-3  # probability of being lost after the check of all places
-LOST = 0.5  # probability of being lost, above which the robot maps apart
-WRONGLY_FOUND = 0.002  # probability of being lost after the robot was found again
 
 
 class MaximumLikelihood:
@@ -64,7 +49,7 @@ class MaximumLikelihood:
         search: Search | None = None,
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
-        recovery: WideSearch | None = WideSearch(),
+        watch: Callable[[], Watch] | None = Watch,
     ):
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.map_model = Static() if map_model is None else map_model
@@ -79,15 +64,11 @@ class MaximumLikelihood:
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
         self._frozen = False
-        self.recovery = recovery
-        self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
-        self._belief = LostBelief()
-        self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes not integrated yet
-        self._astray: Astray | None = None
-        self._since_check = MotionTrigger(CHECKS)
-        self._doubted_since_jump = False
-        self._last_scan: Scan | None = None
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
+        self.watch = watch() if watch is not None else None
+        self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
+        self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
+        self._astray: Astray | None = None
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
@@ -149,43 +130,16 @@ class MaximumLikelihood:
 
     def _checked(self, scan: Scan, estimate: Estimate) -> Estimate:
         """The estimate of a keyframe, corrected if the odometry failed, with `lost`."""
-        if self.recovery is None or self._last_match is None or self._last_scan is None:
+        if self.watch is None or self._last_match is None:
             return estimate
         prediction, _ = self._last_match
-        agreement = Agreement(*self._field.shares(scan, estimate.pose))
-        error = np.abs(prediction.error(estimate.pose)) / prediction.deviations
-        if self._belief.evidence(agreement) > SUSPECT_EVIDENCE or error.max() > SUSPECT_ERROR:
-            pose = self.recovery.better(self._field, scan, prediction, estimate.pose)
-            if pose is not estimate.pose:
-                estimate = estimate._replace(pose=pose)
-                agreement = Agreement(*self._field.shares(scan, pose))
-                self._last_match = None  # nothing to learn of the odometry
-        moved = self.keyframe.pose.between(estimate.pose)
-        self._belief.update(agreement, change(self._last_scan, scan, moved))
-        self._since_check.move(self._since_keyframe.displacement)
-        self._doubted_since_jump |= self._belief.jumped
-        self._doubted_since_jump &= self._belief.probability > DOUBTED
-        if self._belief.probability > DOUBTED:
-            if self._belief.jumped or self._since_check.due(scan.time):
-                self._since_check.restart(scan.time)
-                self._belief.set(self._check(scan, estimate.pose))
-            else:
-                self._belief.set(min(self._belief.probability, UNCHECKED))
-        return estimate._replace(lost=self._belief.probability)
-
-    def _check(self, scan: Scan, pose: Pose2) -> float:
-        """The probability of being lost, from whether another place of the map fits better: if
-        none does, the place has changed."""
-        here, other = at(self._field, scan, pose), Places(self._field, pose).best_but(scan, pose)
-        doubt = self._belief.evidence(here.agreement)
-        gain = JUMP_GAIN if self._doubted_since_jump else ELSEWHERE_GAIN
-        better = other.value - here.value > gain and (
-            here.agreement.contradicted - other.agreement.contradicted > LESS_CONTRADICTED
-        )
-        if better:
-            return ELSEWHERE
-        strange = doubt > STRANGE_EVIDENCE or self._doubted_since_jump
-        return self._belief.probability if strange else NOT_ELSEWHERE
+        pose = self.watch.searched(self._field, scan, prediction, estimate)
+        if pose is not estimate.pose:
+            likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
+            estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
+            self._last_match = None  # nothing to learn of the odometry
+        self.watch.judge(self._field, scan, estimate, self.keyframe.pose)
+        return estimate._replace(lost=self.watch.belief.probability)
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Make the scan a keyframe, at its matched pose; the motion model learns from the match."""
@@ -194,11 +148,10 @@ class MaximumLikelihood:
             found = self.keyframe.pose.between(estimate.pose)
             within = fused(prediction.covariance(), EXACT, information)
             self.motion_model.learn(self._since_keyframe.displacement, found, within)
-        self._last_scan = scan
         self._doubted.append((scan, estimate))
-        if self._belief.probability > LOST:
-            self._get_lost(estimate)
-        elif self._belief.probability <= DOUBTED:
+        if self.watch is not None and self.watch.lost:
+            self._get_lost(self.watch, estimate)
+        elif self.watch is None or not self.watch.doubted:
             for keyframe in self._doubted:
                 self._keep(*keyframe)
             self._doubted.clear()
@@ -211,29 +164,36 @@ class MaximumLikelihood:
 
     def _refresh(self, changed: np.ndarray) -> None:
         self.sensor_model.refresh(self.map_model, changed)
-        if self._field is not self.sensor_model and self.recovery is not None:
+        if self._field is not self.sensor_model and self.watch is not None:
             self._field.refresh(self.map_model, changed)
 
-    def _get_lost(self, estimate: Estimate) -> None:
+    def _get_lost(self, watch: Watch, estimate: Estimate) -> None:
         """Map apart from now on; the doubted keyframes are dropped."""
         self._doubted.clear()
         front = MaximumLikelihood(
-            rng=self.rng, motion_model=self.motion_model, search=self.search, recovery=None
+            rng=self.rng, motion_model=self.motion_model, search=self.search, watch=None
         )
-        self._astray = Astray(front, self._field, estimate.pose, self._belief)
+        self._astray = Astray(front, self._field, estimate.pose, watch.belief.probability)
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:
         """The estimate of a lost robot; returns to the map where it is found there."""
         estimate = astray.update(displacement, scan)
         origin = astray.found(scan.time)
         if origin is not None:
-            self._astray = None
-            self._belief.set(WRONGLY_FOUND)
-            self.remember(placed(astray.keyframes, origin), estimate.score)
-            self.place(self.pose)
-            estimate = estimate._replace(pose=self.pose, lost=WRONGLY_FOUND)
+            self._return(astray, origin)
+            estimate = estimate._replace(pose=self.pose, covariance=EXACT, lost=FOUND)
         self.pose = estimate.pose
         return estimate
+
+    def _return(self, astray: Astray, origin: Pose2) -> None:
+        """Go on in the map, with what was mapped apart at `origin` in it."""
+        self._astray = None
+        if self.watch is not None:
+            self.watch.found()
+        self.remember(
+            ((one.scan, origin @ one.pose) for one in astray.keyframes), self._matched.score
+        )
+        self.place(self.pose)
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Integrate the keyframe; returns the ids of the cells that may have changed."""

@@ -10,7 +10,6 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.lost_belief import LostBelief
 from slam.recovery.places import Place, Places
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -20,6 +19,7 @@ MAX_RECENT = 40  # keyframes that are matched
 MIN_EXPLAINED, MAX_CONTRADICTED = 0.6, 0.1  # shares of the echoes at a place that is accepted
 MIN_GAIN = 10.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
+TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of two attempts that agree
 
 
@@ -32,9 +32,10 @@ class Astray:
     keyframes  of its own map, in its frame
     """
 
-    def __init__(self, front: Slam, endpoint: Endpoint, believed: Pose2, belief: LostBelief):
-        """Start at the `believed` pose in the map of `endpoint`; `front` maps from the origin."""
-        self._front, self._believed, self._belief = front, believed, belief
+    def __init__(self, front: Slam, endpoint: Endpoint, believed: Pose2, lost: float):
+        """Start at the `believed` pose in the map of `endpoint`, which is wrong with probability
+        `lost`; `front` maps from the origin."""
+        self._front, self._believed, self._lost = front, believed, lost
         self._places = Places(endpoint, believed)
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
@@ -52,7 +53,7 @@ class Astray:
         return estimate._replace(
             pose=self._believed @ estimate.pose,
             covariance=estimate.covariance + LOST_COVARIANCE,
-            lost=self._belief.probability,
+            lost=self._lost,
         )
 
     def found(self, time: float) -> Pose2 | None:
@@ -63,18 +64,20 @@ class Astray:
         last = self.keyframes[-1].pose
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([Keyframe(one.scan, last.between(one.pose)) for one in recent])
-        best = self._places.best(scan)
-        other = self._places.best_but(scan, best.pose)
-        place = best if _sure(best, other) else self._places.near(scan, self._believed @ last)
-        if place.agreement.contradicted > MAX_CONTRADICTED:
-            self._candidate = None
-            return None
-        return self._confirmed(place.pose @ last.inverse())
+        place = self._place(scan, self._believed @ last)
+        return self._confirmed(place.pose @ last.inverse() if place else None)
 
-    def _confirmed(self, origin: Pose2) -> Pose2 | None:
+    def _place(self, scan: Scan, believed: Pose2) -> Place | None:
+        """The place of the scan: one that is sure, or the believed one if none is better."""
+        best, here = self._places.best(scan), self._places.near(scan, believed)
+        if _sure(best, self._places.best_but(scan, best.pose)):
+            return best
+        return here if best.value - here.value < TIE else None
+
+    def _confirmed(self, origin: Pose2 | None) -> Pose2 | None:
         """The origin, if the attempt before found it too."""
         before, self._candidate = self._candidate, origin
-        if before is None or not near(before, origin, SAME_DISTANCE, SAME_TURN):
+        if origin is None or before is None or not near(before, origin, SAME_DISTANCE, SAME_TURN):
             return None
         return origin
 
@@ -86,11 +89,6 @@ def _sure(best: Place, other: Place) -> bool:
         and best.agreement.explained >= MIN_EXPLAINED
         and best.agreement.contradicted <= MAX_CONTRADICTED
     )
-
-
-def placed(keyframes: list[Keyframe], origin: Pose2) -> list[tuple[Scan, Pose2]]:
-    """The scans and poses of keyframes whose frame lies at `origin`."""
-    return [(one.scan, origin @ one.pose) for one in keyframes]
 
 
 def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:

@@ -14,6 +14,7 @@ CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
 CORRELATION = 0.5  # weight of a keyframe: neighbouring ones see the same walls
 MAX_EVIDENCE = 3.0  # nats of one keyframe
 USUAL = 0.9, 0.03  # shares of explained and contradicted echoes before any are known
+MIN_LEARNED = 10  # keyframes before a change can be told from the usual ones
 MEMORY = 50  # keyframes over which the usual shares are averaged
 LEAST_EXPLAINED = 0.1  # of the usual share
 
@@ -33,43 +34,49 @@ class LostBelief:
     agreement of every scan.
 
     probability  that the robot is lost
+    jumped       whether the last scan was not continuous with the one before
+    explained    usual share of echoes that the map explains
+    score        usual mean log-likelihood per beam
     """
 
     def __init__(self) -> None:
         self.probability = LOSS_RATE
-        self._explained, self._contradicted = USUAL
+        self.explained, self._contradicted = USUAL
         self._change = 0.0
+        self.score = 0.0
         self.jumped = False
         self._learned = 0.0  # number of keyframes that the usual shares are the mean of
 
     def evidence(self, agreement: Agreement) -> float:
         """Log-likelihood ratio, nats, of lost to not lost."""
         return (
-            EXPLAINED_WEIGHT * agreement.explained / self._explained
+            EXPLAINED_WEIGHT * agreement.explained / self.explained
             + CONTRADICTED_WEIGHT
             * agreement.contradicted
             / math.sqrt(self._contradicted + CONTRADICTED_SPREAD)
         )
 
-    def update(self, agreement: Agreement, change: float) -> None:
+    def update(self, agreement: Agreement, score: float, change: float) -> None:
         """Update the probability by a keyframe, and the usual shares if it is not lost.
 
         change  of the scan since the keyframe before (see `continuity.change`)
         """
-        self.jumped = change > max(JUMP, USUAL_FACTOR * self._change)
+        known = self._learned >= MIN_LEARNED
+        self.jumped = known and change > max(JUMP, USUAL_FACTOR * self._change)
         loss = JUMP_RATE if self.jumped else LOSS_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)
         ratio = math.exp(min(max(evidence, -MAX_EVIDENCE), MAX_EVIDENCE))
-        self.probability = before * ratio / (before * ratio + 1.0 - before)
-        self._learn(agreement, change)
+        self.probability = before * ratio / (before * ratio + 1.0 - before) if known else LOSS_RATE
+        self._learn(agreement, score, change)
 
-    def _learn(self, agreement: Agreement, change: float) -> None:
+    def _learn(self, agreement: Agreement, score: float, change: float) -> None:
         self._learned = min(self._learned + 1.0 - self.probability, MEMORY)
-        rate = (1.0 - self.probability) / (self._learned + 2.0)
+        rate = (1.0 - self.probability) / (self._learned + 1.0)
         explained = max(agreement.explained, LEAST_EXPLAINED)
-        self._explained += rate * (explained - self._explained)
+        self.explained += rate * (explained - self.explained)
         self._contradicted += rate * (agreement.contradicted - self._contradicted)
+        self.score += rate * (score - self.score)
         self._change += rate * (change - self._change)
 
     def set(self, probability: float) -> None:

@@ -1,4 +1,4 @@
-"""Scan matching in a window two metres wide and over all headings ahead: wheels may have slipped."""
+"""Scan matching in a wide window, for keyframes before which the odometry may have failed."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class WideSearch:
 
     reach       m, m, rad: half the width of the window around the predicted pose
     deviations  m, m, rad: standard deviations of the error if the odometry failed
-    rate        probability that it failed, a keyframe
+    rate        probability that it failed, of a keyframe at which the wide window is searched
     refine      climbs from the best candidate to the local maximum
     """
 
     reach: tuple[float, float, float] = (1.0, 1.0, math.radians(100.0))
     deviations: tuple[float, float, float] = (0.5, 0.5, 0.5)
-    rate: float = 1e-3
+    rate: float = 0.02
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
 
     def __post_init__(self) -> None:
