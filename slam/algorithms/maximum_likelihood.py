@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class MaximumLikelihood:
         search: Search | None = None,
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
-        watch: Callable[[], Watch] | None = Watch,
+        watch: Watch | None = None,
     ):
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.map_model = Static() if map_model is None else map_model
@@ -65,7 +65,7 @@ class MaximumLikelihood:
         self._since_match = MotionTrigger(matches)
         self._frozen = False
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
-        self.watch = watch() if watch is not None else None
+        self.watch = watch
         self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
         self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
         self._astray: Astray | None = None
@@ -170,9 +170,7 @@ class MaximumLikelihood:
     def _get_lost(self, watch: Watch, estimate: Estimate) -> None:
         """Map apart from now on; the doubted keyframes are dropped."""
         self._doubted.clear()
-        front = MaximumLikelihood(
-            rng=self.rng, motion_model=self.motion_model, search=self.search, watch=None
-        )
+        front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
         self._astray = Astray(front, self._field, estimate.pose, watch.belief.probability)
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:

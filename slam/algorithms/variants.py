@@ -2,9 +2,10 @@
 
 `MAP-ml` is maximum likelihood SLAM on that map model, `MAP-ml/SENSOR` the same with another sensor
 model for p(z | s, h). `/beta1` has the paper's weight: every beam counts in full, as if independent
-of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. Three
-variants replace another part: `/random-restart` uses the search of the paper, `/gauss-newton` that
-of Hector SLAM, and `/learned-odometry` corrects a systematic error of the odometry.
+of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. Four
+variants replace or add another part: `/random-restart` uses the search of the paper,
+`/gauss-newton` that of Hector SLAM, `/learned-odometry` corrects a systematic error of the
+odometry, and `/recovery` notices that the robot is lost and finds it again.
 
 `MAP-pf` is a particle filter over these maps, `MAP-graph` a graph of local maps: both close loops.
 """
@@ -33,6 +34,7 @@ from slam.maps.static import Static
 from slam.maps.temporal import Temporal
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.learned import LearnedOdometry
+from slam.recovery.watch import Watch
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.random_restart import RandomRestart
@@ -65,6 +67,7 @@ def maximum_likelihood(
     sensor_model: Callable[[], SensorModel] = Endpoint,
     motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
+    watch: Callable[[], Watch | None] = lambda: None,
 ) -> Builder:
     """A builder of maximum likelihood SLAM; parts not given are those of the built-in variants."""
 
@@ -76,6 +79,7 @@ def maximum_likelihood(
             sensor_model=sensor_model(),
             motion_model=motion_model(),
             search=search(),
+            watch=watch(),
         )
 
     return build
@@ -130,3 +134,4 @@ for _name in ("static", "dynamic"):
     BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
         MAPS[_name], motion_model=LearnedOdometry
     )
+    BUILDERS[f"{_name}-ml/recovery"] = maximum_likelihood(MAPS[_name], watch=Watch)

@@ -47,21 +47,34 @@ class GlobalSearch:
         """Bytes of the maxima."""
         return self._maxima.nbytes
 
-    def best(self, points: Array, around: Pose2, reach: Array, but: Pose2 | None = None) -> Pose2:
+    def best(
+        self,
+        points: Array,
+        around: Pose2,
+        reach: Array,
+        but: Pose2 | None = None,
+        turn_step: float = TURN_STEP,
+        least: float = -math.inf,
+    ) -> Pose2 | None:
         """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
         robot's frame, have the largest sum of the field.
 
-        but  a pose around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        but        a pose around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        turn_step  rad between candidates
+        least      mean of the field over the points that a pose must exceed; None if there is none
         """
-        n = max(math.ceil(reach[2] / TURN_STEP), 0)
-        turns = np.array(sorted(range(-n, n + 1), key=abs)) * TURN_STEP + around.theta
+        n = max(math.ceil(reach[2] / turn_step), 0)
+        turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         excluded = self._excluded(turns, around, but)
         turn, row, col = _search(
-            self._maxima, points[every] / self._cell, turns, middle, window, excluded, self._unknown
-        )
+            self._maxima, points[every] / self._cell, turns, middle, window, excluded,
+            self._unknown, np.float32(least * len(every)),
+        )  # fmt: skip
+        if turn < 0:
+            return None
         x, y = around.x + col * self._cell, around.y + row * self._cell
         return Pose2(x, y, math.remainder(turns[turn], math.tau))
 
@@ -141,8 +154,9 @@ def _larger(a, b, result):
 
 
 @kernel
-def _search(maxima, points, turns, middle, window, excluded, unknown):
-    """Indices of turn, row and column of the best candidate; depth first, best node first."""
+def _search(maxima, points, turns, middle, window, excluded, unknown, least):
+    """Indices of turn, row and column of the best candidate above `least`, -1 if there is none;
+    depth first, best node first."""
     radii, centre = excluded
     levels, n = len(maxima), len(points)
     rows, cols = np.empty((len(turns), n), np.int32), np.empty((len(turns), n), np.int32)
@@ -165,7 +179,7 @@ def _search(maxima, points, turns, middle, window, excluded, unknown):
                                  unknown)  # fmt: skip
                 m += 1
     order = np.argsort(-bounds, kind="mergesort")
-    best, place = np.float32(-np.inf), np.zeros(3, np.int64)
+    best, place = least, np.full(3, -1, np.int64)
     stack, tops = np.empty((4 * levels, 4), np.int64), np.empty(4 * levels, np.float32)
     four = np.empty(4, np.float32)
     for o in order:

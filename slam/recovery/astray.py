@@ -10,7 +10,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import Place, Places
+from slam.recovery.places import Place, Places, near
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
@@ -70,7 +70,7 @@ class Astray:
     def _place(self, scan: Scan, believed: Pose2) -> Place | None:
         """The place of the scan: one that is sure, or the believed one if none is better."""
         best, here = self._places.best(scan), self._places.near(scan, believed)
-        if _sure(best, self._places.best_but(scan, best.pose)):
+        if _agrees(best) and self._places.better_than(scan, best, -MIN_GAIN) is None:
             return best
         return here if best.value - here.value < TIE else None
 
@@ -82,16 +82,9 @@ class Astray:
         return origin
 
 
-def _sure(best: Place, other: Place) -> bool:
-    """Whether the best place is the right one: the map agrees there, and nowhere else as well."""
+def _agrees(place: Place) -> bool:
+    """Whether the map agrees with the scan at a place."""
     return (
-        best.value - other.value >= MIN_GAIN
-        and best.agreement.explained >= MIN_EXPLAINED
-        and best.agreement.contradicted <= MAX_CONTRADICTED
+        place.agreement.explained >= MIN_EXPLAINED
+        and place.agreement.contradicted <= MAX_CONTRADICTED
     )
-
-
-def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
-    """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
-    apart = one.between(other)
-    return math.hypot(apart.x, apart.y) <= distance and abs(apart.theta) <= turn

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.graph.global_search import OTHER_DISTANCE, OTHER_TURN, GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
@@ -16,7 +16,9 @@ from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
 
-SEARCHED = 60.0  # m around a pose, of the map in which it is searched for
+SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
+FARTHEST = 12.0  # m, of the echoes that are searched for
+TURN_STEP = math.radians(1.0)  # between candidates
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
 
@@ -40,19 +42,31 @@ class Places:
     def best(self, scan: Scan) -> Place:
         """The place at which the map agrees best with the scan."""
         region = self._search
-        return self.near(scan, region.best(scan.points, region.centre, region.reach))
+        start = region.best(_seen(scan), region.centre, region.reach, turn_step=TURN_STEP)
+        assert start is not None  # any pose exceeds -inf
+        return self.near(scan, start)
 
-    def best_but(self, scan: Scan, pose: Pose2) -> Place:
-        """The best place that is not near a pose; refined, unless that leads to the pose."""
-        region = self._search
-        start = region.best(scan.points, region.centre, region.reach, but=pose)
-        place = self.near(scan, start)
-        return at(self._endpoint, scan, start) if same_place(place.pose, pose) else place
+    def better_than(self, scan: Scan, place: Place, gain: float) -> Place | None:
+        """The best other place, if the scan is by `gain` nats more likely there than at `place`."""
+        region, beams = self._search, max(len(scan.points), 1)
+        least = (place.value + gain) / (self._endpoint.beta * beams)
+        start = region.best(_seen(scan), region.centre, region.reach, place.pose, TURN_STEP, least)
+        if start is None:
+            return None
+        other = self.near(scan, start)
+        if near(other.pose, place.pose, OTHER_DISTANCE, OTHER_TURN):
+            other = at(self._endpoint, scan, start)
+        return other if other.value > place.value + gain else None
 
     def near(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""
         prior = Prediction(start, Pose2(), WEAK_PRIOR)
         return at(self._endpoint, scan, REFINE.climb(Posterior(self._endpoint, scan, prior), start))
+
+
+def _seen(scan: Scan) -> Array:
+    """(n, 2) the echoes within FARTHEST."""
+    return scan.points[np.hypot(*scan.points.T) <= FARTHEST]
 
 
 def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:
@@ -61,7 +75,7 @@ def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:
     return Place(pose, float(value), Agreement(*endpoint.shares(scan, pose)))
 
 
-def same_place(one: Pose2, other: Pose2) -> bool:
-    """Whether two poses are so near that a search regards them as one place."""
+def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
+    """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
     apart = one.between(other)
-    return math.hypot(apart.x, apart.y) <= OTHER_DISTANCE and abs(apart.theta) <= OTHER_TURN
+    return math.hypot(apart.x, apart.y) <= distance and abs(apart.theta) <= turn

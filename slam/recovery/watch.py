@@ -12,7 +12,7 @@ from slam.motion.gaussian import Prediction
 from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.continuity import change
 from slam.recovery.lost_belief import Agreement, LostBelief
-from slam.recovery.places import Place, Places, at
+from slam.recovery.places import Place, Places, at, near
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -21,13 +21,17 @@ WORSE = 12.0  # nats by which a scan fits worse than usual: a wide window is sea
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
 DOUBTED = 0.005  # probability of being lost, above which no keyframe is integrated
 LOST = 0.5  # probability of being lost, above which the robot maps apart
-CHECKS = MotionThreshold(distance=0.3, turn=math.radians(30.0), time=2.0)
-ELSEWHERE_GAIN = 25.0  # nats by which another place must explain a scan better than the believed
-JUMP_GAIN = 10.0  # the same, after a scan that was not continuous
+CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
+CONTINUOUS = 0.35, math.radians(40.0)  # m, rad, between scans that must be continuous
+ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan better
+JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
+SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad: other places that are the same one
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
-AS_USUAL = 0.8  # of the usual share, at least, that another place explains
+AS_USUAL = 0.85  # of the usual share, at least, that another place explains
+AS_USUAL_MARGIN = 0.03  # share of the echoes; a scan explained as well as usual is not searched for
 MIN_CHECKS = 3  # in a row that speak against the believed place
-STRANGE_EXPLAINED = 0.4  # of the usual share of explained echoes; fewer agree with no place
+MAX_CHECKS = 8  # in a row, after which the place has changed
+STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
 ELSEWHERE, NOT_ELSEWHERE = 0.9, 1e-3  # probability of being lost after checks of all places
 UNCHECKED = 0.3  # the largest probability of being lost without them
@@ -53,7 +57,9 @@ class Watch:
         self._before: Scan | None = None
         self._since_check = MotionTrigger(CHECKS)
         self._jumped = False  # whether the doubt began with a scan that was not continuous
-        self._elsewhere = 0  # checks in a row that found another place better
+        self._elsewhere = 0  # checks in a row that spoke against the believed place
+        self._checks = 0  # in a row that settled nothing
+        self._way: Pose2 | None = None  # from the believed place to the other, by the last check
 
     @property
     def doubted(self) -> bool:
@@ -78,42 +84,62 @@ class Watch:
         worse = (self.belief.score - estimate.score) * len(scan.points)
         if worse <= WORSE and error.max() <= LARGE_ERROR:
             return estimate.pose
-        return self.wide.better(endpoint, scan, prediction, estimate.pose)
+        pose = self.wide.better(endpoint, scan, prediction, estimate.pose)
+        explained, _ = endpoint.shares(scan, pose)
+        return pose if explained > AS_USUAL * self.belief.explained else estimate.pose
 
     def judge(self, endpoint: Endpoint, scan: Scan, estimate: Estimate, last: Pose2) -> None:
         """Update the belief by a keyframe; `last` is the pose of the one before."""
         moved = last.between(estimate.pose)
-        changed = 0.0 if self._before is None else change(self._before, scan, moved)
+        changed = 0.0
+        if self._before is not None and near(last, estimate.pose, *CONTINUOUS):
+            changed = change(self._before, scan, moved)
         agreement = Agreement(*endpoint.shares(scan, estimate.pose))
         self.belief.update(agreement, estimate.score, changed)
         self._before = scan
         self._since_check.move(moved)
+        begins = self.belief.jumped and not self._jumped
         self._jumped = self.doubted and (self._jumped or self.belief.jumped)
         if not self.doubted:
             self._elsewhere = 0
-        elif self._jumped or self._since_check.due(scan.time):
+        elif begins or self._since_check.due(scan.time):
             self._since_check.restart(scan.time)
-            self.belief.set(self._checked(endpoint, scan, estimate.pose))
+            self.belief.set(self._settled(self._checked(endpoint, scan, estimate.pose)))
         else:
             self.belief.set(min(self.belief.probability, UNCHECKED))
+
+    def _settled(self, probability: float) -> float:
+        """The probability; a doubt that many checks in a row could not confirm is dropped."""
+        self._checks = self._checks + 1 if DOUBTED < probability <= UNCHECKED else 0
+        return probability if self._checks < MAX_CHECKS else NOT_ELSEWHERE
 
     def _checked(self, endpoint: Endpoint, scan: Scan, pose: Pose2) -> float:
         """The probability of being lost, after a search of the whole map."""
         here = at(endpoint, scan, pose)
-        other = Places(endpoint, pose).best_but(scan, pose)
-        if self._better(other, here) or self._strange(here.agreement):
+        if here.agreement.explained > self.belief.explained - AS_USUAL_MARGIN:
+            self._elsewhere = 0
+            return min(self.belief.probability, UNCHECKED)
+        gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
+        other = Places(endpoint, pose).better_than(scan, here, gain)
+        if other is not None and self._better(other, here):
+            way = other.pose @ pose.inverse()  # from the believed places to the other ones
+            same = self._way is not None and near(
+                way @ pose, self._way @ pose, SAME_DISTANCE, SAME_TURN
+            )
+            self._elsewhere = self._elsewhere + 1 if same else 1
+            self._way = way
+        elif self._strange(here.agreement):
             self._elsewhere += 1
-            return ELSEWHERE if self._elsewhere >= MIN_CHECKS else UNCHECKED
-        self._elsewhere = 0
-        return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
+        else:
+            self._elsewhere = 0
+            return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
+        return ELSEWHERE if self._elsewhere >= MIN_CHECKS else UNCHECKED
 
     def _better(self, other: Place, here: Place) -> bool:
-        """Whether the scan was more likely taken at the other place."""
-        gain = JUMP_GAIN if self._jumped else ELSEWHERE_GAIN
-        return (
-            other.value - here.value > gain
-            and other.agreement.explained > AS_USUAL * self.belief.explained
-            and other.agreement.explained > here.agreement.explained + MORE_EXPLAINED
+        """Whether the other place explains as many echoes as usual, and more than this one."""
+        explained = other.agreement.explained
+        return explained > max(
+            AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED
         )
 
     def _strange(self, agreement: Agreement) -> bool:
