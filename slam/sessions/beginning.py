@@ -46,9 +46,7 @@ def beginnings(episode: Episode) -> Iterator[Beginning]:
 def _keyframes(episode: Episode) -> Iterator[Keyframe]:
     """The keyframes after the first, at their poses relative to it."""
     front, last = MaximumLikelihood(recovery=None), None
-    for displacement, scan in zip(
-        episode.displacements()[:MAX_SCANS], episode.scans, strict=False
-    ):
+    for displacement, scan in zip(episode.displacements()[:MAX_SCANS], episode.scans, strict=False):
         front.update(displacement, scan)
         if last is not None and front.keyframe is not last:
             yield Keyframe(scan, front.pose)
