@@ -48,10 +48,10 @@ def map_recording(options: MapCommand) -> int:
     skip = tuple(parse_selection("part", options.skip, list(OPTIONAL_PARTS), "dynslam map --help")
                  if options.skip else ())  # fmt: skip
     (empty if options.onto else slam.make)(variant)  # raises before any work
+    clock, given = parsed_clock(options.clock), parsed_start(options.start)
     session = Session.load(options.onto) if options.onto else None
     truth = read_reference(options.truth, options.file) if options.truth else None
     window = _window(options)
-    clock, given = parsed_clock(options.clock), parsed_start(options.start)
     log = options.read_and_warn()
     out = _out(options)
     episode = prepared(log.episode, clock, options.file)
