@@ -12,6 +12,7 @@ from slam.graph.local_map import Keyframe, LocalMap, panorama
 from slam.scan import Scan
 
 PATH_LENGTHS = (4.0, 8.0, 16.0, 32.0)  # m of path of the recording that are tried in turn
+MIN_GROWTH = 1.5  # of the last part over the one before
 MAX_SCANS = 4000  # maximum number of its scans, if the robot hardly moves
 
 
@@ -29,18 +30,20 @@ class Beginning(NamedTuple):
 
 
 def beginnings(episode: Episode) -> Iterator[Beginning]:
-    """Ever longer parts of the recording, by PATH_LENGTHS; at last, all of a short recording."""
+    """Ever longer parts of the recording, by PATH_LENGTHS; at last all of a short recording, if it
+    is much longer than the part before."""
     local = LocalMap([], episode.scans[0])
     lengths = iter(PATH_LENGTHS)
-    length = next(lengths)
+    length, before = next(lengths), 0.0
     for scan, pose in _keyframes(episode):
         local.add(scan, pose)
         if local.length >= length:
             yield _beginning(local)
-            length = next(lengths, None)
+            before, length = local.length, next(lengths, None)
             if length is None:
                 return
-    yield _beginning(local)
+    if local.length >= MIN_GROWTH * before:
+        yield _beginning(local)
 
 
 def _keyframes(episode: Episode) -> Iterator[Keyframe]:

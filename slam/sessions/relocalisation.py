@@ -19,14 +19,17 @@ from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
 from slam.interface import MapModel
 from slam.maps.clamped import Clamped
-from slam.recovery.places import Place, Places, same_place
+from slam.recovery.places import Place, Places, at, same_place
+from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 from slam.sessions.beginning import Beginning, beginnings
 from slam.sessions.session import Session
 
-MIN_GAIN = 12.0  # nats by which a place must fit better than the best other one
+MIN_GAIN = 20.0  # nats by which a place must fit better than the best other one
+CONFIRMED_GAIN = 10.0  # the same, if it was also the best place by a shorter part of the path
 MIN_EXPLAINED = 0.4  # minimum share of the echoes that lie on something in the map
 MAX_CONTRADICTED = 0.35  # maximum share of the echoes that lie in its free space
+PARTS = 3  # of the echoes, each of which is searched for
 
 
 class Comparison(NamedTuple):
@@ -36,12 +39,14 @@ class Comparison(NamedTuple):
     other  the best place elsewhere
     given  the place near the given start; None if none was given
     path   m of the recording's path that were compared
+    again  whether the best place was also the best by a shorter part of the path
     """
 
     best: Place
     other: Place
     given: Place | None
     path: float
+    again: bool = False
 
     @property
     def gain(self) -> float:
@@ -56,7 +61,7 @@ class Comparison(NamedTuple):
     @property
     def unique(self) -> bool:
         """Whether the recording begins at the best place, and nowhere else."""
-        return self.fits and self.gain >= MIN_GAIN
+        return self.fits and self.gain >= (CONFIRMED_GAIN if self.again else MIN_GAIN)
 
     @property
     def given_is_best(self) -> bool:
@@ -67,7 +72,9 @@ class Comparison(NamedTuple):
     def given_is_possible(self) -> bool:
         """Whether the map fits at the given start, and nowhere else clearly better."""
         given = self.given
-        return given is not None and fits(given) and self.best.value - given.value < MIN_GAIN
+        if given is None or not fits(given):
+            return False
+        return self.best.value - given.value < CONFIRMED_GAIN
 
 
 class WholeMap(Places):
@@ -76,6 +83,29 @@ class WholeMap(Places):
     def __init__(self, endpoint: Endpoint):
         self._endpoint = endpoint
         self._search = GlobalSearch(endpoint)
+
+    def best_two(self, scan: Scan, start: Pose2 | None) -> tuple[Place, Place]:
+        """The best place, and the best that is not near it; `start` is one of the candidates."""
+        given = [] if start is None else [self.near(scan, start)]
+        best = _best([*given, *self._candidates(scan, None)])
+        given = [place for place in given if not same_place(place.pose, best.pose)]
+        other = _best([*given, *self._candidates(scan, best.pose)])
+        return (best, other) if best.value >= other.value else (other, best)
+
+    def _candidates(self, scan: Scan, but: Pose2 | None) -> list[Place]:
+        """The best place by each of PARTS of the echoes: the search is coarse, and by one part
+        alone may miss the best place by all."""
+        region, places = self._search, []
+        for k in range(PARTS):
+            start = region.best(scan.points[k::PARTS], region.centre, region.reach, but)
+            place = self.near(scan, start)
+            led_back = but is not None and same_place(place.pose, but)
+            places.append(at(self._endpoint, scan, start) if led_back else place)
+        return places
+
+
+def _best(places: list[Place]) -> Place:
+    return max(places, key=lambda place: place.value)
 
 
 def fits(place: Place) -> bool:
@@ -93,8 +123,10 @@ def compared(session: Session, episode: Episode, given: Pose2 | None = None) -> 
     places = WholeMap(_sensor_model(session))
     result = None
     for beginning in beginnings(episode):
-        result = _compared(places, beginning, given)
+        before, result = result, _compared(places, beginning, given)
         given = result.given.pose if result.given is not None else None
+        if before is not None and same_place(before.best.pose, result.best.pose):
+            result = result._replace(again=True)
         if result.unique:
             break
     assert result is not None
@@ -129,13 +161,11 @@ def in_words(pose: Pose2) -> str:
     return f"{pose.x:.2f} {pose.y:.2f} {np.degrees(pose.theta):.1f}"
 
 
-def _compared(places: Places, beginning: Beginning, given: Pose2 | None) -> Comparison:
+def _compared(places: WholeMap, beginning: Beginning, given: Pose2 | None) -> Comparison:
     scan, middle = beginning.scan, beginning.middle
-    best = places.best(scan)
-    other = places.best_but(scan, best.pose)
-    if other.value > best.value:
-        best, other = other, best
-    near = None if given is None else places.near(scan, given @ middle)
+    start = None if given is None else given @ middle
+    near = None if start is None else places.near(scan, start)
+    best, other = places.best_two(scan, start)
     back = middle.inverse()
     return Comparison(
         _shifted(best, back),

@@ -8,8 +8,10 @@ import pytest
 from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.geometry import Pose2, between, compose
+from slam.recovery.lost_belief import Agreement
+from slam.recovery.places import Place
 from slam.sessions import beginning
-from slam.sessions.relocalisation import compared, relocated
+from slam.sessions.relocalisation import Comparison, compared, relocated
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
 from tests.slam.worlds import FAN, ROOM, drive, loop, scan_at
@@ -134,3 +136,22 @@ def _to_walls(pose: Pose2, x: float, y: float) -> float:
     along = end - begin
     share = np.clip(((point - begin) * along).sum(1) / (along**2).sum(1), 0.0, 1.0)
     return float(np.hypot(*(begin + share[:, None] * along - point).T).min())
+
+
+GOOD, CHANGED, FOREIGN = Agreement(0.9, 0.0), Agreement(0.5, 0.3), Agreement(0.2, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("agreement", "gain", "again", "unique"),
+    [
+        (GOOD, 25.0, False, True),
+        (CHANGED, 25.0, False, True),
+        (FOREIGN, 25.0, True, False),
+        (GOOD, 15.0, False, False),
+        (GOOD, 15.0, True, True),
+        (GOOD, 5.0, True, False),
+    ],
+)
+def test_a_place_is_unique_by_its_gain_and_a_small_gain_twice(agreement, gain, again, unique):
+    best, other = Place(Pose2(), -30.0, agreement), Place(Pose2(5.0, 0.0), -30.0 - gain, GOOD)
+    assert Comparison(best, other, None, 8.0, again).unique == unique
