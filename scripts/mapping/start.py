@@ -11,7 +11,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import LOST_DISTANCE, LOST_TURN
 from slam.recovery.places import Place
-from slam.sessions.relocalisation import Comparison, compared, in_words, relocated
+from slam.sessions.relocalisation import Comparison, certain, compared, in_words
 from slam.sessions.session import Session
 
 
@@ -37,8 +37,13 @@ def start_in(session: Session, episode: Episode, given: Pose2 | None) -> Start:
     if none was given, and it begins nowhere in the map, or at several places equally well."""
     if given is None:
         print("looking for the start pose in the map ...", file=sys.stderr)
-        pose = relocated(session, episode)
-        print(f"found: --start {in_words(pose)}", file=sys.stderr)
+        found = compared(session, episode)
+        pose = certain(found).pose
+        print(
+            f"found: --start {in_words(pose)}, which fits better than any other place by "
+            f"{found.gain:.0f} nats",
+            file=sys.stderr,
+        )
         return Start(pose)
     start = judged(given, compared(session, episode, given))
     for warning in start.warnings:

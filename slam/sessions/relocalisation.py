@@ -136,9 +136,16 @@ def compared(session: Session, episode: Episode, given: Pose2 | None = None) -> 
 def relocated(session: Session, episode: Episode) -> Pose2:
     """The start pose of the episode in the session's map, found without an initial guess.
 
+    Raises InputError as `certain`.
+    """
+    return certain(compared(session, episode)).pose
+
+
+def certain(found: Comparison) -> Place:
+    """The best place, if the recording can only begin there.
+
     Raises InputError if it fits nowhere, or at several places equally well; the message names them.
     """
-    found = compared(session, episode)
     if not found.fits:
         explained, contradicted = found.best.agreement
         raise InputError(
@@ -153,7 +160,7 @@ def relocated(session: Session, episode: Episode) -> Pose2:
             f"{found.path:.0f} m of its path: give one of them, --start {in_words(found.best.pose)}"
             f" or --start {in_words(found.other.pose)}"
         )
-    return found.best.pose
+    return found.best
 
 
 def in_words(pose: Pose2) -> str:

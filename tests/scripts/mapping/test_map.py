@@ -22,6 +22,7 @@ from slam.io.ros_map import read_ros_map
 from slam.io.tum import read_tum
 from slam.sessions.session import Session
 from slam.trajectory import Trajectory
+from tests.slam.worlds import drive
 
 QUICK = ["--skip", "film,rrd,mcap"]
 
@@ -82,6 +83,15 @@ def test_goes_on_with_a_map_and_localises_in_it(log: Path, made: Path, tmp_path:
     assert "session.npz" not in told["files"]
     found, old = read_tum(tmp_path / "found" / "trajectory.tum"), Session.load(made / "session.npz")
     assert np.hypot(*(found.poses - old.poses)[:, :2].T).max() < 0.1
+
+
+def test_a_recording_of_another_place_is_refused(made: Path, tmp_path: Path, capsys):
+    write_log(drive(n=40, bias=0.0), tmp_path / "other.npz")
+    onto = ["--onto", str(made / "session.npz"), *QUICK]
+    arguments = ["map", str(tmp_path / "other.npz"), "--out", str(tmp_path / "out"), *onto]
+    assert main.status(arguments) == 2
+    assert "does not seem to begin within the map" in capsys.readouterr().err
+    assert not list((tmp_path / "out").iterdir())
 
 
 def test_a_wrong_start_is_told_and_mended(log: Path, made: Path, tmp_path: Path, capsys):
