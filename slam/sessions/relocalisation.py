@@ -85,9 +85,13 @@ class WholeMap(Places):
         self._search = GlobalSearch(endpoint)
 
     def best_two(self, scan: Scan, start: Pose2 | None) -> tuple[Place, Place]:
-        """The best place, and the best that is not near it; `start` is one of the candidates."""
+        """The best place, and the best that is not near it, if the best one fits at all; `start` is
+        one of the candidates."""
         given = [] if start is None else [self.near(scan, start)]
-        best = _best([*given, *self._candidates(scan, None)])
+        found = [*given, *self._candidates(scan, None)]
+        best = _best(found)
+        if not fits(best):  # the recording begins elsewhere: the slow search is of no use
+            return best, min(found, key=lambda place: place.value)
         given = [place for place in given if not same_place(place.pose, best.pose)]
         other = _best([*given, *self._candidates(scan, best.pose)])
         return (best, other) if best.value >= other.value else (other, best)
