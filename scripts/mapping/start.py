@@ -54,7 +54,7 @@ def start_in(session: Session, episode: Episode, given: Pose2 | None) -> Start:
 def judged(given: Pose2, found: Comparison) -> Start:
     """The start pose, given one of them and how it compares with the others of the map."""
     assert found.given is not None
-    if found.given_is_best or found.given_is_possible:
+    if (found.given_is_best and found.fits) or found.given_is_possible:
         near = found.given.pose
         return Start(near, () if _same(given, near) else (_off(given, near),))
     if found.unique:
@@ -84,6 +84,8 @@ def _mended(given: Pose2, found: Comparison) -> str:
 
 
 def _kept(given: Pose2, found: Comparison) -> str:
+    if found.given_is_best:
+        return f"{_agreement(given, found)}, and no other place fits better; used as given"
     return (
         f"{_agreement(given, found)}, but no other place of the map is certain; used as given. It "
         f"may be --start {in_words(found.best.pose)}, where {_explained(found.best)} of them do"

@@ -63,6 +63,14 @@ def test_a_wrong_start_is_kept_and_told_where_no_other_place_is_certain(best: Pl
     assert "used as given. It may be --start 8.00 -3.00 114.6" in told
 
 
+def test_a_start_that_fits_badly_is_told_even_where_no_place_fits_better():
+    given = Place(GIVEN, -70.0, BAD)
+    start = judged(GIVEN, Comparison(given, Place(ELSEWHERE, -90.0, BAD), given, 32.0))
+    assert start.pose == GIVEN
+    assert "30 % of the echoes" in start.warnings[0]
+    assert start.warnings[0].endswith("no other place fits better; used as given")
+
+
 def test_a_start_is_given_in_degrees():
     assert parsed_start(None) is None
     assert parsed_start((1.0, 2.0, 180.0)) == Pose2(1.0, 2.0, math.pi)
