@@ -74,7 +74,7 @@ class Comparison(NamedTuple):
         given = self.given
         if given is None or not fits(given):
             return False
-        return self.best.value - given.value < CONFIRMED_GAIN
+        return self.best.value - given.value < MIN_GAIN
 
 
 class WholeMap(Places):
