@@ -14,6 +14,9 @@ class MapCommand(MappedSource):
 
     Writes to a folder: map.yaml for ROS 2, layers, doors found, trajectory, MCAP, film, and
     session.npz, from which a later recording can continue.
+
+    Exit status: 0 done; 2 a mistake, or not all could be written; 3 all is written, but the robot
+    was lost at the end, or at more than a fifth of the scans; 130 interrupted, written up to there.
     """
 
     slam: str | None = None
@@ -21,11 +24,13 @@ class MapCommand(MappedSource):
     out: Path | None = None
     """Folder to write to. Default: out/FILE."""
     onto: Path | None = None
-    """session.npz of an earlier map to continue. Where the recording begins in it is found."""
+    """session.npz of an earlier map to continue. Where the recording begins in it is found; if
+    it may be several places, the command ends with status 2 and names them."""
     start: tuple[float, float, float] | None = None
-    """Start pose in the map of --onto, if known: x and y in m, heading in degrees."""
+    """Start pose in the map of --onto, if known: x and y in m, heading in degrees. It is compared
+    with the other places of the map, and corrected where it is certainly wrong."""
     localise: bool = False
-    """With --onto: localise in that map without changing it."""
+    """With --onto: localise in that map without changing it. For MAP-graph, MAP-ml localises."""
     truth: str | None = None
     """Reference to score the trajectory with: a file in the TUM format, or a topic of the bag."""
     live: bool = False

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import slam
-from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Slam
 from slam.io.formats import kind_of
 from slam.io.tum import read_tum
 from slam.metrics.reference import score_reference
-from slam.sessions.relocalisation import continued, empty, localiser, relocated
+from slam.sessions.continuation import continued, empty, localiser
 from slam.sessions.session import Session
 from slam.trajectory import Trajectory
 
@@ -26,14 +25,21 @@ from ..console.selection import check_variant, parse_selection
 from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
+from .certainty import Certainty
 from .map_export import OPTIONAL_PARTS, MapExport
 from .mapping_run import MAX_SNAPSHOTS, MappingRun, Window
+from .start import Start, parsed_start, start_in
 
 if TYPE_CHECKING:
     from .map import MapCommand
 
 DEFAULT_VARIANT, DEFAULT_CONTINUED_VARIANT = "dynamic-graph", "hmm-ml"
 MAX_DOORS_PRINTED = 10
+NEXT = "look at map.png; `dynslam info FILE` tells what is wrong with a recording"
+NEXT_LOCALISED = (
+    "look at map.png: is the recording of this place? If it is, give its start pose (--start), or "
+    "map what has changed since (without --localise)"
+)
 
 
 def map_recording(options: MapCommand) -> int:
@@ -42,28 +48,31 @@ def map_recording(options: MapCommand) -> int:
     skip = tuple(parse_selection("part", options.skip, list(OPTIONAL_PARTS), "dynslam map --help")
                  if options.skip else ())  # fmt: skip
     (empty if options.onto else slam.make)(variant)  # raises before any work
+    clock, given = parsed_clock(options.clock), parsed_start(options.start)
     session = Session.load(options.onto) if options.onto else None
     truth = read_reference(options.truth, options.file) if options.truth else None
     window = _window(options)
-    clock = parsed_clock(options.clock)
     log = options.read_and_warn()
     out = _out(options)
     episode = prepared(log.episode, clock, options.file)
-    robot, start = _robot(options, variant, session, episode)
+    start = Start(Pose2()) if session is None else start_in(session, episode, given)
+    robot = _robot(options, variant, session, start.pose)
     compile_first(variant, episode)
     snapshots = 1 if set(skip) == set(OPTIONAL_PARTS) else MAX_SNAPSHOTS  # only those show them
     mapping = MappingRun(robot, episode, variant, window, snapshots)
     status = _run(options, mapping)
     if not mapping.estimates:
         return status
-    summary = _summary(options, mapping, variant, start, truth, status) | {
-        "warnings": [str(warning) for warning in log.warnings]
-    }
+    certainty = Certainty(mapping.result.lost)
+    warnings = *map(str, log.warnings), *start.warnings, *certainty.warnings
+    summary = _summary(options, mapping, variant, start.pose, truth, status)
+    summary |= certainty.as_dict() | {"warnings": list(warnings)}
     summary = MapExport(mapping, out, session, not options.localise, skip).write(summary)
     _print_summary(summary, out)
+    _tell(certainty, options)
     if options.json:
         print(json.dumps(summary))
-    return status if "not_written" not in summary else EXIT_MISTAKE
+    return (status or certainty.status) if "not_written" not in summary else EXIT_MISTAKE
 
 
 def read_reference(name: str, recording: Path) -> Trajectory:
@@ -83,8 +92,6 @@ def read_reference(name: str, recording: Path) -> Trajectory:
 def _variant(options: MapCommand) -> str:
     if options.onto is None and (options.localise or options.start is not None):
         raise InputError("--localise and --start need a map: --onto SESSION.npz")
-    if options.start is not None and not all(map(math.isfinite, options.start)):
-        raise InputError(f"--start is three finite numbers, got {options.start}")
     if options.slam:
         check_variant(options.slam)
     return options.slam or (DEFAULT_CONTINUED_VARIANT if options.onto else DEFAULT_VARIANT)
@@ -108,22 +115,20 @@ def _window(options: MapCommand) -> Window | None:
     return Live(f"map {options.file.name}")
 
 
-def _robot(
-    options: MapCommand, variant: str, session: Session | None, episode: Episode
-) -> tuple[Slam, Pose2]:
-    """The SLAM, and its start pose."""
+def _robot(options: MapCommand, variant: str, session: Session | None, start: Pose2) -> Slam:
+    """The SLAM, at its start pose."""
     if session is None:
-        return slam.make(variant, seed=options.seed), Pose2()
-    if options.start is not None:
-        x, y, degrees = options.start
-        start = Pose2(x, y, math.radians(degrees))
-    else:
-        print("looking for the start pose in the map ...", file=sys.stderr)
-        start = relocated(session, episode)
-        x, y, degrees = start.x, start.y, math.degrees(start.theta)
-        print(f"found: x {x:.2f} m, y {y:.2f} m, {degrees:.1f} degrees", file=sys.stderr)
+        return slam.make(variant, start, options.seed)
     make = localiser if options.localise else continued
-    return make(session, variant, start, options.seed), start
+    return make(session, variant, start, options.seed)
+
+
+def _tell(certainty: Certainty, options: MapCommand) -> None:
+    """What the run was not sure of, and what to do next."""
+    for warning in certainty.warnings:
+        print(f"{options.file}: warning: {warning}", file=sys.stderr)
+    if not certainty.sure:
+        print(NEXT_LOCALISED if options.localise else NEXT, file=sys.stderr)
 
 
 def _run(options: MapCommand, mapping: MappingRun) -> int:

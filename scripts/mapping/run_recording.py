@@ -33,6 +33,7 @@ from ..figures.map_figure import map_figure
 from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
+from .certainty import Certainty
 
 if TYPE_CHECKING:
     from .run import RunCommand
@@ -52,6 +53,7 @@ def run_recording(options: RunCommand) -> int:
     run, status = _run(options, robot, episode)
     if not len(run.poses):
         return status
+    certainty = Certainty(run.lost)
     done = Trajectory(episode.times[: len(run.poses)], run.poses)
     online = Trajectory(done.times, run.online)
     revised = not np.array_equal(run.online, run.poses)
@@ -72,11 +74,13 @@ def run_recording(options: RunCommand) -> int:
         "configuration": configuration(robot),
         "clock": episode.meta.get("clock"),
         "interrupted": status != 0,
-        "warnings": [str(warning) for warning in warnings],
-    } | metrics  # fmt: skip
+        "warnings": [*map(str, warnings), *certainty.warnings],
+    } | certainty.as_dict() | metrics  # fmt: skip
     write_json(metrics, out / "metrics.json")
     _print_metrics(options, metrics, out)
-    return status
+    for warning in certainty.warnings:
+        print(f"{options.file}: warning: {warning}", file=sys.stderr)
+    return status or certainty.status
 
 
 def _default_out(options: RunCommand) -> Path:

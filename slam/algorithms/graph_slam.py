@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -33,6 +33,8 @@ MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
 MAX_MIDDLE_DISTANCE = (
     6.0  # m between the centres of two local maps, beyond which they are not matched
 )
+SAVED = np.diag([0.02, 0.02, math.radians(0.3)]) ** 2  # m^2, rad^2: error of a remembered pose
+JOINED = np.diag([0.1, 0.1, math.radians(2.0)]) ** 2  # m^2, rad^2: error of the start among them
 DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a local map that
 # its estimated covariance does not include
 
@@ -112,6 +114,21 @@ class GraphSlam:
             pose=self.pose, covariance=self._in_world(estimate, frame), revised=revised
         )
 
+    def remember(self, keyframes: Iterable[tuple[Scan, Pose2]]) -> None:
+        """Add scans at known poses as local maps, before the first update: later ones close loops
+        with them. Edges to the first of them hold them in place."""
+        for scan, pose in keyframes:
+            within = Pose2.of(self.graph.poses[-1]).between(pose)
+            if self.places and self._continues(self.places[-1], scan, within):
+                self.places[-1].add(scan, within)
+            else:
+                self._remember(LocalMap((), scan), pose)
+        self._middles = [place.middle() for place in self.places]
+
+    def place(self, pose: Pose2) -> None:
+        """Set the robot's pose, before the first update."""
+        self.pose = pose
+
     def finish(self) -> None:
         """After the last scan: complete pending work, and close loops of the last local map."""
         keyframes = sum(len(place.keyframes) for place in self.places)
@@ -148,14 +165,14 @@ class GraphSlam:
     def _located(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose in the current local map; starts a new one when this one is long enough."""
         if self._front is None:
-            self.graph.poses = np.array([self.pose @ displacement])
+            self._join(self.pose @ displacement)
             return self._begin(LocalMap((), scan))
         before = self._front.keyframe
         estimate = self._front.update(displacement, scan)
         if self._front.keyframe is before:
             return estimate
         place = self.places[-1]
-        if place.length < self.stretch or len(place.keyframes) < MIN_KEYFRAMES:
+        if not self._complete(place):
             place.add(scan, estimate.pose)
             return estimate
         if isinstance(self._front.sensor_model, Endpoint):
@@ -172,6 +189,41 @@ class GraphSlam:
         self._front.remember(place, score)
         self.places.append(place)
         return self._front.keyframe
+
+    def _complete(self, place: LocalMap) -> bool:
+        return place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES
+
+    def _continues(self, place: LocalMap, scan: Scan, pose: Pose2) -> bool:
+        """Whether a remembered scan belongs to the local map: it is of the same recording."""
+        last = place.keyframes[-1]
+        near = math.dist(last.pose[:2], pose[:2]) <= self.stretch
+        return near and scan.time >= last.scan.time and not self._complete(place)
+
+    def _remember(self, place: LocalMap, pose: Pose2) -> None:
+        """Add a local map whose frame is known to be at `pose`."""
+        if self.places:
+            self._tie(0, pose, SAVED)
+        else:
+            self.graph.poses = np.array([pose])
+        self.places.append(place)
+
+    def _join(self, pose: Pose2) -> None:
+        """Add the frame of the first local map of this recording, at the start pose."""
+        if not self.places:
+            self.graph.poses = np.array([pose])
+            return
+        nearest = int(np.argmin(np.hypot(*(self.graph.poses[:, :2] - pose[:2]).T)))
+        self._tie(nearest, pose, JOINED)
+        self._frame_covariance = chained(
+            len(self.graph.poses), self.graph.edges, self.graph.trust(), 0
+        )[-1]
+
+    def _tie(self, number: int, pose: Pose2, covariance: Array) -> None:
+        """Add a pose to the graph, known relative to another with a (3, 3) covariance."""
+        information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+        displacement = Pose2.of(self.graph.poses[number]).between(pose)
+        new = self.graph.add_pose(pose)
+        self.graph.edges.append(Edge(number, new, displacement, information))
 
     def _append(self, estimate: Estimate) -> None:
         """Add the frame of the next local map to the graph, at the current estimate."""

@@ -1,84 +1,193 @@
-"""Global relocalisation of a new recording in a saved map; and the SLAM that continues there."""
+"""Where a recording begins in a saved map: found without a guess, or compared with a given one.
+
+The first metres of the recording, as one scan, are searched for in the whole map at all headings
+(branch and bound, Hess et al. 2016). Doors and furniture may have changed since, and the laser may
+be another: a place is not judged by how much of the scan it explains, but by how much better it
+does so than the best other place, in nats of the log-likelihood. While two places fit nearly
+equally well, a longer part of the recording is compared.
+"""
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 import numpy as np
 
-from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
-from slam.graph.local_map import LocalMap
-from slam.interface import MapModel, Posterior
+from slam.interface import MapModel
 from slam.maps.clamped import Clamped
-from slam.maps.tiles import TILE
-from slam.motion.gaussian import Prediction
-from slam.registry import make
+from slam.recovery.places import Place, Places, at, same_place
 from slam.scan import Scan
-from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
+from slam.sessions.beginning import Beginning, beginnings
 from slam.sessions.session import Session
 
-PATH_LENGTH = 4.0  # m of path of the new recording that are used
-MAX_SCANS = 400  # maximum number of its scans, if the robot hardly moves
-MIN_HIT_SHARE = 0.6  # minimum share of its echoes that lie on occupied cells
-SEARCH_ACCURACY = np.array(
-    [0.1, 0.1, math.radians(1.0)]
-)  # m, m, rad: accuracy of the global search
+MIN_GAIN = 20.0  # nats by which a place must fit better than the best other one
+CONFIRMED_GAIN = 10.0  # the same, if it was also the best place by a shorter part of the path
+MIN_EXPLAINED = 0.4  # minimum share of the echoes that lie on something in the map
+MAX_CONTRADICTED = 0.35  # maximum share of the echoes that lie in its free space
+PARTS = 3  # of the echoes, each of which is searched for
+
+
+class Comparison(NamedTuple):
+    """The places of a map at which a recording may begin; poses are those of its first scan.
+
+    best   the place that fits best
+    other  the best place elsewhere
+    given  the place near the given start; None if none was given
+    path   m of the recording's path that were compared
+    again  whether the best place was also the best by a shorter part of the path
+    """
+
+    best: Place
+    other: Place
+    given: Place | None
+    path: float
+    again: bool = False
+
+    @property
+    def gain(self) -> float:
+        """Nats by which the best place fits better than the best other one."""
+        return self.best.value - self.other.value
+
+    @property
+    def fits(self) -> bool:
+        """Whether the recording may begin at the best place at all."""
+        return fits(self.best)
+
+    @property
+    def unique(self) -> bool:
+        """Whether the recording begins at the best place, and nowhere else."""
+        return self.fits and self.gain >= (CONFIRMED_GAIN if self.again else MIN_GAIN)
+
+    @property
+    def given_is_best(self) -> bool:
+        """Whether the given start is the best place."""
+        return self.given is not None and same_place(self.given.pose, self.best.pose)
+
+    @property
+    def given_is_possible(self) -> bool:
+        """Whether the map fits at the given start, and nowhere else clearly better."""
+        given = self.given
+        if given is None or not fits(given):
+            return False
+        return self.best.value - given.value < MIN_GAIN
+
+
+class WholeMap(Places):
+    """The places of the whole map."""
+
+    def __init__(self, endpoint: Endpoint):
+        self._endpoint = endpoint
+        self._search = GlobalSearch(endpoint)
+
+    def best_two(self, scan: Scan, start: Pose2 | None) -> tuple[Place, Place]:
+        """The best place, and the best that is not near it, if the best one fits at all; `start` is
+        one of the candidates."""
+        given = [] if start is None else [self.near(scan, start)]
+        found = [*given, *self._candidates(scan, None)]
+        best = _best(found)
+        if not fits(best):  # the recording begins elsewhere: the slow search is of no use
+            return best, min(found, key=lambda place: place.value)
+        given = [place for place in given if not same_place(place.pose, best.pose)]
+        other = _best([*given, *self._candidates(scan, best.pose)])
+        return (best, other) if best.value >= other.value else (other, best)
+
+    def _candidates(self, scan: Scan, but: Pose2 | None) -> list[Place]:
+        """The best place by each of PARTS of the echoes: the search is coarse, and by one part
+        alone may miss the best place by all."""
+        region, places = self._search, []
+        for k in range(PARTS):
+            start = region.best(scan.points[k::PARTS], region.centre, region.reach, but)
+            place = self.near(scan, start)
+            led_back = but is not None and same_place(place.pose, but)
+            places.append(at(self._endpoint, scan, start) if led_back else place)
+        return places
+
+
+def _best(places: list[Place]) -> Place:
+    return max(places, key=lambda place: place.value)
+
+
+def fits(place: Place) -> bool:
+    """Whether the map, changed since, may look like the scan at this place."""
+    explained, contradicted = place.agreement
+    return explained >= MIN_EXPLAINED and contradicted <= MAX_CONTRADICTED
+
+
+def compared(session: Session, episode: Episode, given: Pose2 | None = None) -> Comparison:
+    """Compare the places at which an episode may begin in the session's map, by as much of its
+    path as is needed to tell them apart.
+
+    given  a start pose in the map, which may be wrong
+    """
+    places = WholeMap(_sensor_model(session))
+    result = None
+    for beginning in beginnings(episode):
+        before, result = result, _compared(places, beginning, given)
+        given = result.given.pose if result.given is not None else None
+        if before is not None and same_place(before.best.pose, result.best.pose):
+            result = result._replace(again=True)
+        if result.unique:
+            break
+    assert result is not None
+    return result
 
 
 def relocated(session: Session, episode: Episode) -> Pose2:
     """The start pose of the episode in the session's map, found without an initial guess.
 
-    The first metres of the episode are mapped separately, and matched with the whole map at all
-    headings (branch and bound, Hess et al. 2016). Raises InputError if they fit nowhere.
+    Raises InputError as `certain`.
     """
-    before, seen = _sensor_model(session), _panorama(episode)
-    cells = before.tiles
-    low = np.array(cells.origin)
-    size = np.array(cells.index.shape[::-1]) * cells.resolution * TILE
-    middle = low + size / 2
-    reach = np.array([*(size / 2), math.pi])
-    around = Pose2(float(middle[0]), float(middle[1]))
-    rough = GlobalSearch(before).best(seen.points, around, reach)
-    posterior = Posterior(before, seen, Prediction(rough, Pose2(), SEARCH_ACCURACY))
-    pose = Correlative()(posterior, np.random.default_rng(0))
-    near, _ = before.shares(seen, pose)
-    if near < MIN_HIT_SHARE:
+    return certain(compared(session, episode)).pose
+
+
+def certain(found: Comparison) -> Place:
+    """The best place, if the recording can only begin there.
+
+    Raises InputError if it fits nowhere, or at several places equally well; the message names them.
+    """
+    if not found.fits:
+        explained, contradicted = found.best.agreement
         raise InputError(
             f"the recording does not seem to begin within the map: at the best place, "
-            f"{100 * near:.0f} % of its echoes lie on something there, "
-            f"of {100 * MIN_HIT_SHARE:.0f} % needed"
+            f"{100 * explained:.0f} % of its echoes lie on something there and "
+            f"{100 * contradicted:.0f} % in free space, of {100 * MIN_EXPLAINED:.0f} % needed and "
+            f"{100 * MAX_CONTRADICTED:.0f} % allowed"
         )
-    return pose
+    if not found.unique:
+        raise InputError(
+            f"the recording may begin at several places of the map, even by the first "
+            f"{found.path:.0f} m of its path: give one of them, --start {in_words(found.best.pose)}"
+            f" or --start {in_words(found.other.pose)}"
+        )
+    return found.best
 
 
-def empty(variant: str, start: Pose2 = Pose2(), seed: int = 0) -> MaximumLikelihood:
-    """A SLAM of the variant, with an empty map to which keyframes can be added. Raises InputError
-    if the variant is not a maximum likelihood SLAM, MAP-ml."""
-    robot = make(variant, start, seed)
-    if not isinstance(robot, MaximumLikelihood):
-        raise InputError(f"a map is continued by a variant MAP-ml, such as hmm-ml, got {variant!r}")
-    return robot
+def in_words(pose: Pose2) -> str:
+    """A pose as x and y in m and the heading in degrees, separated by spaces."""
+    return f"{pose.x:.2f} {pose.y:.2f} {np.degrees(pose.theta):.1f}"
 
 
-def continued(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
-    """A SLAM of the variant with the session's map and the robot at `start` in it. Raises
-    InputError as `empty`."""
-    robot = empty(variant, start, seed)
-    robot.remember(session.keyframes())
-    robot.place(start)
-    return robot
+def _compared(places: WholeMap, beginning: Beginning, given: Pose2 | None) -> Comparison:
+    scan, middle = beginning.scan, beginning.middle
+    start = None if given is None else given @ middle
+    near = None if start is None else places.near(scan, start)
+    best, other = places.best_two(scan, start)
+    back = middle.inverse()
+    return Comparison(
+        _shifted(best, back),
+        _shifted(other, back),
+        None if near is None else _shifted(near, back),
+        beginning.length,
+    )
 
 
-def localiser(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
-    """As `continued`, but with a frozen map: localisation only."""
-    robot = continued(session, variant, start, seed)
-    robot.freeze()
-    return robot
+def _shifted(place: Place, back: Pose2) -> Place:
+    return place._replace(pose=place.pose @ back)
 
 
 def _sensor_model(session: Session) -> Endpoint:
@@ -88,18 +197,3 @@ def _sensor_model(session: Session) -> Endpoint:
     reading = Endpoint()
     reading.refresh(map_model, np.unique(np.concatenate(changed)))
     return reading
-
-
-def _panorama(episode: Episode) -> Scan:
-    """The echoes of the first metres of an episode as one scan, in the frame of its first pose."""
-    front = MaximumLikelihood()
-    local, last = LocalMap([], episode.scans[0]), None
-    scans = zip(episode.displacements()[:MAX_SCANS], episode.scans, strict=False)
-    for displacement, scan in scans:
-        front.update(displacement, scan)
-        if last is not None and front.keyframe is not last:
-            local.add(scan, front.pose)
-        last = front.keyframe
-        if local.length >= PATH_LENGTH:
-            break
-    return local.panorama()

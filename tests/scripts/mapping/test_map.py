@@ -22,6 +22,7 @@ from slam.io.ros_map import read_ros_map
 from slam.io.tum import read_tum
 from slam.sessions.session import Session
 from slam.trajectory import Trajectory
+from tests.slam.worlds import drive
 
 QUICK = ["--skip", "film,rrd,mcap"]
 
@@ -82,6 +83,40 @@ def test_goes_on_with_a_map_and_localises_in_it(log: Path, made: Path, tmp_path:
     assert "session.npz" not in told["files"]
     found, old = read_tum(tmp_path / "found" / "trajectory.tum"), Session.load(made / "session.npz")
     assert np.hypot(*(found.poses - old.poses)[:, :2].T).max() < 0.1
+
+
+def test_a_recording_of_another_place_is_refused(made: Path, tmp_path: Path, capsys):
+    write_log(drive(n=40, bias=0.0), tmp_path / "other.npz")
+    onto = ["--onto", str(made / "session.npz"), *QUICK]
+    arguments = ["map", str(tmp_path / "other.npz"), "--out", str(tmp_path / "out"), *onto]
+    assert main.status(arguments) == 2
+    assert "does not seem to begin within the map" in capsys.readouterr().err
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_wrong_start_is_told_and_mended(log: Path, made: Path, tmp_path: Path, capsys):
+    onto = ["--onto", str(made / "session.npz"), "--start", "1", "1", "90", *QUICK]
+    arguments = ["map", str(log), "--out", str(tmp_path), "--localise", *onto, "--json"]
+    assert main.status(arguments) == 0
+    out, err = capsys.readouterr()
+    told = json.loads(out.splitlines()[-1])
+    (warning,) = told["warnings"]
+    assert warning.startswith("--start 1.00 1.00 90.0 seems to be wrong")
+    assert f"warning: {warning}" in err
+    found, old = read_tum(tmp_path / "trajectory.tum"), Session.load(made / "session.npz")
+    assert np.hypot(*(found.poses - old.poses)[:, :2].T).max() < 0.1
+
+
+@pytest.mark.parametrize("localise", [True, False])
+def test_a_graph_goes_on_with_a_map_and_localises_in_it(
+    log: Path, made: Path, tmp_path: Path, localise: bool
+):
+    onto = ["--onto", str(made / "session.npz"), *QUICK, "--slam", "static-graph"]
+    more = ["--localise"] if localise else []
+    assert main.status(["map", str(log), "--out", str(tmp_path), *onto, *more]) == 0
+    found, old = read_tum(tmp_path / "trajectory.tum"), Session.load(made / "session.npz")
+    assert np.hypot(*(found.poses - old.poses)[:, :2].T).max() < 0.1
+    assert (tmp_path / "session.npz").exists() is not localise
 
 
 def test_is_scored_against_a_reference(log: Path, made: Path, tmp_path: Path, capsys):
@@ -158,10 +193,10 @@ def test_a_folder_or_variant_that_cannot_be_is_told_before_the_work(
     log: Path, made: Path, tmp_path: Path, monkeypatch, capsys
 ):
     monkeypatch.setattr(preparation, "poses_by_laser", lambda _: pytest.fail("worked first"))
-    monkeypatch.setattr(map_recording, "relocated", lambda *_: pytest.fail("worked first"))
+    monkeypatch.setattr(map_recording, "start_in", lambda *_: pytest.fail("worked first"))
     (tmp_path / "file").write_text("")
     assert mapped(log, tmp_path / "file", "--odometry", "none") == 2
     assert "a directory that can be written" in capsys.readouterr().err
-    onto = ["--onto", str(made / "session.npz"), "--slam", "dynamic-graph"]
+    onto = ["--onto", str(made / "session.npz"), "--slam", "dynamic-pf"]
     assert main.status(["map", str(log), "--out", str(tmp_path / "out"), *onto]) == 2
     assert "continued by a variant MAP-ml" in capsys.readouterr().err

@@ -1,6 +1,5 @@
 """A map is saved, loaded, continued another day, and localised in."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,9 @@ from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.geometry import Pose2, between
 from slam.io.episode_file import save_episode
-from slam.sessions.relocalisation import continued, localiser, relocated
+from slam.sessions.continuation import continued, localiser
 from slam.sessions.session import Session, session_of
-from tests.slam.worlds import drive, scan_at
+from tests.slam.worlds import drive
 
 BEGIN = 60  # scan of the other drive at which the second recording begins
 
@@ -51,26 +50,11 @@ def test_what_is_saved_comes_back(before: Session, tmp_path: Path):
         assert (old.time, old.mount, old.max_range) == (new.time, new.mount, new.max_range)
 
 
-def test_where_a_recording_begins_is_found_without_a_guess(before: Session, after: Episode):
-    found = relocated(before, after)
-    x, y, theta = between(true_poses(after)[0], np.array(found))
-    assert math.hypot(x, y) < 0.03
-    assert abs(theta) < math.radians(1.0)
-
-
-def test_a_recording_of_another_place_is_refused(before: Session):
-    box = np.array([[-9, -9, 9, -9], [9, -9, 9, 9], [9, 9, -9, 9], [-9, 9, -9, -9.0]]) / 2.5
-    poses = [Pose2(0.1 * k, 0.0, 0.0) for k in range(30)]
-    scans = tuple(scan_at(pose, k / 10, walls=box) for k, pose in enumerate(poses))
-    elsewhere = Episode(scans, drive(n=30).odometry)
-    with pytest.raises(InputError, match="does not seem to begin within the map"):
-        relocated(before, elsewhere)
-
-
 @pytest.mark.parametrize("make", [continued, localiser])
-def test_goes_on_in_the_old_frame(before: Session, after: Episode, make):
+@pytest.mark.parametrize("variant", ["hmm-ml", "dynamic-graph"])
+def test_goes_on_in_the_old_frame(before: Session, after: Episode, make, variant: str):
     truth = true_poses(after)
-    robot = make(before, "hmm-ml", Pose2.of(truth[0]))
+    robot = make(before, variant, Pose2.of(truth[0]))
     done = run(robot, after)
     error = between(truth, done.poses)
     assert np.hypot(error[:, 0], error[:, 1]).max() < 0.05
@@ -97,7 +81,7 @@ def test_sessions_are_put_one_after_the_other(before: Session, after: Episode):
     assert frames[len(alone)][1] == Pose2.of(true_poses(after)[0])  # its clock begins anew
 
 
-@pytest.mark.parametrize("variant", ["dynamic-graph", "odometry"])
+@pytest.mark.parametrize("variant", ["dynamic-pf", "odometry"])
 def test_what_cannot_go_on_is_told(before: Session, variant: str):
     with pytest.raises(InputError, match="continued by a variant MAP-ml"):
         continued(before, variant, Pose2())

@@ -1,0 +1,51 @@
+"""Whether a run was sure where the robot was, from `Estimate.lost`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slam.geometry import Array
+
+from ..console.exits import EXIT_UNSURE
+
+LOST = 0.5  # probability above which the robot counts as lost
+MAX_LOST_SHARE = 0.2  # of the scans; a run that was lost for more is not sure
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """How sure a run was, by the probabilities of being lost, (n,), at its scans."""
+
+    lost: Array
+
+    @property
+    def at_end(self) -> float:
+        """The probability of being lost at the last scan."""
+        return float(self.lost[-1]) if len(self.lost) else 0.0
+
+    @property
+    def share(self) -> float:
+        """Share of the scans at which the robot was lost."""
+        return float((self.lost > LOST).mean()) if len(self.lost) else 0.0
+
+    @property
+    def sure(self) -> bool:
+        """Whether the robot was not lost at the end, nor for long."""
+        return self.at_end <= LOST and self.share <= MAX_LOST_SHARE
+
+    @property
+    def status(self) -> int:
+        """The exit status of a run that met no other trouble."""
+        return 0 if self.sure else EXIT_UNSURE
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to tell of a run that was not sure."""
+        if self.sure:
+            return ()
+        where = "at the end" if self.at_end > LOST else f"at {100 * self.share:.0f} % of the scans"
+        return (f"the robot was lost {where}: the poses there are not to be trusted",)
+
+    def as_dict(self) -> dict[str, float]:
+        """For a summary."""
+        return {"lost_at_end": self.at_end, "lost_share": self.share}
