@@ -26,7 +26,6 @@ QUIET = (
 def report(cache_folder, tmp_path_factory) -> Path:
     """Of a small bench, one of its variants failing."""
 
-
     def bench(out: Path) -> None:
         arguments = ["paper", "--seeds", "2", "--variants", ",".join(ORDER), "--out", str(out)]
         assert main.status(["bench", *arguments]) == 0
