@@ -21,7 +21,6 @@ from dynslam_cli.trials.jobs import Trial
 from slam import registry
 from slam.benchmark.results import read
 from slam.metrics.episode_scorer import EpisodeScorer
-
 from tests.one_process import made_once
 
 from .broken import BROKEN
