@@ -1,16 +1,27 @@
 """Fixture: the real logs. Kernels may compile within a test: no test is timed."""
 
+import gc
 import os
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
+from tests.one_process import compile_each_kernel_once
+
 # torch's idle threads sleep, not spin: several processes share the cores (7 times faster then)
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
+compile_each_kernel_once()
+
 settings.register_profile("dynslam", deadline=None)
 settings.load_profile("dynslam")
+
+
+def pytest_collection_finish() -> None:
+    """What was imported stays: the garbage collector need not look at a million objects again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

@@ -97,7 +97,7 @@ def drives(draw, steps, sharp):
     return [(v, bend)] * half + [(then, spin)] * (steps - half)
 
 
-ROBOTS = {"nimble": (NIMBLE, 24, 120), "pioneer": (PIONEER, 60, 40)}
+ROBOTS = {"nimble": (NIMBLE, 24, 120), "pioneer": (PIONEER, 60, 75)}
 KINDS = ("wall", "corner", "wedge", "nose", "end", "post", "pillar", "slot")
 
 
