@@ -47,7 +47,16 @@ class GlobalSearch:
         """Bytes of the maxima."""
         return self._maxima.nbytes
 
-    def best(
+    def best(self, points: Array, around: Pose2, reach: Array, but: Pose2 | None = None) -> Pose2:
+        """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
+        robot's frame, have the largest sum of the field.
+
+        but  a pose around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        """
+        pose = self.better(points, around, reach, but, TURN_STEP)
+        return around if pose is None else pose  # None: there are no points
+
+    def better(
         self,
         points: Array,
         around: Pose2,
@@ -56,12 +65,9 @@ class GlobalSearch:
         turn_step: float = TURN_STEP,
         least: float = -math.inf,
     ) -> Pose2 | None:
-        """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
-        robot's frame, have the largest sum of the field.
+        """As `best`, but None if there is no pose with a mean of the field above `least`.
 
-        but        a pose around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
         turn_step  rad between candidates
-        least      mean of the field over the points that a pose must exceed; None if there is none
         """
         n = max(math.ceil(reach[2] / turn_step), 0)
         turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta

@@ -145,7 +145,7 @@ class Matcher:
         reach = loops.sigmas * np.sqrt(np.diag(covariance))
         reach = np.clip(reach, loops.least, loops.farthest)
         unpacked = self._unpacked_map(place)
-        start = unpacked.search.best(scan.points, predicted, reach) or predicted
+        start = unpacked.search.best(scan.points, predicted, reach)
         posterior = Posterior(unpacked.endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
         pose = loops.refine.climb(posterior, start)
         information = cautious(wide_information(unpacked.endpoint, scan, pose))

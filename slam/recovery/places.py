@@ -32,29 +32,31 @@ class Place(NamedTuple):
 
 
 class Places:
-    """A map prepared for the search of places, within SEARCHED of a pose."""
+    """A map prepared for the search of places: all of it, or the part within SEARCHED of a pose."""
 
-    def __init__(self, endpoint: Endpoint, around: Pose2):
-        here = np.array(around[:2])
+    def __init__(self, endpoint: Endpoint, around: Pose2 | None = None):
         self._endpoint = endpoint
-        self._search = GlobalSearch(endpoint, (here - SEARCHED, here + SEARCHED))
+        if around is None:
+            self._search = GlobalSearch(endpoint)
+        else:
+            here = np.array(around[:2])
+            self._search = GlobalSearch(endpoint, (here - SEARCHED, here + SEARCHED))
 
     def best(self, scan: Scan) -> Place:
         """The place at which the map agrees best with the scan."""
         region = self._search
-        start = region.best(_seen(scan), region.centre, region.reach, turn_step=TURN_STEP)
-        assert start is not None  # any pose exceeds -inf
-        return self.near(scan, start)
+        start = region.better(_seen(scan), region.centre, region.reach, turn_step=TURN_STEP)
+        return self.near(scan, region.centre if start is None else start)
 
     def better_than(self, scan: Scan, place: Place, gain: float) -> Place | None:
         """The best other place, if the scan is by `gain` nats more likely there than at `place`."""
-        region, beams = self._search, max(len(scan.points), 1)
+        region, seen, beams = self._search, _seen(scan), max(len(scan.points), 1)
         least = (place.value + gain) / (self._endpoint.beta * beams)
-        start = region.best(_seen(scan), region.centre, region.reach, place.pose, TURN_STEP, least)
+        start = region.better(seen, region.centre, region.reach, place.pose, TURN_STEP, least)
         if start is None:
             return None
         other = self.near(scan, start)
-        if near(other.pose, place.pose, OTHER_DISTANCE, OTHER_TURN):
+        if same_place(other.pose, place.pose):
             other = at(self._endpoint, scan, start)
         return other if other.value > place.value + gain else None
 
@@ -79,3 +81,8 @@ def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
     """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
     apart = one.between(other)
     return math.hypot(apart.x, apart.y) <= distance and abs(apart.theta) <= turn
+
+
+def same_place(one: Pose2, other: Pose2) -> bool:
+    """Whether a search regards two poses as one place."""
+    return near(one, other, OTHER_DISTANCE, OTHER_TURN)

@@ -48,7 +48,7 @@ class WideSearch:
         around = np.array(narrow.pose[:2])
         size = np.hypot(*scan.points.T).max(initial=0.0) + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
-        start = region.best(scan.points, narrow.pose, reach) or found
+        start = region.best(scan.points, narrow.pose, reach)
         wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)

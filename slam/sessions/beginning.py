@@ -48,7 +48,7 @@ def beginnings(episode: Episode) -> Iterator[Beginning]:
 
 def _keyframes(episode: Episode) -> Iterator[Keyframe]:
     """The keyframes after the first, at their poses relative to it."""
-    front, last = MaximumLikelihood(recovery=None), None
+    front, last = MaximumLikelihood(), None
     for displacement, scan in zip(episode.displacements()[:MAX_SCANS], episode.scans, strict=False):
         front.update(displacement, scan)
         if last is not None and front.keyframe is not last:

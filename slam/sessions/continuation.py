@@ -6,6 +6,7 @@ from slam.algorithms.graph_slam import GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.errors import InputError
 from slam.geometry import Pose2
+from slam.recovery.watch import Watch
 from slam.registry import make
 from slam.sessions.session import Session
 
@@ -34,13 +35,15 @@ def continued(
 
 def localiser(session: Session, variant: str, start: Pose2, seed: int = 0) -> MaximumLikelihood:
     """As `continued`, but with a frozen map: localisation only. That of a graph is maximum
-    likelihood on its map model: in a known map there are no loops to close."""
+    likelihood on its map model: in a known map there are no loops to close. It notices that it is
+    lost, whatever the variant."""
     robot = empty(variant, start, seed)
     if isinstance(robot, GraphSlam):
         robot = MaximumLikelihood(
             start, robot.rng, map_model=robot.map_model(), sensor_model=robot.sensor_model(),
             motion_model=robot.motion_model, search=robot.search,
         )  # fmt: skip
+    robot.watch = robot.watch or Watch()
     robot.remember(session.keyframes())
     robot.place(start)
     robot.freeze()

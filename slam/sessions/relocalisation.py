@@ -16,7 +16,6 @@ import numpy as np
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.graph.global_search import GlobalSearch
 from slam.interface import MapModel
 from slam.maps.clamped import Clamped
 from slam.recovery.places import Place, Places, at, same_place
@@ -79,10 +78,6 @@ class Comparison(NamedTuple):
 
 class WholeMap(Places):
     """The places of the whole map."""
-
-    def __init__(self, endpoint: Endpoint):
-        self._endpoint = endpoint
-        self._search = GlobalSearch(endpoint)
 
     def best_two(self, scan: Scan, start: Pose2 | None) -> tuple[Place, Place]:
         """The best place, and the best that is not near it, if the best one fits at all; `start` is
