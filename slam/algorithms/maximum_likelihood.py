@@ -84,7 +84,7 @@ class MaximumLikelihood:
         else:
             estimate = self._dead_reckoned()
         self.pose = estimate.pose
-        return estimate
+        return estimate if self.watch is None else self.watch.told(estimate)
 
     def remember(self, keyframes: Iterable[tuple[Scan, Pose2]], score: float = 0.0) -> None:
         """Integrate scans at known poses, and continue from the last."""
@@ -139,7 +139,7 @@ class MaximumLikelihood:
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
             self._last_match = None  # nothing to learn of the odometry
         self.watch.judge(self._field, scan, estimate, self.keyframe.pose)
-        return estimate._replace(lost=self.watch.belief.probability)
+        return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Make the scan a keyframe, at its matched pose; the motion model learns from the match."""

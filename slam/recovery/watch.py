@@ -20,7 +20,7 @@ from slam.sensor_models.endpoint import Endpoint
 WORSE = 12.0  # nats by which a scan fits worse than usual: a wide window is searched
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
 DOUBTED = 0.005  # probability of being lost, above which no keyframe is integrated
-LOST = 0.5  # probability of being lost, above which the robot maps apart
+CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 CONTINUOUS = 0.35, math.radians(40.0)  # m, rad, between scans that must be continuous
 ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan better
@@ -33,7 +33,8 @@ MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
-ELSEWHERE, NOT_ELSEWHERE = 0.9, 1e-3  # probability of being lost after checks of all places
+ELSEWHERE = 0.55, 0.75, 0.9  # probability of being lost after so many such checks in a row
+NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without them
 FOUND = 0.002  # probability of being lost after the robot was found again
 
@@ -68,8 +69,12 @@ class Watch:
 
     @property
     def lost(self) -> bool:
-        """Whether the robot is lost."""
-        return self.belief.probability > LOST
+        """Whether the robot is lost so certainly that it maps apart."""
+        return self._elsewhere >= MIN_CHECKS or self.belief.probability > CERTAIN
+
+    def told(self, estimate: Estimate) -> Estimate:
+        """The estimate with the probability of being lost."""
+        return estimate._replace(lost=self.belief.probability)
 
     def found(self) -> None:
         """The robot was found again."""
@@ -82,7 +87,8 @@ class Watch:
         """The pose of the estimate, or a better one farther from the prediction."""
         error = np.abs(prediction.error(estimate.pose)) / prediction.deviations
         worse = (self.belief.score - estimate.score) * len(scan.points)
-        if worse <= WORSE and error.max() <= LARGE_ERROR:
+        usual = worse <= WORSE and error.max() <= LARGE_ERROR
+        if usual or self._elsewhere:
             return estimate.pose
         pose = self.wide.better(endpoint, scan, prediction, estimate.pose)
         explained, _ = endpoint.shares(scan, pose)
@@ -91,6 +97,7 @@ class Watch:
     def judge(self, endpoint: Endpoint, scan: Scan, estimate: Estimate, last: Pose2) -> None:
         """Update the belief by a keyframe; `last` is the pose of the one before."""
         moved = last.between(estimate.pose)
+        voted = self.belief.probability if self._elsewhere else 0.0
         changed = 0.0
         if self._before is not None and near(last, estimate.pose, *CONTINUOUS):
             changed = change(self._before, scan, moved)
@@ -106,11 +113,11 @@ class Watch:
             self._since_check.restart(scan.time)
             self.belief.set(self._settled(self._checked(endpoint, scan, estimate.pose)))
         else:
-            self.belief.set(min(self.belief.probability, UNCHECKED))
+            self.belief.set(max(min(self.belief.probability, UNCHECKED), voted))
 
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""
-        self._checks = self._checks + 1 if DOUBTED < probability <= UNCHECKED else 0
+        self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         return probability if self._checks < MAX_CHECKS else NOT_ELSEWHERE
 
     def _checked(self, endpoint: Endpoint, scan: Scan, pose: Pose2) -> float:
@@ -133,7 +140,9 @@ class Watch:
         else:
             self._elsewhere = 0
             return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
-        return ELSEWHERE if self._elsewhere >= MIN_CHECKS else UNCHECKED
+        if self._jumped or self._elsewhere >= MIN_CHECKS:
+            return ELSEWHERE[min(self._elsewhere, MIN_CHECKS) - 1]
+        return UNCHECKED
 
     def _better(self, other: Place, here: Place) -> bool:
         """Whether the other place explains as many echoes as usual, and more than this one."""

@@ -1,0 +1,57 @@
+"""The probability of being lost, from the agreement of scans and map."""
+
+import pytest
+
+from slam.recovery.lost_belief import Agreement, LostBelief
+
+USUAL, CHANGED, STRANGE = Agreement(0.92, 0.02), Agreement(0.8, 0.1), Agreement(0.15, 0.5)
+
+
+def after(belief: LostBelief, agreement: Agreement, keyframes: int, change: float = 0.0) -> float:
+    for _ in range(keyframes):
+        belief.update(agreement, -0.1, change)
+    return belief.probability
+
+
+@pytest.fixture
+def belief() -> LostBelief:
+    """A belief that has seen what is usual."""
+    belief = LostBelief()
+    after(belief, USUAL, 60)
+    return belief
+
+
+def test_where_all_is_well_the_robot_is_not_lost(belief):
+    assert after(belief, USUAL, 1000) < 1e-4
+
+
+def test_a_door_that_moved_is_no_loss(belief):
+    assert after(belief, CHANGED, 30) < 0.005
+
+
+def test_scans_that_agree_with_nothing_are(belief):
+    assert after(belief, STRANGE, 10) > 0.5
+
+
+def test_a_scan_that_is_not_continuous_is_a_doubt_at_once(belief):
+    assert after(belief, CHANGED, 1, change=0.3) > 0.05
+    assert belief.jumped
+    assert after(belief, USUAL, 15) < 0.005
+
+
+def test_scans_that_always_change_are_usual():
+    belief = LostBelief()
+    after(belief, Agreement(0.7, 0.15), 60, change=0.3)
+    assert after(belief, Agreement(0.7, 0.15), 1, change=0.4) < 0.005
+    assert not belief.jumped
+
+
+def test_poor_agreement_is_usual_in_some_recordings():
+    belief = LostBelief()
+    after(belief, Agreement(0.5, 0.1), 100)
+    assert belief.evidence(Agreement(0.5, 0.1)) < -1.0
+    assert belief.evidence(Agreement(0.2, 0.3)) > 1.0
+
+
+def test_unknown_echoes_are_no_evidence(belief):
+    assert belief.evidence(Agreement(0.0, 0.0)) == 0.0

@@ -1,0 +1,86 @@
+"""A robot whose odometry fails, or that is carried elsewhere, is found again; doors are no loss."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agents import record_path
+from dynslam_env import CarriedAway, Odometry, Slip
+from slam import make
+from slam.benchmark.run import run, true_start
+from slam.episode import Episode
+from slam.geometry import wrap_angle
+from slam.interface import LOST_DISTANCE, LOST_TURN
+
+WHEELS = Odometry(bias=0.02, alpha1=4e-4, alpha2=1e-4, alpha3=4e-4, alpha4=1e-4)
+SEEDS = (201, 202)
+
+
+@cache
+def drive(fault: str, seed: int) -> Episode:
+    faults = {
+        "none": [],
+        "slip": [Slip(0.8, math.radians(20.0), at=15.0)],
+        "turn": [Slip(0.0, math.radians(90.0), at=15.0)],
+        "carried": [CarriedAway(at=15.0)],
+    }[fault]
+    return record_path("DoorCorridor-v0", seed, odometry=WHEELS, faults=faults)
+
+
+def judged(fault: str, seed: int, variant: str) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) whether the pose is wrong, and the probability of being lost, at every scan."""
+    episode = drive(fault, seed)
+    result = run(make(variant, true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    wrong = (np.hypot(*away[:, :2].T) > LOST_DISTANCE) | (
+        np.abs(wrap_angle(away[:, 2])) > LOST_TURN
+    )
+    return wrong, result.lost
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("fault", ["slip", "turn", "carried"])
+def test_it_is_found_again(fault: str, seed: int) -> None:
+    before, _ = judged(fault, seed, "static-ml")
+    wrong, _ = judged(fault, seed, "static-ml/recovery")
+    assert not wrong[-1]
+    assert wrong.sum() < 100  # scans, 0.1 s each
+    if fault == "carried":
+        assert before[-1]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_it_says_that_it_was_carried(seed: int) -> None:
+    wrong, lost = judged("carried", seed, "static-ml/recovery")
+    noticed = np.flatnonzero(lost > 0.5)
+    assert 0 <= noticed[0] - np.flatnonzero(wrong)[0] < 50  # scans: within 5 s
+    assert (lost[wrong] > 0.5).mean() > 0.5
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_moving_doors_are_no_loss(seed: int) -> None:
+    wrong, lost = judged("none", seed, "static-ml/recovery")
+    assert not wrong.any()
+    assert lost.max() < 0.5
+
+
+def test_nothing_is_drawn_while_it_is_lost() -> None:
+    episode = drive("carried", SEEDS[0])
+    robot = make("static-ml/recovery", true_start(episode))
+    drawn, lost = [], []
+    for displacement, scan in zip(episode.displacements(), episode.scans, strict=True):
+        lost.append(robot.update(displacement, scan).lost > 0.5)
+        drawn.append(int(robot.map().observed.sum()))
+    (stays,) = np.nonzero(np.array(lost[:-1]) & np.array(lost[1:]))
+    assert len(stays) > 3
+    assert all(drawn[k] == drawn[k + 1] for k in stays)
+
+
+def test_same_input_same_poses() -> None:
+    episode = drive("carried", SEEDS[0])
+    first, second = (
+        run(make("static-ml/recovery", true_start(episode)), episode).online for _ in range(2)
+    )
+    assert np.array_equal(first, second)
