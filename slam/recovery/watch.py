@@ -129,12 +129,7 @@ class Watch:
         gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
         other = Places(endpoint, pose).better_than(scan, here, gain)
         if other is not None and self._better(other, here):
-            way = other.pose @ pose.inverse()  # from the believed places to the other ones
-            same = self._way is not None and near(
-                way @ pose, self._way @ pose, SAME_DISTANCE, SAME_TURN
-            )
-            self._elsewhere = self._elsewhere + 1 if same else 1
-            self._way = way
+            self._vote(other.pose @ pose.inverse(), pose)
         elif self._strange(here.agreement):
             self._elsewhere += 1
         else:
@@ -143,6 +138,13 @@ class Watch:
         if self._jumped or self._elsewhere >= MIN_CHECKS:
             return ELSEWHERE[min(self._elsewhere, MIN_CHECKS) - 1]
         return UNCHECKED
+
+    def _vote(self, way: Pose2, pose: Pose2) -> None:
+        """Count a check that found another place, `way` from the believed `pose`; checks that find
+        different places are no agreement."""
+        before, self._way = self._way or way, way
+        same = near(way @ pose, before @ pose, SAME_DISTANCE, SAME_TURN)
+        self._elsewhere = self._elsewhere + 1 if same else 1
 
     def _better(self, other: Place, here: Place) -> bool:
         """Whether the other place explains as many echoes as usual, and more than this one."""
