@@ -19,7 +19,6 @@ MAX_RECENT = 40  # keyframes that are matched
 MIN_EXPLAINED, MAX_CONTRADICTED = 0.6, 0.1  # shares of the echoes at a place that is accepted
 MIN_GAIN = 10.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
-QUIET_ATTEMPTS = 4  # that contradict the believed place in nothing, before it is believed again
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of two attempts that agree
 
@@ -41,7 +40,6 @@ class Astray:
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)
-        self._quiet = 0  # attempts in a row that contradicted the believed place in nothing
         self._candidate: Pose2 | None = None  # the origin by the last attempt
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
@@ -67,19 +65,14 @@ class Astray:
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([Keyframe(one.scan, last.between(one.pose)) for one in recent])
         place = self._place(scan, self._believed @ last)
-        return self._confirmed(place.pose @ last.inverse()) if place else self._confirmed(None)
+        return self._confirmed(place.pose @ last.inverse() if place else None)
 
     def _place(self, scan: Scan, believed: Pose2) -> Place | None:
-        """The place of the scan: one that is sure; the believed one if none is better, or if,
-        attempt after attempt, nothing contradicts it."""
+        """The place of the scan: one that is sure, or the believed one if none is better."""
         best, here = self._places.best(scan), self._places.near(scan, believed)
         if _agrees(best) and self._places.better_than(scan, best, -MIN_GAIN) is None:
             return best
-        if best.value - here.value < TIE:
-            return here
-        quiet = here.agreement.contradicted <= MAX_CONTRADICTED
-        self._quiet = self._quiet + 1 if quiet else 0
-        return here if self._quiet >= QUIET_ATTEMPTS else None
+        return here if best.value - here.value < TIE else None
 
     def _confirmed(self, origin: Pose2 | None) -> Pose2 | None:
         """The origin, if the attempt before found it too."""

@@ -142,8 +142,8 @@ class Watch:
     def _vote(self, way: Pose2, pose: Pose2) -> None:
         """Count a check that found another place, `way` from the believed `pose`; checks that find
         different places are no agreement."""
-        before, self._way = self._way or way, way
-        same = near(way @ pose, before @ pose, SAME_DISTANCE, SAME_TURN)
+        before, self._way = self._way, way
+        same = before is not None and near(way @ pose, before @ pose, SAME_DISTANCE, SAME_TURN)
         self._elsewhere = self._elsewhere + 1 if same else 1
 
     def _better(self, other: Place, here: Place) -> bool:
