@@ -11,6 +11,8 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.maps.cells import Cells
+from slam.metrics.lost import LOST_DISTANCE as LOST_DISTANCE
+from slam.metrics.lost import LOST_TURN as LOST_TURN
 from slam.motion.gaussian import Prediction
 from slam.scan import Scan
 
@@ -24,7 +26,7 @@ class Estimate(NamedTuple):
     matched     whether this scan was matched; otherwise the pose is dead reckoned
     revised     whether estimates of earlier poses have changed
     lost        probability that the pose, within its map, is off by more than LOST_DISTANCE or
-                LOST_TURN
+                LOST_TURN; 0 from a SLAM that does not judge it
     """
 
     pose: Pose2
@@ -33,10 +35,6 @@ class Estimate(NamedTuple):
     matched: bool
     revised: bool = False
     lost: float = 0.0
-
-
-LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off within its map is lost
-LOST_TURN = math.radians(10.0)
 
 
 class Slam(Protocol):

@@ -18,7 +18,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
 
-LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off is wrong, as in `slam.interface`
+LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off is wrong
 LOST_TURN = math.radians(10.0)
 ALARM_LEVEL = 0.5  # of `lost`; above it the SLAM tells that it is lost
 SETTLED_TIME = 2.0  # s; two losses, or two alarms, with less between them are one

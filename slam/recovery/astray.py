@@ -10,7 +10,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import Place, Places, near
+from slam.recovery.places import Place, Places, agree
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
@@ -20,7 +20,6 @@ MIN_EXPLAINED, MAX_CONTRADICTED = 0.6, 0.1  # shares of the echoes at a place th
 MIN_GAIN = 10.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
-SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of two attempts that agree
 
 
 class Astray:
@@ -77,7 +76,7 @@ class Astray:
     def _confirmed(self, origin: Pose2 | None) -> Pose2 | None:
         """The origin, if the attempt before found it too."""
         before, self._candidate = self._candidate, origin
-        if origin is None or before is None or not near(before, origin, SAME_DISTANCE, SAME_TURN):
+        if origin is None or before is None or not agree(before, origin):
             return None
         return origin
 

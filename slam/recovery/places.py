@@ -19,6 +19,7 @@ from slam.sensor_models.endpoint import Endpoint
 SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
 TURN_STEP = math.radians(1.0)  # between candidates
+SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
 
@@ -86,3 +87,8 @@ def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
 def same_place(one: Pose2, other: Pose2) -> bool:
     """Whether a search regards two poses as one place."""
     return near(one, other, OTHER_DISTANCE, OTHER_TURN)
+
+
+def agree(one: Pose2, other: Pose2) -> bool:
+    """Whether two searches found the same pose."""
+    return near(one, other, SAME_DISTANCE, SAME_TURN)

@@ -12,7 +12,7 @@ from slam.motion.gaussian import Prediction
 from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.continuity import change
 from slam.recovery.lost_belief import Agreement, LostBelief
-from slam.recovery.places import Place, Places, at, near
+from slam.recovery.places import Place, Places, agree, at, near
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -25,7 +25,6 @@ CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 CONTINUOUS = 0.35, math.radians(40.0)  # m, rad, between scans that must be continuous
 ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan better
 JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
-SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad: other places that are the same one
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
 AS_USUAL = 0.85  # of the usual share, at least, that another place explains
 AS_USUAL_MARGIN = 0.03  # share of the echoes; a scan explained as well as usual is not searched for
@@ -143,7 +142,7 @@ class Watch:
         """Count a check that found another place, `way` from the believed `pose`; checks that find
         different places are no agreement."""
         before, self._way = self._way, way
-        same = before is not None and near(way @ pose, before @ pose, SAME_DISTANCE, SAME_TURN)
+        same = before is not None and agree(way @ pose, before @ pose)
         self._elsewhere = self._elsewhere + 1 if same else 1
 
     def _better(self, other: Place, here: Place) -> bool:
