@@ -19,7 +19,7 @@ from .map_panel import Box, coarser
 from .style import INK, PAPER, UNKNOWN
 
 SUPERSAMPLING = 2  # drawn larger by this factor, then reduced, for smooth lines
-TITLE_HEIGHT = 26  # pixels
+TITLE_HEIGHT, LABEL_HEIGHT = 26, 22  # pixels
 ROBOT_RADIUS = 0.22  # m, Pioneer 3-DX
 MIN_ROBOT_PIXELS = 4.0  # radius in a large building
 GREYS = np.round(np.linspace(0, 255, 8)).astype(int)  # of maps: few, for small files
@@ -125,6 +125,16 @@ class MapCanvas:
         self._write(
             right, self.image.width - 8 * SUPERSAMPLING - sum(_length(text) for text, _ in right)
         )
+
+    def label(self, text: str, colour: str) -> None:
+        """Write on a box of `colour` in the upper left corner of the picture."""
+        left, top = 8 * SUPERSAMPLING, (TITLE_HEIGHT + 8) * SUPERSAMPLING
+        right, bottom = (
+            left + _length(text) + 16 * SUPERSAMPLING,
+            top + LABEL_HEIGHT * SUPERSAMPLING,
+        )
+        self._draw.rectangle((left, top, right, bottom), fill=colour)
+        self._draw.text(((left + right) / 2, (top + bottom) / 2), text, PAPER, _font(), anchor="mm")
 
     def _write(self, pieces: Sequence[tuple[str, str]], x: float) -> None:
         for text, colour in pieces:

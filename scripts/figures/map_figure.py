@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slam.episode import Truth
 from slam.geometry import Array
 from slam.grid import OccupancyGrid
 
+from .lost_course import LostCourse
+from .lost_plot import draw_lost
 from .map_panel import MapPanel, coarser, draw_panel
 from .style import DPI, MEDIUM, SMALL, blank_figure
 
 MAX_WIDTH, MAX_HEIGHT = 8.5, 9.5  # inches
 LABEL_WIDTH, LABEL_HEIGHT = 0.6, 1.1  # inches beside the map, for labels, title and legend
+LOST_PLOT_HEIGHT, LOST_HEIGHT = 0.6, 1.1  # inches of the plot below the map, and with its labels
 MAX_DPI = 320.0
 PIXELS_PER_CELL = 1.2  # if the resolution allows: with less, nearest pixels would skip cells
 OVERVIEW_COLUMNS = 2
@@ -27,6 +31,7 @@ def map_figure(
     truth: Truth | None = None,
     scan: int = -1,
     title: str = "",
+    lost: LostCourse | None = None,
 ) -> Figure:
     """One map; a cell of it covers a pixel or more, larger maps are drawn in coarser cells.
 
@@ -35,17 +40,32 @@ def map_figure(
     truth  walls, doors and path that are drawn as thin lines over the map
     scan   the scan at which the true doors are shown, negative from the end
     title  a line above
+    lost   of the run; where the SLAM judged it, the poses at which the robot was lost are marked,
+           and a plot below the map shows the probability over time
     """
-    panel = MapPanel(title, grid, poses, truth, scan)
+    lost = lost if lost is not None and lost.judged else None
+    panel = MapPanel(title, grid, poses, truth, scan, None if lost is None else lost.lost)
     box = panel.box
     scale = min((MAX_WIDTH - LABEL_WIDTH) / box.width, (MAX_HEIGHT - LABEL_HEIGHT) / box.height)
     grid = coarser(grid, PIXELS_PER_CELL / (scale * MAX_DPI))
     dpi = max(PIXELS_PER_CELL / (scale * grid.spec.resolution), DPI)
     width, height = box.width * scale + LABEL_WIDTH, box.height * scale + LABEL_HEIGHT
     figure = blank_figure(max(width, 4.0), height, dpi)
-    draw_panel(figure.add_subplot(), panel._replace(grid=grid), box)
+    draw_panel(_map_axes(figure, lost), panel._replace(grid=grid), box)
     add_legend(figure)
     return figure
+
+
+def _map_axes(figure: Figure, lost: LostCourse | None) -> Axes:
+    """The axes of the map; if `lost` is known, the figure grows by a plot of it."""
+    if lost is None:
+        return figure.add_subplot()
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width, height + LOST_HEIGHT)
+    grid = figure.add_gridspec(2, height_ratios=[height - LABEL_HEIGHT, LOST_PLOT_HEIGHT])
+    axes = figure.add_subplot(grid[0])
+    draw_lost(figure.add_subplot(grid[1]), lost)
+    return axes
 
 
 def overview_figure(panels: Sequence[MapPanel]) -> Figure:
@@ -64,9 +84,18 @@ def overview_figure(panels: Sequence[MapPanel]) -> Figure:
 
 
 def add_legend(figure: Figure) -> None:
-    """One legend below, of the lines in the figure's first axes."""
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    if handles:
+    """One legend below, of all lines that have a label, each label once."""
+    named = {
+        label: handle
+        for axes in figure.axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    if named:
         figure.legend(
-            handles, labels, loc="outside lower center", ncol=4, fontsize=SMALL, frameon=False
+            list(named.values()),
+            list(named),
+            loc="outside lower center",
+            ncol=4,
+            fontsize=SMALL,
+            frameon=False,
         )

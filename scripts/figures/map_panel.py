@@ -14,10 +14,13 @@ from matplotlib.colors import to_rgb
 from slam.episode import Truth
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid
+from slam.metrics.lost import ALARM_LEVEL
 
-from .style import DOORS, ESTIMATE, LARGE, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
+from .style import DOORS, ESTIMATE, LARGE, LOST, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
 
 MARGIN = 0.4  # m around what is shown
+LOST_WIDTH_FACTOR = 3.0  # times the width of the path
+LOST_LABEL = f"lost (p > {ALARM_LEVEL:g})"
 MIN_OBSERVED = 2.0  # m; rows and columns of cells with less do not widen the picture
 
 
@@ -54,6 +57,7 @@ class MapPanel(NamedTuple):
     poses  (n, 3) estimated trajectory, or None
     truth  or None
     scan   the true doors are shown at this scan, negative from the end
+    lost   (n,) bool, at which poses the robot was lost; or None
     """
 
     title: str
@@ -61,6 +65,7 @@ class MapPanel(NamedTuple):
     poses: Array | None = None
     truth: Truth | None = None
     scan: int = -1
+    lost: np.ndarray | None = None
 
     @property
     def box(self) -> Box:
@@ -87,8 +92,17 @@ def draw_panel(axes: Axes, panel: MapPanel, box: Box | None = None) -> None:
         axes.plot(*panel.truth.poses[:, :2].T, color=TRUTH, linewidth=2.4, label="true path")
     if panel.poses is not None:
         x, y = panel.poses[:, :2].T
-        axes.plot(x, y, color=ESTIMATE, linewidth=0.4 + 0.6 * thin, label="estimated path")
+        width = 0.4 + 0.6 * thin
+        axes.plot(x, y, color=ESTIMATE, linewidth=width, label="estimated path")
+        if panel.lost is not None and panel.lost.any():
+            draw_lost_path(axes, panel.poses, panel.lost, LOST_WIDTH_FACTOR * width)
     axes.set_title(panel.title, fontsize=LARGE)
+
+
+def draw_lost_path(axes: Axes, poses: Array, lost: np.ndarray, width: float) -> None:
+    """Draw the poses (n, 3) at which the robot was lost, (n,) bool, as wide lines, points."""
+    x, y = np.where(lost[:, None], poses[:, :2], np.nan).T
+    axes.plot(x, y, color=LOST, linewidth=width, marker=".", markersize=width, label=LOST_LABEL)
 
 
 def draw_map(axes: Axes, grid: OccupancyGrid, box: Box) -> None:

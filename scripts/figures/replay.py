@@ -18,10 +18,11 @@ from slam.interface import Slam
 from slam.metrics.trajectory import ate
 
 from .canvas import GREYS, MapCanvas, fan
+from .estimate_on_canvas import draw_path, draw_robot
 from .film import Colours, write_film
 from .known_poses import known
 from .map_panel import Box
-from .style import DOORS, ESTIMATE, FAINT, INK, PAPER, TRUTH, UNKNOWN, WALLS
+from .style import DOORS, ESTIMATE, FAINT, INK, LOST, PAPER, TRUTH, UNKNOWN, WALLS
 
 SHOWN_RANGE = 2.3  # m around the true path
 WALL_MARGIN = 0.3  # m outside the walls
@@ -30,7 +31,8 @@ GAP = 4  # pixels between panels
 MIXED_COLOURS = 48  # in the palette, beside the exact ones
 LAST_FRAME_TIME = 2.5  # s
 BEAMS, OUTSIDE = "#DDEFFA", "#E4E6EA"
-EXACT_COLOURS = (PAPER, INK, UNKNOWN, TRUTH, ESTIMATE, WALLS, DOORS, BEAMS, OUTSIDE)
+LINES = (TRUTH, ESTIMATE, LOST, WALLS, DOORS)
+EXACT_COLOURS = (PAPER, INK, UNKNOWN, BEAMS, OUTSIDE, *LINES)
 
 
 class Snapshot(NamedTuple):
@@ -38,11 +40,13 @@ class Snapshot(NamedTuple):
 
     poses  (scan + 1, 3) as estimated at each scan up to this one
     grid   the map, a copy of its own
+    lost   (scan + 1,) `Estimate.lost` at each of these scans
     """
 
     scan: int
     poses: Array
     grid: OccupancyGrid
+    lost: Array
 
 
 def take_snapshots(slam: Slam, episode: Episode, every: int = 5) -> list[Snapshot]:
@@ -54,7 +58,7 @@ def take_snapshots(slam: Slam, episode: Episode, every: int = 5) -> list[Snapsho
     for number, _ in enumerate(playback):
         if number % every == 0 or number == last:
             run = playback.result()
-            snapshots.append(Snapshot(number, run.poses, run.grid))
+            snapshots.append(Snapshot(number, run.poses, run.grid, run.lost))
     return snapshots
 
 
@@ -134,8 +138,8 @@ def _belief(canvas: MapCanvas, truth: Truth, title: str, snapshot: Snapshot) -> 
     canvas.lines(truth.walls, WALLS, 1)
     canvas.lines(truth.doors[snapshot.scan], DOORS, 1)
     canvas.path(true[:, :2], TRUTH, 2.5)
-    canvas.path(estimated[:, :2], ESTIMATE, 1.5)
-    canvas.robot(Pose2.of(estimated[-1]), ESTIMATE)
+    draw_path(canvas, estimated, snapshot.lost)
+    draw_robot(canvas, Pose2.of(estimated[-1]), float(snapshot.lost[-1]))
     canvas.ring(Pose2.of(true[-1]), TRUTH)
     off = 1000 * float(np.hypot(*(estimated[-1, :2] - true[-1, :2])))
     errors = f"off by {off:.0f} mm, ATE {1000 * ate(estimated, true):.0f} mm"
@@ -158,7 +162,7 @@ def _frame(panels: Sequence[Image.Image], width: int) -> Image.Image:
 def _exact_colours() -> np.ndarray:
     """(n, 3) the greys of maps, our colours, and mixtures of lines with the map below them."""
     own = np.array([ImageColor.getrgb(colour) for colour in EXACT_COLOURS])
-    lines = np.array([ImageColor.getrgb(colour) for colour in (TRUTH, ESTIMATE, WALLS, DOORS)])
+    lines = np.array([ImageColor.getrgb(colour) for colour in LINES])
     below = np.array([ImageColor.getrgb(colour) for colour in (PAPER, "#000000", UNKNOWN)])
     greys = np.repeat(GREYS[:, None], 3, axis=1)
     return np.vstack([greys, own, ((lines[:, None] + below) // 2).reshape(-1, 3)])

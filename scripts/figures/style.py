@@ -14,6 +14,7 @@ UNKNOWN = "#C8D1DE"  # no beam has reached it: bluish, unlike the grey of a half
 TRUTH, ESTIMATE = "#0072B2", "#D55E00"
 WALLS, DOORS = "#56B4E9", "#E69F00"
 STATIC, DYNAMIC = "#CC79A7", "#009E73"
+LOST = "#9900FF"  # far from all colours of a map and its lines, for the colour-blind too
 
 SMALL, MEDIUM, LARGE = 8.0, 9.5, 11.0  # points
 DPI = 130.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slam.geometry import Array
+from slam.metrics.lost import ALARM_LEVEL
 
 from ..console.exits import EXIT_UNSURE
 
-LOST = 0.5  # probability above which the robot counts as lost
 MAX_LOST_SHARE = 0.2  # of the scans; a run that was lost for more is not sure
 
 
@@ -26,12 +26,12 @@ class Certainty:
     @property
     def share(self) -> float:
         """Share of the scans at which the robot was lost."""
-        return float((self.lost > LOST).mean()) if len(self.lost) else 0.0
+        return float((self.lost > ALARM_LEVEL).mean()) if len(self.lost) else 0.0
 
     @property
     def sure(self) -> bool:
         """Whether the robot was not lost at the end, nor for long."""
-        return self.at_end <= LOST and self.share <= MAX_LOST_SHARE
+        return self.at_end <= ALARM_LEVEL and self.share <= MAX_LOST_SHARE
 
     @property
     def status(self) -> int:
@@ -43,7 +43,11 @@ class Certainty:
         """What to tell of a run that was not sure."""
         if self.sure:
             return ()
-        where = "at the end" if self.at_end > LOST else f"at {100 * self.share:.0f} % of the scans"
+        where = (
+            "at the end"
+            if self.at_end > ALARM_LEVEL
+            else f"at {100 * self.share:.0f} % of the scans"
+        )
         return (f"the robot was lost {where}: the poses there are not to be trusted",)
 
     def as_dict(self) -> dict[str, float]:

@@ -7,15 +7,18 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from PIL import ImageColor
 
 from dynslam_env.drawing import captions, colours
 from dynslam_env.drawing.view import Projection
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, Revising, Slam
+from slam.metrics.lost import ALARM_LEVEL
 from slam.scan import Scan
 
 from ..console.window import open_window
+from ..figures import style
 from ..figures.canvas import MIN_ROBOT_PIXELS, PALETTE, ROBOT_RADIUS, few_shades
 from ..figures.ellipse import outline
 from ..figures.map_panel import Box, MapPanel, coarser
@@ -119,7 +122,8 @@ class Live:
             pygame.draw.circle(self._screen, colours.GREEN, point, 2)
         centre = self._view.at(pose.x, pose.y)
         radius = max(ROBOT_RADIUS * self._view.scale, MIN_ROBOT_PIXELS)
-        pygame.draw.circle(self._screen, colours.VERMILION, centre, radius)
+        colour = LOST if estimate.lost > ALARM_LEVEL else colours.VERMILION
+        pygame.draw.circle(self._screen, colour, centre, radius)
         ahead = pose @ Pose2(radius / self._view.scale, 0.0, 0.0)
         pygame.draw.line(self._screen, colours.PAPER, centre, self._view.at(ahead.x, ahead.y), 2)
         around = self._view.points(outline(estimate.covariance) + pose[:2])
@@ -135,12 +139,16 @@ class Live:
         if not estimate.matched:
             words += "   not matched"
         middle, right = height - STATUS_HEIGHT // 2, width - captions.TEXT_MARGIN
-        captions.text(self._screen, words, captions.TEXT_MARGIN, middle)
+        end = captions.text(self._screen, words, captions.TEXT_MARGIN, middle)
+        if estimate.lost > 0.0:
+            colour = LOST if estimate.lost > ALARM_LEVEL else colours.FAINT
+            captions.text(self._screen, f"   lost: {estimate.lost:.2f}", end, middle, colour)
         for word, colour in LEGEND:
             right -= captions.width_of(word) + captions.TEXT_MARGIN
             captions.text(self._screen, word, right, middle, colour)
 
 
+LOST = ImageColor.getrgb(style.LOST)[:3]
 LEGEND = (
     ("95 % ellipse", colours.BLUE),
     ("echoes", colours.GREEN),

@@ -23,8 +23,10 @@ from ..console.output import write_json, write_png
 from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
 from ..figures.film import suffix
+from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
+from .lost_file import write_lost
 from .mapping_run import MappingRun
 
 OPTIONAL_PARTS = ("mcap", "rrd", "film")
@@ -53,6 +55,7 @@ class MapExport:
         self.mapped = mapped
         self.title = f"{self.episode.meta.get('source', 'recording')}, {mapping.name}"
         self.trajectory = Trajectory(self.episode.times[: len(self.run.poses)], self.run.poses)
+        self.lost = LostCourse(self.trajectory.times, self.run.lost)
         self.snapshots = mapping.snapshots()
         self.estimates = mapping.estimates
         new = session_of(self.episode, self.run.poses)
@@ -106,7 +109,8 @@ class MapExport:
     def _trajectory(self) -> list[str]:
         write_tum(self.trajectory, self.out / "trajectory.tum")
         times = write_kitti(self.trajectory, self.out / "trajectory.kitti")
-        return ["trajectory.tum", "trajectory.kitti", times.name]
+        names = ["trajectory.tum", "trajectory.kitti", times.name]
+        return [*names, *write_lost(self.lost, self.out)]
 
     def _map(self) -> list[str]:
         write_ros_map(self.run.grid, self.out / "belief.yaml")
@@ -122,7 +126,7 @@ class MapExport:
 
     def _picture(self) -> list[str]:
         grid = self.run.grid if self.layers is None else self.layers.static_map()
-        figure = map_figure(grid, self.run.poses, title=self.title)
+        figure = map_figure(grid, self.run.poses, title=self.title, lost=self.lost)
         write_png(figure, self.out / "map.png")
         return ["map.png"]
 
@@ -146,7 +150,7 @@ class MapExport:
     def _film(self) -> list[str]:
         names = ["film.gif"] if suffix() == ".gif" else ["film.gif", "film.mp4"]
         for name in names:
-            write_map_film(self.out / name, self.episode, self.snapshots, self.title)
+            write_map_film(self.out / name, self.episode, self.snapshots, self.title, self.run.lost)
         return names
 
 

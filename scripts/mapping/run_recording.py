@@ -29,14 +29,18 @@ from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
 from ..console.selection import check_variant
 from ..figures.cost_figure import cost_figure
+from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
 from .certainty import Certainty
+from .lost_file import write_lost
 
 if TYPE_CHECKING:
     from .run import RunCommand
+
+FILES = "map.pgm", "map.yaml", "map.png", "cost.png", "metrics.json"
 
 
 def run_recording(options: RunCommand) -> int:
@@ -66,9 +70,11 @@ def run_recording(options: RunCommand) -> int:
     if revised:
         write_tum(online, out / "trajectory-online.tum")
     write_tum(done, out / "trajectory.tum")
+    lost = LostCourse(done.times, run.lost)
+    lost_files = write_lost(lost, out)
     write_ros_map(run.grid, out / "map.yaml")
     title = f"{options.file.name}, {options.slam}"
-    write_png(map_figure(run.grid, run.poses, title=title), out / "map.png")
+    write_png(map_figure(run.grid, run.poses, title=title, lost=lost), out / "map.png")
     write_png(cost_figure(run.poses, run.spent, title=title), out / "cost.png")
     metrics = _measured(options, run) | {  # last: the peak of memory includes the pictures
         "configuration": configuration(robot),
@@ -77,7 +83,7 @@ def run_recording(options: RunCommand) -> int:
         "warnings": [*map(str, warnings), *certainty.warnings],
     } | certainty.as_dict() | metrics  # fmt: skip
     write_json(metrics, out / "metrics.json")
-    _print_metrics(options, metrics, out)
+    _print_metrics(options, metrics, out, lost_files)
     for warning in certainty.warnings:
         print(f"{options.file}: warning: {warning}", file=sys.stderr)
     return status or certainty.status
@@ -121,7 +127,9 @@ def _measured(options: RunCommand, run: Run) -> dict[str, Any]:
     }
 
 
-def _print_metrics(options: RunCommand, metrics: dict[str, Any], out: Path) -> None:
+def _print_metrics(
+    options: RunCommand, metrics: dict[str, Any], out: Path, lost_files: list[str]
+) -> None:
     print(
         f"{metrics['scans']} scans, {metrics['matched']} matched, in "
         f"{metrics['seconds']:.1f} s: {metrics['ms_per_matched_scan']:.2f} ms per matched scan; "
@@ -144,7 +152,8 @@ def _print_metrics(options: RunCommand, metrics: dict[str, Any], out: Path) -> N
             f"error of the online poses: {metrics['translation_mean_online']:.4f} m, "
             f"{metrics['rotation_mean_deg_online']:.2f} deg"
         )
-    print(f"written to {out}: trajectory.tum, map.pgm, map.yaml, map.png, cost.png, metrics.json")
+    names = ["trajectory.tum", *lost_files, *FILES]
+    print(f"written to {out}: {', '.join(names)}")
     if options.json:
         print(json.dumps(metrics))
 
