@@ -21,6 +21,7 @@ from ..console.window import open_window
 from ..figures import style
 from ..figures.canvas import MIN_ROBOT_PIXELS, PALETTE, ROBOT_RADIUS, few_shades
 from ..figures.ellipse import outline
+from ..figures.lost_course import stretches
 from ..figures.map_panel import Box, MapPanel, coarser
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 WINDOW_SIZE = (1000, 800)  # pixels; less on a smaller display
 STATUS_HEIGHT = 30  # pixels, the line below
+LOST, LOST_PATH_WIDTH = ImageColor.getrgb(style.LOST)[:3], 4  # pixels
 MIN_FRAME_TIME, MIN_MAP_TIME = 1 / 15, 0.5  # s between two pictures, between two maps
 MAX_TIME_SHARE = 0.06  # of the run that pictures may take, and maps again
 MARGIN_SHARE = 0.1  # of the map's size, around it, as it grows
@@ -49,6 +51,7 @@ class Live:
         self._clock, self._began = clock, clock()
         self._next_frame = self._next_map = self._began
         self._poses: list[Pose2] = []
+        self._lost: list[bool] = []  # whether the robot was lost, at each of them
         self._background: pygame.Surface | None = None
         self._view = Projection(0.0, 0.0, 1.0)
         self._drawn = 0  # poses whose path is in the background
@@ -59,6 +62,7 @@ class Live:
         if self.closed:
             return
         self._poses.append(estimate.pose)
+        self._lost.append(estimate.lost > ALARM_LEVEL)
         now = self._clock()
         if now < self._next_frame and k < n:
             return
@@ -93,21 +97,25 @@ class Live:
 
         if isinstance(slam, Revising):
             self._poses = [Pose2(*row) for row in slam.trajectory().tolist()]
-        grid, path = slam.map(), np.array(self._poses)[:, :2]
+        grid = slam.map()
         size = self._screen.get_width(), self._screen.get_height() - STATUS_HEIGHT
         self._view = _fitting(grid, np.array(self._poses), size)
         self._background = pygame.Surface(size)
         self._background.fill(PALETTE[-3:])
         _blit_grid(self._background, coarser(grid, 1 / self._view.scale), self._view)
-        self._draw_path(self._background, path)
-        self._drawn = len(path)
+        self._draw_path(self._background, 0)
+        self._drawn = len(self._poses)
 
-    def _draw_path(self, surface: pygame.Surface, path: Array) -> None:
+    def _draw_path(self, surface: pygame.Surface, first: int) -> None:
+        """Draw the path from a pose on; where the robot was lost, in another colour."""
         import pygame
 
-        if len(path) > 1:
-            points = self._view.points(path).tolist()
+        points = self._view.points(np.array(self._poses[first:])[:, :2]).tolist()
+        if len(points) > 1:
             pygame.draw.lines(surface, colours.VERMILION, False, points, 2)
+        for begin, end in stretches(np.array(self._lost[first:])):
+            if end - begin > 1:
+                pygame.draw.lines(surface, LOST, False, points[begin:end], LOST_PATH_WIDTH)
 
     # -- a picture -------------------------------------------------------------------------------
 
@@ -116,7 +124,7 @@ class Live:
 
         assert self._background is not None
         self._screen.blit(self._background, (0, 0))
-        self._draw_path(self._screen, np.array(self._poses[max(self._drawn - 1, 0) :])[:, :2])
+        self._draw_path(self._screen, max(self._drawn - 1, 0))
         pose = estimate.pose
         for point in self._view.points(transform_points(pose, scan.points)).tolist():
             pygame.draw.circle(self._screen, colours.GREEN, point, 2)
@@ -148,7 +156,6 @@ class Live:
             captions.text(self._screen, word, right, middle, colour)
 
 
-LOST = ImageColor.getrgb(style.LOST)[:3]
 LEGEND = (
     ("95 % ellipse", colours.BLUE),
     ("echoes", colours.GREEN),

@@ -12,10 +12,12 @@ from dynslam_cli.figures.likelihood import (
     surface,
     surprise,
 )
+from dynslam_cli.figures.lost_course import LostCourse, stretches
 from dynslam_cli.figures.map_figure import map_figure, overview_figure
 from dynslam_cli.figures.map_panel import MARGIN, Box, MapPanel, shades
 from dynslam_cli.figures.replay import Snapshot, take_snapshots, write_replay
-from PIL import Image, ImageSequence
+from dynslam_cli.figures.style import LOST
+from PIL import Image, ImageColor, ImageSequence
 
 import slam
 from agents.scripted_path import record_corridor
@@ -29,6 +31,7 @@ from slam.maps.histogram import Histogram
 from slam.metrics.change import TrueOccupancy
 
 SCANS = 60
+LEGEND_PIXELS = 60  # of a figure, at its lower edge
 TRUE_LINES = ["true walls", "true doors", "true path"]
 
 
@@ -93,6 +96,52 @@ class TestMapFigure:
         assert legend_of(map_figure(panel.grid, panel.poses)) == ["estimated path"]
         assert not map_figure(panel.grid).legends
 
+    def test_marks_where_the_robot_was_lost_and_plots_the_probability(self, panel):
+        probability = np.full(SCANS, 0.1)
+        probability[10:20], probability[30] = 0.9, 0.6  # a stretch, a single scan
+        times = 100.0 + 0.5 * np.arange(SCANS)
+        figure = map_figure(panel.grid, panel.poses, lost=LostCourse(times, probability))
+        assert legend_of(figure) == ["estimated path", "lost (p > 0.5)"]
+        axes, below = figure.axes
+        marked = axes.get_lines()[-1].get_xydata()
+        assert np.flatnonzero(np.isfinite(marked[:, 0])).tolist() == [*range(10, 20), 30]
+        np.testing.assert_array_equal(marked[10:20], panel.poses[10:20, :2])
+        drawn = below.get_lines()[-1].get_xydata()
+        np.testing.assert_allclose(drawn, np.column_stack([times - 100.0, probability]))
+        (bands,) = below.collections
+        ends = [path.get_extents().intervalx.tolist() for path in bands.get_paths()]
+        np.testing.assert_allclose(ends, [(5.0, 10.0), (15.0, 15.5)])
+        assert (pixels(figure)[..., :3] == ImageColor.getrgb(LOST)).all(axis=2).sum() > 100
+
+    def test_a_single_scan_at_which_it_was_lost_is_seen(self, panel):
+        course = LostCourse(np.arange(float(SCANS)), 0.9 * (np.arange(SCANS) == 30))
+        panel = panel._replace(lost=course.lost)
+        figure = overview_figure([panel._replace(lost=None), panel])
+        assert legend_of(figure)[-1] == "lost (p > 0.5)"
+        first, second = np.array_split(pixels(figure)[:-LEGEND_PIXELS, :, :3], 2, axis=1)
+        assert not (first == ImageColor.getrgb(LOST)).all(axis=2).any()
+        assert (second == ImageColor.getrgb(LOST)).all(axis=2).any()
+
+    def test_is_as_before_where_no_one_judged(self, panel):
+        course = LostCourse(np.arange(float(SCANS)), np.zeros(SCANS))
+        figures = (map_figure(panel.grid, panel.poses, lost=lost) for lost in (None, course))
+        np.testing.assert_array_equal(*map(pixels, figures))
+
+    def test_judged_and_never_lost_is_plotted_and_nothing_marked(self, panel):
+        course = LostCourse(np.arange(float(SCANS)), np.full(SCANS, 0.5))
+        figure = map_figure(panel.grid, panel.poses, lost=course)
+        assert len(figure.axes) == 2
+        assert legend_of(figure) == ["estimated path"]
+
+    def test_the_plot_below_takes_nothing_from_the_map(self, panel):
+        course = LostCourse(np.arange(float(SCANS)), np.full(SCANS, 0.5))
+        widths = []
+        for lost in (None, course):
+            figure = map_figure(panel.grid, panel.poses, lost=lost)
+            figure.canvas.draw()
+            widths.append([axes.get_window_extent().width for axes in figure.axes])
+        assert widths[1] == pytest.approx([widths[0][0]] * 2, rel=0.05)
+
     def test_doors_are_those_of_the_scan(self, panel):
         early, late = (
             pixels(map_figure(panel.grid, panel.poses, panel.truth, scan)) for scan in (0, -1)
@@ -113,6 +162,11 @@ class TestMapFigure:
         figure = map_figure(grid)
         figure.canvas.draw()
         assert figure.axes[0].get_window_extent().width > 0.95 * 1200
+
+
+def test_stretches():
+    assert stretches(np.array([1, 1, 0, 0, 1, 0, 1, 1], bool)) == [(0, 2), (4, 5), (6, 8)]
+    assert stretches(np.zeros(3, bool)) == stretches(np.zeros(0, bool)) == []
 
 
 class TestMapPanel:
@@ -236,6 +290,21 @@ class TestReplay:
                 np.array_split(before, 3), np.array_split(after, 3), strict=True
             ):
                 assert (panel_before != panel_after).any()
+
+    def test_a_lost_robot_is_seen_in_its_panel_while_it_is_lost(self, runs, moving, tmp_path):
+        told = [shot._replace(lost=np.full(shot.scan + 1, 0.9)) for shot in runs["static-ml"]]
+        told[-1].lost[-1] = 0.1
+        sure = [shot._replace(lost=np.full(shot.scan + 1, 0.5)) for shot in runs["dynamic-ml"]]
+        write_replay(tmp_path / "replay.gif", moving, {"a": told, "b": sure}, width=400)
+        with Image.open(tmp_path / "replay.gif") as gif:
+            frames = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(gif)]
+        found = [
+            [int((part == ImageColor.getrgb(LOST)).all(axis=2).sum()) for part in panels]
+            for panels in (np.array_split(frame, 3, axis=1) for frame in frames)
+        ]
+        assert all(a > 1000 for _, a, _ in found[:-1])  # the label and the robot
+        assert 0 < found[-1][1] < 1000  # the path
+        assert all(truth == b == 0 for truth, _, b in found)
 
     def test_same_runs_same_bytes(self, runs, moving, tmp_path):
         for name in ("one.gif", "two.gif"):

@@ -2,14 +2,25 @@
 """A run that was not sure where the robot was says so, and exits with status 3."""
 
 import json
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 from dynslam_cli import main
+from dynslam_cli.figures.style import LOST
+from dynslam_cli.mapping import map_export, map_recording
 from dynslam_cli.mapping.certainty import Certainty
+from PIL import Image, ImageColor, ImageSequence
 
+from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.geometry import Pose2
+from slam.interface import Estimate
+from slam.io.tum import read_tum
+from slam.scan import Scan
+
+SCANS = 80  # of the log
 
 
 @pytest.mark.parametrize(
@@ -46,3 +57,42 @@ def test_a_lost_robot_is_told_and_exits_with_status_3(
     assert (told["lost_at_end"], told["lost_share"]) == (0.8, 1.0)
     assert f"{log}: warning: the robot was lost at the end" in err
     assert (tmp_path / "out" / "trajectory.tum").exists()
+
+
+@pytest.mark.parametrize("command", ["map", "run"])
+@pytest.mark.parametrize(("lost", "judged"), [((0.2, 0.75), True), ((0.0, 0.0), False)])
+def test_files_and_pictures_show_where_it_was_lost(
+    command: str, lost: tuple[float, float], judged: bool, log: Path, tmp_path: Path, monkeypatch
+):
+    update = DeadReckoning.update
+    probabilities = np.where(np.arange(SCANS) // 10 == 3, lost[1], lost[0])
+    updates: Counter[DeadReckoning] = Counter()
+
+    def judging(self: DeadReckoning, displacement: Pose2, scan: Scan) -> Estimate:
+        updates[self] += 1
+        return update(self, displacement, scan)._replace(lost=probabilities[updates[self] - 1])
+
+    monkeypatch.setattr(DeadReckoning, "update", judging)
+    monkeypatch.setattr(map_recording, "MAX_SNAPSHOTS", 10)
+    monkeypatch.setattr(map_export, "suffix", lambda: ".gif")
+    out = tmp_path / "out"
+    skip = ["--skip", "rrd,mcap"] if command == "map" else []
+    assert main.status([command, str(log), "--slam", "odometry", "--out", str(out), *skip]) == 0
+    assert (out / "lost.csv").exists() == judged
+    pictures = [out / "map.png", *out.glob("film.gif")]
+    assert len(pictures) == (2 if command == "map" else 1)
+    assert all((marked(path) > 100) == judged for path in pictures)
+    if judged:
+        assert (out / "lost.csv").read_text().startswith("time,lost\n")
+        times, written = np.loadtxt(out / "lost.csv", delimiter=",", skiprows=1).T
+        np.testing.assert_array_equal(times, read_tum(out / "trajectory.tum").times)
+        np.testing.assert_array_equal(written, probabilities)
+    if command == "map":
+        assert ("lost.csv" in json.loads((out / "summary.json").read_text())["files"]) == judged
+
+
+def marked(path: Path) -> int:
+    """Pixels in the colour of a lost robot, in all frames."""
+    with Image.open(path) as image:
+        frames = [np.asarray(one.convert("RGB")) for one in ImageSequence.Iterator(image)]
+    return int((np.array(frames) == ImageColor.getrgb(LOST)).all(axis=-1).sum())

@@ -3,10 +3,17 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from dynslam_cli.mapping.live import MIN_FRAME_TIME, MIN_MAP_TIME, Live, _span
+from dynslam_cli.mapping.live import (
+    LOST,
+    MIN_FRAME_TIME,
+    MIN_MAP_TIME,
+    STATUS_HEIGHT,
+    Live,
+    _span,
+)
 
 import slam
-from dynslam_env.drawing.colours import BLUE, GREEN, VERMILION
+from dynslam_env.drawing.colours import BLUE, FAINT, GREEN, VERMILION
 from dynslam_env.drawing.render import pixels
 from slam.benchmark.run import Playback
 from slam.episode import Episode
@@ -136,6 +143,38 @@ def test_a_revised_past_is_drawn_as_it_is_believed_now(
     estimate = next(iter(Playback(robot, short_episode)))
     live.show(1, 80, estimate, short_episode.scans[0], robot)
     assert [tuple(pose) for pose in live._poses] == [(0.5, 0.5, 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("lost", "robot", "words"),
+    [(0.0, VERMILION, None), (0.5, VERMILION, FAINT), (0.97, LOST, LOST)],
+)
+def test_a_lost_robot_is_seen_at_once(
+    live: Live, clock: Clock, short_episode: Episode, lost: float, robot, words
+) -> None:
+    playback, n = Playback(slam.make("odometry"), short_episode), len(short_episode.scans)
+    for k, estimate in enumerate(playback, 1):
+        clock.now += 0.1
+        live.show(k, n, estimate._replace(lost=lost), short_episode.scans[k - 1], playback.slam)
+    picture = shown(live)
+    other = VERMILION if robot == LOST else LOST
+    assert count(picture, robot) > 200
+    assert count(picture, other) < 20
+    for colour in (LOST, FAINT):  # in the line below
+        written = (picture[-STATUS_HEIGHT:] == colour).all(axis=2).sum()
+        assert (written > 20) == (colour == words)
+
+
+def test_the_path_stays_marked_where_the_robot_was_lost(
+    live: Live, clock: Clock, short_episode: Episode
+) -> None:
+    playback, n = Playback(slam.make("odometry"), short_episode), len(short_episode.scans)
+    for k, estimate in enumerate(playback, 1):
+        clock.now += 0.1
+        told = estimate._replace(lost=0.9 * (20 <= k < 40))
+        live.show(k, n, told, short_episode.scans[k - 1], playback.slam)
+    assert count(shown(live), LOST) > 50
+    assert count(shown(live), VERMILION) > 200
 
 
 def test_without_a_display_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
