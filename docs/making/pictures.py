@@ -13,6 +13,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from dynslam_cli.figures.lost_course import LostCourse  # pyright: ignore[reportMissingImports]
 from dynslam_cli.figures.map_figure import (  # pyright: ignore[reportMissingImports]
     map_figure,
     overview_figure,
@@ -25,6 +26,7 @@ import slam
 from agents import ScriptedPath, record_path
 from docs.examples import map_a_log
 from docs.making.cards import ids
+from dynslam_env import CarriedAway
 from slam.benchmark.run import run, true_start
 
 DOCS = Path(__file__).parents[1]
@@ -66,6 +68,15 @@ def loop_map(path: Path) -> None:
     map_figure(done.grid, done.poses, title=title).savefig(path, dpi=DPI)
 
 
+def lost_map(path: Path) -> None:
+    """Draw the map of a drive during which the robot is carried to another place."""
+    episode = record_path("DoorOffice-v0", RECORDED, faults=[CarriedAway()])
+    done = run(slam.make("static-ml/recovery"), episode)
+    title = "DoorOffice-v0, carried away, static-ml/recovery"
+    course = LostCourse(episode.times, done.lost)
+    map_figure(done.grid, done.poses, title=title, lost=course).savefig(path, dpi=DPI)
+
+
 def map_without_doors(path: Path) -> None:
     """Draw the first and the last map of the example `map_a_log`."""
     episode = record_path("DoorCorridor-v0", RECORDED, doors="moving")
@@ -80,6 +91,7 @@ def map_without_doors(path: Path) -> None:
 PICTURES: dict[str, Callable[[Path], None]] = {
     **{f"worlds/{name}.png": partial(environment, name) for name in ids()},
     "loop-map.png": loop_map,
+    "lost-map.png": lost_map,
     "map-a-log.png": map_without_doors,
 }
 

@@ -124,8 +124,8 @@ class TestMapFigure:
 
     def test_is_as_before_where_no_one_judged(self, panel):
         course = LostCourse(np.arange(float(SCANS)), np.zeros(SCANS))
-        figures = (map_figure(panel.grid, panel.poses, lost=lost) for lost in (None, course))
-        np.testing.assert_array_equal(*map(pixels, figures))
+        one, two = (map_figure(panel.grid, panel.poses, lost=lost) for lost in (None, course))
+        np.testing.assert_array_equal(pixels(one), pixels(two))
 
     def test_judged_and_never_lost_is_plotted_and_nothing_marked(self, panel):
         course = LostCourse(np.arange(float(SCANS)), np.full(SCANS, 0.5))

@@ -61,8 +61,15 @@ def test_a_lost_robot_its_path_and_the_probability_are_in_another_colour(
     found = [pixels(frame, LOST) for frame in frames]
     assert found[0] == 0
     assert min(found[1:3]) > 1000  # the label, robot and path
-    assert {pixels(frame[:60], ESTIMATE) for frame in frames[1:3]} == {0}
     assert all(20 < count < 1000 for count in found[3:])  # only the path
+
+
+def test_nothing_of_a_robot_that_is_always_lost_is_in_the_usual_colour(
+    tmp_path: Path, short_episode: Episode, stages: list[MapSnapshot]
+) -> None:
+    lost = np.full(SCANS, 0.97)
+    write_map_film(tmp_path / "a.gif", short_episode, stages, "a drive", lost, width=400)
+    assert {pixels(frame, ESTIMATE) for frame in frames_of(tmp_path / "a.gif")} == {0}
 
 
 def test_the_same_run_is_the_same_film(
