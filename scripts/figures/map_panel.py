@@ -102,7 +102,8 @@ def draw_panel(axes: Axes, panel: MapPanel, box: Box | None = None) -> None:
 def draw_lost_path(axes: Axes, poses: Array, lost: np.ndarray, width: float) -> None:
     """Draw the poses (n, 3) at which the robot was lost, (n,) bool, as wide lines, points."""
     x, y = np.where(lost[:, None], poses[:, :2], np.nan).T
-    axes.plot(x, y, color=LOST, linewidth=width, marker=".", markersize=width, label=LOST_LABEL)
+    dots = {"marker": "o", "markersize": width, "markeredgewidth": 0.0}  # single scans too
+    axes.plot(x, y, color=LOST, linewidth=width, label=LOST_LABEL, **dots)
 
 
 def draw_map(axes: Axes, grid: OccupancyGrid, box: Box) -> None:

@@ -148,12 +148,16 @@ class Live:
             words += "   not matched"
         middle, right = height - STATUS_HEIGHT // 2, width - captions.TEXT_MARGIN
         end = captions.text(self._screen, words, captions.TEXT_MARGIN, middle)
-        if estimate.lost > 0.0:
-            colour = LOST if estimate.lost > ALARM_LEVEL else colours.FAINT
-            captions.text(self._screen, f"   lost: {estimate.lost:.2f}", end, middle, colour)
+        self._write_lost(estimate.lost, end, middle)
         for word, colour in LEGEND:
             right -= captions.width_of(word) + captions.TEXT_MARGIN
             captions.text(self._screen, word, right, middle, colour)
+
+    def _write_lost(self, probability: float, x: int, middle: int) -> None:
+        """Write how probably the robot is lost; nothing from a SLAM that does not judge it."""
+        if probability > 0.0:
+            colour = LOST if probability > ALARM_LEVEL else colours.FAINT
+            captions.text(self._screen, f"   lost: {probability:.2f}", x, middle, colour)
 
 
 LEGEND = (
