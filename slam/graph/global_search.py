@@ -12,11 +12,14 @@ from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
+KNOWN_CELL = 4  # the same, where the place is known
 BOUND_LEVELS = 6  # squares of side 1, 2, 4, ... 32 candidates share a bound
 TURN_STEP = math.radians(0.5)  # between candidates
 MAX_POINTS = 150  # maximum number matched; evenly subsampled
 OTHER_DISTANCE = 0.5  # m, OTHER_TURN in rad: two poses farther apart are different places
 OTHER_TURN = math.radians(20.0)
+CHUNK = 16  # points after which a sum is compared with the best one
+ANYWHERE = np.empty((0, 0, 0), np.bool_)
 
 
 class GlobalSearch:
@@ -24,21 +27,37 @@ class GlobalSearch:
 
     centre, reach  a pose, and (3,) m, m, rad around it, that hold all poses in the map
 
-    The field is that of an `Endpoint`; the cells here are CANDIDATE_CELL times as wide, each with
+    The field is that of an `Endpoint`; the cells here are two or four times as wide, each with
     the maximum of the field in it.
     """
 
-    def __init__(self, endpoint: Endpoint, region: tuple[Array, Array] | None = None):
-        """Prepare the map, or only the part between two corners (2,), m, of a region."""
+    def __init__(
+        self,
+        endpoint: Endpoint,
+        region: tuple[Array, Array] | None = None,
+        known: bool = False,
+    ):
+        """Prepare the map, or only the part between two corners (2,), m, of a region.
+
+        known  whether the place is known: the robot stands where the map is free, and unknown cells
+               explain no echo
+        """
         tiles, self._pad = endpoint.tiles, 1 << (BOUND_LEVELS - 1)
-        self._unknown = np.float32(endpoint.unknown)
+        fill = np.float32(endpoint.unknown)
+        self._unknown = np.float32(endpoint.nothing) if known else fill
         side = tiles.resolution * TILE
         first, last = _tiles(tiles, region)
         index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
-        coarse = _coarse(index, endpoint.field().values, self._pad, self._unknown)
+        width, values = KNOWN_CELL if known else CANDIDATE_CELL, endpoint.field().values
+        coarse = _coarse(index, values, width, self._pad, (fill, self._unknown))
         self._maxima = _maxima(coarse, BOUND_LEVELS, self._unknown)
+        self._top = max(self._maxima[-1].max(), self._unknown)
+        self._standing = ANYWHERE
+        if known:
+            free = _coarse(index, values, width, self._pad, (fill, fill)) < endpoint.free
+            self._standing = _any(free, BOUND_LEVELS)
         self._origin = np.array(tiles.origin) + first * side
-        self._cell = CANDIDATE_CELL * tiles.resolution
+        self._cell = width * tiles.resolution
         self.centre = Pose2.of([*(self._origin + (last - first) * side / 2), 0.0])
         self.reach = np.array([*((last - first) * side / 2), math.pi])
 
@@ -76,8 +95,8 @@ class GlobalSearch:
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         excluded = self._excluded(turns, around, but)
         turn, row, col = _search(
-            self._maxima, points[every] / self._cell, turns, middle, window, excluded,
-            self._unknown, np.float32(least * len(every)),
+            self._maxima, self._standing, points[every] / self._cell, turns, middle, window, excluded,
+            (self._unknown, self._top), np.float32(least * len(every)),
         )  # fmt: skip
         if turn < 0:
             return None
@@ -106,10 +125,11 @@ def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray
 
 
 @kernel
-def _coarse(index, field, pad, unknown):
-    """The field in cells CANDIDATE_CELL times as wide, each with the maximum of the field in it,
-    padded with `unknown` by `pad` cells."""
-    side = TILE // CANDIDATE_CELL
+def _coarse(index, field, width, pad, fill):
+    """The field in cells `width` times as wide, each with the maximum of the field in it,
+    padded by `pad` unknown cells. `fill`: of unknown cells, the value in the field and here."""
+    given, unknown = fill
+    side = TILE // width
     high, wide = index.shape
     result = np.full((high * side + 2 * pad, wide * side + 2 * pad), unknown, np.float32)
     for i in range(high):
@@ -120,13 +140,14 @@ def _coarse(index, field, pad, unknown):
             for r in range(side):
                 row = result[pad + i * side + r, pad + j * side :]
                 for c in range(side):
-                    top = tile[CANDIDATE_CELL * r * TILE + CANDIDATE_CELL * c]
-                    for k in range(CANDIDATE_CELL * CANDIDATE_CELL):
+                    top = np.float32(-np.inf)
+                    for k in range(width * width):
                         value = tile[
-                            (CANDIDATE_CELL * r + k // CANDIDATE_CELL) * TILE
-                            + CANDIDATE_CELL * c
-                            + k % CANDIDATE_CELL
+                            (width * r + k // width) * TILE
+                            + width * c
+                            + k % width
                         ]
+                        value = unknown if value == given else value
                         top = value if value > top else top
                     row[c] = top
     return result
@@ -153,6 +174,19 @@ def _maxima(field, levels, unknown):
     return result
 
 
+def _any(cells: np.ndarray, levels: int) -> np.ndarray:
+    """(levels, rows, cols) whether one of the 1 << level cells up and right of each is true."""
+    result = [cells]
+    for level in range(1, levels):
+        step, last = 1 << (level - 1), result[-1]
+        wide = last.copy()
+        wide[:, :-step] |= last[:, step:]
+        high = wide.copy()
+        high[:-step] |= wide[step:]
+        result.append(high)
+    return np.array(result)
+
+
 @kernel
 def _larger(a, b, result):
     for k in range(len(result)):
@@ -160,17 +194,12 @@ def _larger(a, b, result):
 
 
 @kernel
-def _search(maxima, points, turns, middle, window, excluded, unknown, least):
+def _search(maxima, standing, points, turns, middle, window, excluded, limits, least):
     """Indices of turn, row and column of the best candidate above `least`, -1 if there is none;
-    depth first, best node first."""
+    depth first, best node first. `limits`: the field of unknown cells, and its maximum."""
     radii, centre = excluded
-    levels, n = len(maxima), len(points)
-    rows, cols = np.empty((len(turns), n), np.int32), np.empty((len(turns), n), np.int32)
-    for t in range(len(turns)):
-        c, s = np.cos(turns[t]), np.sin(turns[t])
-        for k in range(n):
-            cols[t, k] = int(np.floor(middle[0] + c * points[k, 0] - s * points[k, 1]))
-            rows[t, k] = int(np.floor(middle[1] + s * points[k, 0] + c * points[k, 1]))
+    levels = len(maxima)
+    beams = _beams(points, turns, middle, maxima.shape[2])
     side = 1 << (levels - 1)
     wide, high = (2 * window[0]) // side + 1, (2 * window[1]) // side + 1
     nodes = np.empty((len(turns) * wide * high, 3), np.int64)
@@ -181,10 +210,12 @@ def _search(maxima, points, turns, middle, window, excluded, unknown, least):
             for j in range(wide):
                 nodes[m, 0] = t
                 nodes[m, 1], nodes[m, 2] = i * side - window[1], j * side - window[0]
-                bounds[m] = _sum(maxima[levels - 1], rows[t], cols[t], nodes[m, 1], nodes[m, 2],
-                                 unknown)  # fmt: skip
+                if not _stands(standing, levels - 1, middle, nodes[m, 1], nodes[m, 2]):
+                    continue
+                bounds[m] = _sum(maxima[levels - 1], beams, t, nodes[m, 1], nodes[m, 2], limits,
+                                 least)  # fmt: skip
                 m += 1
-    order = np.argsort(-bounds, kind="mergesort")
+    order = np.argsort(-bounds[:m], kind="mergesort")
     best, place = least, np.full(3, -1, np.int64)
     stack, tops = np.empty((4 * levels, 4), np.int64), np.empty(4 * levels, np.float32)
     four = np.empty(4, np.float32)
@@ -208,24 +239,68 @@ def _search(maxima, points, turns, middle, window, excluded, unknown, least):
             for q in range(4):
                 a, b = i + half * (q // 2), j + half * (q % 2)
                 four[q] = -np.inf
-                if a <= window[1] and b <= window[0]:
-                    four[q] = _sum(maxima[level - 1], rows[t], cols[t], a, b, unknown)
-            for q in np.argsort(four):
-                if four[q] > best:
+                within = a <= window[1] and b <= window[0]
+                if within and _stands(standing, level - 1, middle, a, b):
+                    four[q] = _sum(maxima[level - 1], beams, t, a, b, limits, best)
+            for _ in range(4):  # the best one last: it is taken first
+                q = np.argmin(four)
+                bound, four[q] = four[q], np.inf
+                if bound > best:
                     stack[depth, 0], stack[depth, 1] = level - 1, t
                     stack[depth, 2] = i + half * (q // 2)
                     stack[depth, 3] = j + half * (q % 2)
-                    tops[depth] = four[q]
+                    tops[depth] = bound
                     depth += 1
     return place[0], place[1], place[2]
 
 
 @kernel
-def _sum(maxima, rows, cols, i, j, unknown):
+def _stands(standing, level, middle, i, j):
+    """Whether the robot may stand in one of the cells from row i and column j of the window on."""
+    if not len(standing):
+        return True
+    r, c = int(np.floor(middle[1])) + i, int(np.floor(middle[0])) + j
+    _, high, wide = standing.shape
+    return 0 <= r < high and 0 <= c < wide and standing[level, r, c]
+
+
+@kernel
+def _beams(points, turns, middle, wide):
+    """(turns, n) rows and columns of the points' cells, (turns, 4) their least and largest, and
+    (turns, n) their places in an array of that many columns."""
+    rows = np.empty((len(turns), len(points)), np.int64)
+    cols, box = rows.copy(), np.zeros((len(turns), 4), np.int64)
+    for t in range(len(turns)):
+        c, s = np.cos(turns[t]), np.sin(turns[t])
+        for k in range(len(points)):
+            cols[t, k] = int(np.floor(middle[0] + c * points[k, 0] - s * points[k, 1]))
+            rows[t, k] = int(np.floor(middle[1] + s * points[k, 0] + c * points[k, 1]))
+        if len(points):
+            box[t, 0], box[t, 1] = rows[t].min(), rows[t].max()
+            box[t, 2], box[t, 3] = cols[t].min(), cols[t].max()
+    return rows, cols, box, (rows * wide + cols).astype(np.uint64)
+
+
+@kernel
+def _sum(maxima, beams, t, i, j, limits, least):
+    """The sum of the maxima at the points, or -inf as soon as it cannot exceed `least`."""
+    rows, cols, box, places = beams
     high, wide = maxima.shape
-    total = np.float32(0.0)
-    for k in range(len(rows)):
-        r, c = rows[k] + i, cols[k] + j
-        inside = 0 <= r < high and 0 <= c < wide
-        total += maxima[r, c] if inside else unknown
+    inside = box[t, 0] + i >= 0 and box[t, 1] + i < high
+    inside = inside and box[t, 2] + j >= 0 and box[t, 3] + j < wide
+    unknown, top = limits
+    total, n = np.float32(0.0), rows.shape[1]
+    flat, shift = maxima.ravel(), np.uint64(i * wide + j)
+    for begin in range(0, n, CHUNK):
+        end = min(begin + CHUNK, n)
+        if inside:
+            for k in range(begin, end):
+                total += flat[places[t, k] + shift]
+        else:
+            for k in range(begin, end):
+                r, c = rows[t, k] + i, cols[t, k] + j
+                known = 0 <= r < high and 0 <= c < wide
+                total += maxima[r, c] if known else unknown
+        if total + np.float32(n - end) * top <= least:
+            return np.float32(-np.inf)
     return total

@@ -17,6 +17,7 @@ from slam.sensor_models.endpoint import Endpoint
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
 MIN_EXPLAINED, MAX_CONTRADICTED = 0.6, 0.1  # shares of the echoes at a place that is accepted
+LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 10.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
@@ -68,8 +69,11 @@ class Astray:
 
     def _place(self, scan: Scan, believed: Pose2) -> Place | None:
         """The place of the scan: one that is sure, or the believed one if none is better."""
-        best, here = self._places.best(scan), self._places.near(scan, believed)
-        if _agrees(best) and self._places.better_than(scan, best, -MIN_GAIN) is None:
+        best, here = self._places.best(scan, MIN_EXPLAINED), self._places.near(scan, believed)
+        if best is None:
+            return here
+        explained = best.agreement.explained - LESS_EXPLAINED
+        if _agrees(best) and self._places.better_than(scan, best, -MIN_GAIN, explained) is None:
             return best
         return here if best.value - here.value < TIE else None
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from slam.recovery.surprise import Surprise
+
 LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
 JUMP_RATE = 0.3  # the same if the scans are not continuous
 JUMP, USUAL_FACTOR = 0.06, 4.0  # a change of the scan by more, and by a multiple of the usual one
@@ -17,6 +19,7 @@ USUAL = 0.9, 0.03  # shares of explained and contradicted echoes before any are 
 MIN_LEARNED = 10  # keyframes before a change can be told from the usual ones
 MEMORY = 50  # keyframes over which the usual shares are averaged
 LEAST_EXPLAINED = 0.1  # of the usual share
+LEAST_SPREAD = 0.03  # of the share of explained echoes
 
 
 class Agreement(NamedTuple):
@@ -36,13 +39,16 @@ class LostBelief:
     probability  that the robot is lost
     jumped       whether the last scan was not continuous with the one before
     explained    usual share of echoes that the map explains
+    spread       usual deviation of the share of explained echoes from its mean
     score        usual mean log-likelihood per beam
     """
 
     def __init__(self) -> None:
         self.probability = LOSS_RATE
         self.explained, self._contradicted = USUAL
+        self.spread = LEAST_SPREAD
         self._change = 0.0
+        self._changes = Surprise(JUMP)
         self.score = 0.0
         self.jumped = False
         self._learned = 0.0  # number of keyframes that the usual shares are the mean of
@@ -62,7 +68,7 @@ class LostBelief:
         change  of the scan since the keyframe before (see `continuity.change`)
         """
         known = self._learned >= MIN_LEARNED
-        self.jumped = known and change > max(JUMP, USUAL_FACTOR * self._change)
+        self.jumped = self._changes.surprising(change, USUAL_FACTOR * self._change) and known
         loss = JUMP_RATE if self.jumped else LOSS_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)
@@ -74,10 +80,19 @@ class LostBelief:
         self._learned = min(self._learned + 1.0 - self.probability, MEMORY)
         rate = (1.0 - self.probability) / (self._learned + 1.0)
         explained = max(agreement.explained, LEAST_EXPLAINED)
+        self.spread += rate * (abs(explained - self.explained) - self.spread)
         self.explained += rate * (explained - self.explained)
         self._contradicted += rate * (agreement.contradicted - self._contradicted)
         self.score += rate * (score - self.score)
         self._change += rate * (change - self._change)
+
+    def usual(self, agreement: Agreement) -> bool:
+        """Whether the map explains about as much as usual."""
+        return agreement.explained > self.explained - max(LEAST_SPREAD, self.spread)
+
+    def dismiss(self) -> None:
+        """The last change of the scan meant nothing."""
+        self._changes.dismiss()
 
     def set(self, probability: float) -> None:
         """Set the probability, after a search of the whole map."""

@@ -18,7 +18,9 @@ from slam.sensor_models.endpoint import Endpoint
 
 SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
-TURN_STEP = math.radians(1.0)  # between candidates
+MAX_SEARCHED = 60  # echoes
+TURN_STEP = math.radians(2.0)  # between candidates
+WELL_EXPLAINED = -0.4  # log-likelihood of an echo, on average, at the candidate nearest to its place
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
@@ -41,19 +43,24 @@ class Places:
             self._search = GlobalSearch(endpoint)
         else:
             here = np.array(around[:2])
-            self._search = GlobalSearch(endpoint, (here - SEARCHED, here + SEARCHED))
+            region = here - SEARCHED, here + SEARCHED
+            self._search = GlobalSearch(endpoint, region, known=True)
 
-    def best(self, scan: Scan) -> Place:
-        """The place at which the map agrees best with the scan."""
-        region = self._search
-        start = region.better(_seen(scan), region.centre, region.reach, turn_step=TURN_STEP)
-        return self.near(scan, region.centre if start is None else start)
+    def best(self, scan: Scan, explained: float) -> Place | None:
+        """The place at which the map agrees best with the scan, if one explains so large a share."""
+        region, least = self._search, self._least(explained)
+        start = region.better(searched(scan), region.centre, region.reach, None, TURN_STEP, least)
+        return None if start is None else self.near(scan, start)
 
-    def better_than(self, scan: Scan, place: Place, gain: float) -> Place | None:
-        """The best other place, if the scan is by `gain` nats more likely there than at `place`."""
-        region, seen, beams = self._search, _seen(scan), max(len(scan.points), 1)
-        least = (place.value + gain) / (self._endpoint.beta * beams)
-        start = region.better(seen, region.centre, region.reach, place.pose, TURN_STEP, least)
+    def better_than(
+        self, scan: Scan, place: Place, gain: float, explained: float
+    ) -> Place | None:
+        """The best other place that explains so large a share of the scan, if it is by `gain` nats
+        more likely there than at `place`."""
+        region, least = self._search, self._least(explained)
+        start = region.better(
+            searched(scan), region.centre, region.reach, place.pose, TURN_STEP, least
+        )
         if start is None:
             return None
         other = self.near(scan, start)
@@ -61,15 +68,20 @@ class Places:
             other = at(self._endpoint, scan, start)
         return other if other.value > place.value + gain else None
 
+    def _least(self, explained: float) -> float:
+        """Mean log-likelihood of echoes of which this share is explained."""
+        return explained * WELL_EXPLAINED + (1.0 - explained) * self._endpoint.nothing
+
     def near(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""
         prior = Prediction(start, Pose2(), WEAK_PRIOR)
         return at(self._endpoint, scan, REFINE.climb(Posterior(self._endpoint, scan, prior), start))
 
 
-def _seen(scan: Scan) -> Array:
-    """(n, 2) the echoes within FARTHEST."""
-    return scan.points[np.hypot(*scan.points.T) <= FARTHEST]
+def searched(scan: Scan) -> Array:
+    """(n, 2) echoes within FARTHEST, at most MAX_SEARCHED of them."""
+    points = scan.points[np.hypot(*scan.points.T) <= FARTHEST]
+    return points[:: math.ceil(max(len(points), 1) / MAX_SEARCHED)]
 
 
 def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:

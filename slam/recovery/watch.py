@@ -13,6 +13,7 @@ from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.continuity import change
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.places import Place, Places, agree, at, near
+from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -27,7 +28,6 @@ ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan 
 JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
 AS_USUAL = 0.85  # of the usual share, at least, that another place explains
-AS_USUAL_MARGIN = 0.03  # share of the echoes; a scan explained as well as usual is not searched for
 MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
@@ -54,6 +54,7 @@ class Watch:
     def __init__(self, wide: WideSearch | None = None):
         self.wide = WideSearch() if wide is None else wide
         self.belief = LostBelief()
+        self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
         self._before: Scan | None = None
         self._since_check = MotionTrigger(CHECKS)
         self._jumped = False  # whether the doubt began with a scan that was not continuous
@@ -86,12 +87,18 @@ class Watch:
         """The pose of the estimate, or a better one farther from the prediction."""
         error = np.abs(prediction.error(estimate.pose)) / prediction.deviations
         worse = (self.belief.score - estimate.score) * len(scan.points)
-        usual = worse <= WORSE and error.max() <= LARGE_ERROR
-        if usual or self._elsewhere:
+        bad_fit, far_off = self._fits.surprising(worse), self._errors.surprising(error.max())
+        if not (bad_fit or far_off) or self._elsewhere:
             return estimate.pose
         pose = self.wide.better(endpoint, scan, prediction, estimate.pose)
         explained, _ = endpoint.shares(scan, pose)
-        return pose if explained > AS_USUAL * self.belief.explained else estimate.pose
+        if pose is not estimate.pose and explained > AS_USUAL * self.belief.explained:
+            return pose
+        if bad_fit:
+            self._fits.dismiss()
+        if far_off:
+            self._errors.dismiss()
+        return estimate.pose
 
     def judge(self, endpoint: Endpoint, scan: Scan, estimate: Estimate, last: Pose2) -> None:
         """Update the belief by a keyframe; `last` is the pose of the one before."""
@@ -122,17 +129,22 @@ class Watch:
     def _checked(self, endpoint: Endpoint, scan: Scan, pose: Pose2) -> float:
         """The probability of being lost, after a search of the whole map."""
         here = at(endpoint, scan, pose)
-        if here.agreement.explained > self.belief.explained - AS_USUAL_MARGIN:
+        if self.belief.usual(here.agreement):
             self._elsewhere = 0
+            self.belief.dismiss()
             return min(self.belief.probability, UNCHECKED)
         gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
-        other = Places(endpoint, pose).better_than(scan, here, gain)
-        if other is not None and self._better(other, here):
+        explained = max(
+            AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED
+        )
+        other = Places(endpoint, pose).better_than(scan, here, gain, explained)
+        if other is not None and other.agreement.explained > explained:
             self._vote(other.pose @ pose.inverse(), pose)
         elif self._strange(here.agreement):
             self._elsewhere += 1
         else:
             self._elsewhere = 0
+            self.belief.dismiss()
             return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
         if self._jumped or self._elsewhere >= MIN_CHECKS:
             return ELSEWHERE[min(self._elsewhere, MIN_CHECKS) - 1]
@@ -144,13 +156,6 @@ class Watch:
         before, self._way = self._way, way
         same = before is not None and agree(way @ pose, before @ pose)
         self._elsewhere = self._elsewhere + 1 if same else 1
-
-    def _better(self, other: Place, here: Place) -> bool:
-        """Whether the other place explains as many echoes as usual, and more than this one."""
-        explained = other.agreement.explained
-        return explained > max(
-            AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED
-        )
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""

@@ -11,6 +11,7 @@ from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
+from slam.recovery.places import FARTHEST, searched
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
@@ -46,9 +47,9 @@ class WideSearch:
         """`found`, the best pose by the `narrow` prediction, or a better one of the window."""
         reach = np.array(self.reach)
         around = np.array(narrow.pose[:2])
-        size = np.hypot(*scan.points.T).max(initial=0.0) + reach[:2].max() + MARGIN
+        size = FARTHEST + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
-        start = region.best(scan.points, narrow.pose, reach)
+        start = region.best(searched(scan), narrow.pose, reach)
         wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)

@@ -104,6 +104,7 @@ class Endpoint:
         low, high = np.log(self.z_hit * h + self.z_rand).tolist()
         self._span = low, high
         self._top = max(high, self.unknown)
+        self.nothing, self.free = low, math.log(self.z_hit * CONTRADICTED_F + self.z_rand)
         self._peaks: Peaks | None = None
         self._means: Means | None = None
 
