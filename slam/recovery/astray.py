@@ -69,7 +69,7 @@ class Astray:
 
     def _place(self, scan: Scan, believed: Pose2) -> Place | None:
         """The place of the scan: one that is sure, or the believed one if none is better."""
-        best, here = self._places.best(scan, MIN_EXPLAINED), self._places.near(scan, believed)
+        best, here = self._places.best(scan, MIN_EXPLAINED), self._places.matched(scan, believed)
         if best is None:
             return here
         explained = best.agreement.explained - LESS_EXPLAINED

@@ -50,7 +50,7 @@ class Places:
         """The place at which the map agrees best with the scan, if one explains so large a share."""
         region, least = self._search, self._least(explained)
         start = region.better(searched(scan), region.centre, region.reach, None, TURN_STEP, least)
-        return None if start is None else self.near(scan, start)
+        return None if start is None else self.matched(scan, start)
 
     def better_than(
         self, scan: Scan, place: Place, gain: float, explained: float
@@ -63,7 +63,7 @@ class Places:
         )
         if start is None:
             return None
-        other = self.near(scan, start)
+        other = self.matched(scan, start)
         if same_place(other.pose, place.pose):
             other = at(self._endpoint, scan, start)
         return other if other.value > place.value + gain else None
@@ -72,10 +72,15 @@ class Places:
         """Mean log-likelihood of echoes of which this share is explained."""
         return explained * WELL_EXPLAINED + (1.0 - explained) * self._endpoint.nothing
 
-    def near(self, scan: Scan, start: Pose2) -> Place:
+    def matched(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""
-        prior = Prediction(start, Pose2(), WEAK_PRIOR)
-        return at(self._endpoint, scan, REFINE.climb(Posterior(self._endpoint, scan, prior), start))
+        return matched(self._endpoint, scan, start)
+
+
+def matched(endpoint: Endpoint, scan: Scan, start: Pose2) -> Place:
+    """The place at the local maximum of the likelihood near a pose."""
+    prior = Prediction(start, Pose2(), WEAK_PRIOR)
+    return at(endpoint, scan, REFINE.climb(Posterior(endpoint, scan, prior), start))
 
 
 def searched(scan: Scan) -> Array:

@@ -12,7 +12,7 @@ from slam.motion.gaussian import Prediction
 from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.continuity import change
 from slam.recovery.lost_belief import Agreement, LostBelief
-from slam.recovery.places import Place, Places, agree, at, near
+from slam.recovery.places import Place, Places, agree, at, matched, near
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
@@ -133,12 +133,8 @@ class Watch:
             self._elsewhere = 0
             self.belief.dismiss()
             return min(self.belief.probability, UNCHECKED)
-        gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
-        explained = max(
-            AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED
-        )
-        other = Places(endpoint, pose).better_than(scan, here, gain, explained)
-        if other is not None and other.agreement.explained > explained:
+        other = self._other(endpoint, scan, here)
+        if other is not None:
             self._vote(other.pose @ pose.inverse(), pose)
         elif self._strange(here.agreement):
             self._elsewhere += 1
@@ -149,6 +145,18 @@ class Watch:
         if self._jumped or self._elsewhere >= MIN_CHECKS:
             return ELSEWHERE[min(self._elsewhere, MIN_CHECKS) - 1]
         return UNCHECKED
+
+    def _other(self, endpoint: Endpoint, scan: Scan, here: Place) -> Place | None:
+        """Another place that explains the scan much better: the one that the last check found, or
+        one of the whole map."""
+        gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
+        explained = max(AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED)
+        if self._elsewhere and self._way is not None:
+            before = matched(endpoint, scan, self._way @ here.pose)
+            if before.value > here.value + gain and before.agreement.explained > explained:
+                return before
+        other = Places(endpoint, here.pose).better_than(scan, here, gain, explained)
+        return other if other is not None and other.agreement.explained > explained else None
 
     def _vote(self, way: Pose2, pose: Pose2) -> None:
         """Count a check that found another place, `way` from the believed `pose`; checks that find

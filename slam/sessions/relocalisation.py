@@ -82,7 +82,7 @@ class WholeMap(Places):
     def best_two(self, scan: Scan, start: Pose2 | None) -> tuple[Place, Place]:
         """The best place, and the best that is not near it, if the best one fits at all; `start` is
         one of the candidates."""
-        given = [] if start is None else [self.near(scan, start)]
+        given = [] if start is None else [self.matched(scan, start)]
         found = [*given, *self._candidates(scan, None)]
         best = _best(found)
         if not fits(best):  # the recording begins elsewhere: the slow search is of no use
@@ -97,7 +97,7 @@ class WholeMap(Places):
         region, places = self._search, []
         for k in range(PARTS):
             start = region.best(scan.points[k::PARTS], region.centre, region.reach, but)
-            place = self.near(scan, start)
+            place = self.matched(scan, start)
             led_back = but is not None and same_place(place.pose, but)
             places.append(at(self._endpoint, scan, start) if led_back else place)
         return places
@@ -170,7 +170,7 @@ def in_words(pose: Pose2) -> str:
 def _compared(places: WholeMap, beginning: Beginning, given: Pose2 | None) -> Comparison:
     scan, middle = beginning.scan, beginning.middle
     start = None if given is None else given @ middle
-    near = None if start is None else places.near(scan, start)
+    near = None if start is None else places.matched(scan, start)
     best, other = places.best_two(scan, start)
     back = middle.inverse()
     return Comparison(
