@@ -16,14 +16,17 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.geometry import Array, Pose2, compose, lever_jacobian, turned
 from slam.graph.chain import chained
 from slam.graph.edges import Edge
-from slam.graph.local_map import LocalMap
+from slam.graph.local_map import Keyframe, LocalMap
 from slam.graph.loops import Loops, Matcher
 from slam.graph.pose_graph import PoseGraph
-from slam.graph.whole_map import WholeMap
+from slam.graph.whole_map import SearchedMap, WholeMap
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
 from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
+from slam.recovery.astray import Astray
+from slam.recovery.places import Surroundings
+from slam.recovery.watch import Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
@@ -56,6 +59,7 @@ class GraphSlam:
     stretch     m of path in a local map
     seeds       keyframes that a local map begins with, the last ones of the one before
     candidates  maximum number of older local maps that a finished one is matched with
+    watch       tells whether the robot is lost, and finds it again; None: nobody does
     """
 
     def __init__(
@@ -72,6 +76,7 @@ class GraphSlam:
         stretch: float = 4.0,
         seeds: int = 15,
         candidates: int = 5,
+        watch: Watch | None = None,
     ):
         positive_number("stretch", stretch)
         whole_number("seeds", seeds, 0)
@@ -86,6 +91,7 @@ class GraphSlam:
         self.stretch = stretch
         self.seeds = seeds
         self.candidates = candidates
+        self.watch = watch
         self.pose = start
         self.graph = PoseGraph(np.array([start]))
         self.places: list[LocalMap] = []
@@ -96,6 +102,9 @@ class GraphSlam:
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
+        self._searched: SearchedMap | None = None  # from the first search on
+        self._doubted: list[Keyframe] = []  # keyframes that are not part of a local map yet
+        self._lost_since = 0  # number of updates before the robot got lost
         self._numbers: list[int] = []  # per update: index of the local map, and the pose in it
         self._locals: list[Pose2] = []
         self._work: deque[Iterator[None]] = deque()
@@ -167,24 +176,70 @@ class GraphSlam:
         if self._front is None:
             self._join(self.pose @ displacement)
             return self._begin(LocalMap((), scan))
-        before = self._front.keyframe
+        before, astray = self._front.keyframe, self._front.astray
         estimate = self._front.update(displacement, scan)
+        if astray is not None:
+            return self._rejoined(astray) if self._front.astray is None else estimate
         if self._front.keyframe is before:
             return estimate
-        place = self.places[-1]
-        if not self._complete(place):
-            place.add(scan, estimate.pose)
+        if self._front.astray is not None:
+            self._lost_since = len(self._numbers)
+            self._doubted.clear()
+            return estimate
+        self._doubted.append(Keyframe(scan, estimate.pose))
+        if self.watch is None or not self.watch.doubted:
+            return self._kept(estimate)
+        return estimate
+
+    def _kept(self, estimate: Estimate) -> Estimate:
+        """Add the new keyframes to the current local map, or the last one to the next."""
+        assert self._front is not None
+        place, last = self.places[-1], self._doubted[-1]
+        full = self._complete(place)
+        for scan, pose in self._doubted[:-1] if full else self._doubted:
+            place.add(scan, pose)
+        self._doubted.clear()
+        if not full:
             return estimate
         if isinstance(self._front.sensor_model, Endpoint):
             self._matcher.keep(place, self._front.sensor_model)
-        self._append(estimate)
         self._work.append(self._close(len(self.places) - 1))
-        return self._begin(place.following(scan, estimate.pose, self.seeds), estimate.score)
+        self._append(estimate)
+        return self._begin(place.following(last.scan, last.pose, self.seeds), estimate.score)
+
+    def _surroundings(self) -> Surroundings:
+        """The whole map, and the current local map in it."""
+        if self._searched is None:
+            self._searched = SearchedMap()
+        poses = self.graph.poses
+        return Surroundings(self._searched.endpoint(self.places, poses), Pose2.of(poses[-1]))
+
+    def _rejoined(self, astray: Astray) -> Estimate:
+        """A local map of what was mapped apart, tied to the graph where the robot was found; no
+        edge leads to it from the local map in which the robot got lost."""
+        assert self._front is not None
+        self._work.append(self._close(len(self.places) - 1))
+        first = astray.keyframes[0]
+        place = LocalMap((), first.scan)
+        for scan, pose in astray.keyframes[1:]:
+            place.add(scan, first.pose.between(pose))
+        here = first.pose.between(astray.pose)
+        origin = Pose2.of(self.graph.poses[-1]) @ self._front.pose @ here.inverse()
+        self._join(origin)
+        for k in range(self._lost_since, len(self._numbers)):
+            apart = astray.believed.between(self._locals[k])
+            self._numbers[k], self._locals[k] = len(self.places), first.pose.between(apart)
+        score = self._front.keyframe.score
+        estimate = self._begin(place, score)
+        assert self._front is not None
+        self._front.place(here)
+        return estimate._replace(pose=here)
 
     def _begin(self, place: LocalMap, score: float = 0.0) -> Estimate:
         self._front = MaximumLikelihood(
             rng=self.rng, map_model=self.local(), sensor_model=self.sensor_model(),
-            motion_model=self.motion_model, search=self.search,
+            motion_model=self.motion_model, search=self.search, watch=self.watch,
+            surroundings=self._surroundings,
         )  # fmt: skip
         self._front.remember(place, score)
         self.places.append(place)
@@ -208,7 +263,8 @@ class GraphSlam:
         self.places.append(place)
 
     def _join(self, pose: Pose2) -> None:
-        """Add the frame of the first local map of this recording, at the start pose."""
+        """Add a frame at a pose in the graph: of the first local map of this recording, or of a
+        robot that was found again."""
         if not self.places:
             self.graph.poses = np.array([pose])
             return

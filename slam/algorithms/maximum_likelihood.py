@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.recovery.astray import Astray
+from slam.recovery.places import Surroundings
 from slam.recovery.watch import FOUND, Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
@@ -36,6 +37,8 @@ class MaximumLikelihood:
     the last keyframe and not integrated, since each integrated scan adds its pose error to the map.
 
     keyframe  the estimate at the last integrated scan
+    watch     tells whether the robot is lost; None: nobody does
+    astray    the map apart, while the robot is lost
     """
 
     def __init__(
@@ -50,7 +53,9 @@ class MaximumLikelihood:
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
         watch: Watch | None = None,
+        surroundings: Callable[[], Surroundings] | None = None,
     ):
+        """`surroundings`: the map in which a lost robot is searched for; None: this one."""
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.map_model = Static() if map_model is None else map_model
         self.sensor_model = Endpoint() if sensor_model is None else sensor_model
@@ -67,13 +72,14 @@ class MaximumLikelihood:
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
         self.watch = watch
         self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
+        self._surroundings = self._own if surroundings is None else surroundings
         self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
-        self._astray: Astray | None = None
+        self.astray: Astray | None = None
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
-        if self._astray is not None:
-            return self._wander(self._astray, displacement, scan)
+        if self.astray is not None:
+            return self._wander(self.astray, displacement, scan)
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
         if self._since_keyframe.due(scan.time):
@@ -138,7 +144,7 @@ class MaximumLikelihood:
             likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
             self._last_match = None  # nothing to learn of the odometry
-        self.watch.judge(self._field, scan, estimate, self.keyframe.pose)
+        self.watch.judge(self._field, scan, estimate, self.keyframe.pose, self._surroundings)
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
@@ -171,7 +177,7 @@ class MaximumLikelihood:
         """Map apart from now on; the doubted keyframes are dropped."""
         self._doubted.clear()
         front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
-        self._astray = Astray(front, self._field, estimate.pose, watch.belief.probability)
+        self.astray = Astray(front, self._surroundings(), estimate.pose, watch.belief.probability)
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:
         """The estimate of a lost robot; returns to the map where it is found there."""
@@ -185,13 +191,17 @@ class MaximumLikelihood:
 
     def _return(self, astray: Astray, origin: Pose2) -> None:
         """Go on in the map, with what was mapped apart at `origin` in it."""
-        self._astray = None
+        self.astray = None
         if self.watch is not None:
             self.watch.found()
         self.remember(
             ((one.scan, origin @ one.pose) for one in astray.keyframes), self._matched.score
         )
-        self.place(self.pose)
+        self.place(origin @ astray.pose)
+
+    def _own(self) -> Surroundings:
+        """The own map."""
+        return Surroundings(self._field, Pose2())
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Integrate the keyframe; returns the ids of the cells that may have changed."""

@@ -94,11 +94,13 @@ def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> B
     return build
 
 
-def graph_slam(map_model: Callable[[], MapModel]) -> Builder:
+def graph_slam(
+    map_model: Callable[[], MapModel], watch: Callable[[], Watch | None] = lambda: None
+) -> Builder:
     """A builder of graph SLAM with a map model for the global map."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        return GraphSlam(start, rng, map_model=map_model)
+        return GraphSlam(start, rng, map_model=map_model, watch=watch())
 
     return build
 
@@ -135,3 +137,4 @@ for _name in ("static", "dynamic"):
         MAPS[_name], motion_model=LearnedOdometry
     )
     BUILDERS[f"{_name}-ml/recovery"] = maximum_likelihood(MAPS[_name], watch=Watch)
+    BUILDERS[f"{_name}-graph/recovery"] = graph_slam(MAPS[_name], watch=Watch)

@@ -95,8 +95,8 @@ class GlobalSearch:
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         excluded = self._excluded(turns, around, but)
         turn, row, col = _search(
-            self._maxima, self._standing, points[every] / self._cell, turns, middle, window, excluded,
-            (self._unknown, self._top), np.float32(least * len(every)),
+            self._maxima, self._standing, points[every] / self._cell, turns, middle, window,
+            excluded, (self._unknown, self._top), np.float32(least * len(every)),
         )  # fmt: skip
         if turn < 0:
             return None
@@ -142,11 +142,7 @@ def _coarse(index, field, width, pad, fill):
                 for c in range(side):
                     top = np.float32(-np.inf)
                     for k in range(width * width):
-                        value = tile[
-                            (width * r + k // width) * TILE
-                            + width * c
-                            + k % width
-                        ]
+                        value = tile[(width * r + k // width) * TILE + width * c + k % width]
                         value = unknown if value == given else value
                         top = value if value > top else top
                     row[c] = top

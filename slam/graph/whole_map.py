@@ -11,40 +11,77 @@ from slam.geometry import Array, Pose2, between
 from slam.graph.local_map import LocalMap
 from slam.grid import OccupancyGrid
 from slam.interface import MapModel
+from slam.maps.static import Static
+from slam.sensor_models.endpoint import Endpoint
 
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
+SEARCHED_SHIFT, SEARCHED_TURN = 0.1, math.radians(1.0)  # the same, of a map that is searched
+NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 
 
 class WholeMap:
-    """One map of any model: extended while the local maps keep their poses, else built anew."""
+    """One map of any model: extended while the local maps keep their poses, else built anew.
 
-    def __init__(self, map_model: Callable[[], MapModel]):
-        self._make = map_model
+    max_shift, max_turn  m, rad, by which a local map may move before the map is built anew
+    """
+
+    def __init__(
+        self,
+        map_model: Callable[[], MapModel],
+        max_shift: float = MAX_SHIFT,
+        max_turn: float = MAX_TURN,
+    ):
+        self._make, self._max_shift, self._max_turn = map_model, max_shift, max_turn
         self._begin()
 
     def _begin(self) -> None:
-        self._map_model = self._make()
+        self.map_model = self._make()
         self._poses = np.zeros((0, 3))  # at which local maps were integrated
         self._keyframes: list[int] = []  # number of keyframes integrated of each
 
     @property
     def nbytes(self) -> int:
         """Bytes of the tiles."""
-        return self._map_model.cells.tiles.nbytes
+        return self.map_model.cells.tiles.nbytes
 
     def map(self, places: Sequence[LocalMap], poses: Array) -> OccupancyGrid:
         """A copy of the map of the local maps `places` at `poses` (n, 3)."""
+        self.update(places, poses)
+        return self.map_model.cells.grid()
+
+    def update(self, places: Sequence[LocalMap], poses: Array) -> np.ndarray:
+        """Draw what is new; returns the ids of the cells that may have changed."""
         moved = between(self._poses, poses[: len(self._poses)])
-        if (np.hypot(moved[:, 0], moved[:, 1]) > MAX_SHIFT).any() or (
-            np.abs(moved[:, 2]) > MAX_TURN
+        if (np.hypot(moved[:, 0], moved[:, 1]) > self._max_shift).any() or (
+            np.abs(moved[:, 2]) > self._max_turn
         ).any():
             self._begin()
         new = len(self._poses)
         self._poses = np.vstack([self._poses, poses[new : len(places)]])
         self._keyframes += [0] * (len(places) - new)
+        changed = [NO_CELLS]
         for number in range(max(new - 1, 0), len(places)):
             frame = Pose2.of(self._poses[number])
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
-                self._map_model.integrate(scan, frame @ pose)
+                changed.append(self.map_model.integrate(scan, frame @ pose))
             self._keyframes[number] = len(places[number].keyframes)
-        return self._map_model.cells.grid()
+        return np.concatenate(changed)
+
+
+class SearchedMap:
+    """The whole map as the likelihood field in which a lost robot is searched for."""
+
+    def __init__(self) -> None:
+        self._whole = WholeMap(Static, SEARCHED_SHIFT, SEARCHED_TURN)
+        self._endpoint = Endpoint()
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the tiles."""
+        return self._whole.nbytes
+
+    def endpoint(self, places: Sequence[LocalMap], poses: Array) -> Endpoint:
+        """The field of the local maps `places` at `poses` (n, 3), valid until the next call."""
+        changed = self._whole.update(places, poses)
+        self._endpoint.refresh(self._whole.map_model, changed)
+        return self._endpoint

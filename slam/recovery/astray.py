@@ -10,9 +10,8 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import Place, Places, agree
+from slam.recovery.places import Place, Places, Surroundings, agree
 from slam.scan import Scan
-from slam.sensor_models.endpoint import Endpoint
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
@@ -29,14 +28,17 @@ class Astray:
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
     if the map agrees with them, and if no other place does so nearly as well.
 
+    believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
+    pose       of the robot, in its frame
     """
 
-    def __init__(self, front: Slam, endpoint: Endpoint, believed: Pose2, lost: float):
-        """Start at the `believed` pose in the map of `endpoint`, which is wrong with probability
-        `lost`; `front` maps from the origin."""
-        self._front, self._believed, self._lost = front, believed, lost
-        self._places = Places(endpoint, believed)
+    def __init__(self, front: Slam, surroundings: Surroundings, believed: Pose2, lost: float):
+        """Start at the `believed` pose, which is wrong with probability `lost`, and search in the
+        `surroundings`; `front` maps from the origin."""
+        self.believed, self.pose = believed, Pose2()
+        self._front, self._frame, self._lost = front, surroundings.frame, lost
+        self._places = Places(surroundings.endpoint, surroundings.frame @ believed)
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)
@@ -45,27 +47,29 @@ class Astray:
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
         estimate = self._front.update(displacement, scan)
+        self.pose = estimate.pose
         for trigger in (self._since_keyframe, self._since_attempt):
             trigger.move(displacement)
         if self._since_keyframe.due(scan.time):
             self._since_keyframe.restart(scan.time)
             self.keyframes.append(Keyframe(scan, estimate.pose))
         return estimate._replace(
-            pose=self._believed @ estimate.pose,
+            pose=self.believed @ estimate.pose,
             covariance=estimate.covariance + LOST_COVARIANCE,
             lost=self._lost,
         )
 
     def found(self, time: float) -> Pose2 | None:
-        """The pose, in the map, of the origin of the map apart, if it is found at `time`, s."""
+        """The pose in the SLAM's frame of the origin of the map apart, if it is found at `time`."""
         if not self._since_attempt.due(time):
             return None
         self._since_attempt.restart(time)
         last = self.keyframes[-1].pose
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([Keyframe(one.scan, last.between(one.pose)) for one in recent])
-        place = self._place(scan, self._believed @ last)
-        return self._confirmed(place.pose @ last.inverse() if place else None)
+        place = self._place(scan, self._frame @ self.believed @ last)
+        origin = place.pose @ last.inverse() if place else None
+        return self._confirmed(None if origin is None else self._frame.inverse() @ origin)
 
     def _place(self, scan: Scan, believed: Pose2) -> Place | None:
         """The place of the scan: one that is sure, or the believed one if none is better."""

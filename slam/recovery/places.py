@@ -20,7 +20,9 @@ SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
 MAX_SEARCHED = 60  # echoes
 TURN_STEP = math.radians(2.0)  # between candidates
-WELL_EXPLAINED = -0.4  # log-likelihood of an echo, on average, at the candidate nearest to its place
+WELL_EXPLAINED = (
+    -0.4
+)  # log-likelihood of an echo, on average, at the candidate nearest to its place
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
@@ -32,6 +34,13 @@ class Place(NamedTuple):
     pose: Pose2
     value: float
     agreement: Agreement
+
+
+class Surroundings(NamedTuple):
+    """The map in which a robot is searched for, and the pose of the SLAM's frame in it."""
+
+    endpoint: Endpoint
+    frame: Pose2
 
 
 class Places:
@@ -47,14 +56,12 @@ class Places:
             self._search = GlobalSearch(endpoint, region, known=True)
 
     def best(self, scan: Scan, explained: float) -> Place | None:
-        """The place at which the map agrees best with the scan, if one explains so large a share."""
+        """The place at which the map agrees best with the scan, if it explains that share of it."""
         region, least = self._search, self._least(explained)
         start = region.better(searched(scan), region.centre, region.reach, None, TURN_STEP, least)
         return None if start is None else self.matched(scan, start)
 
-    def better_than(
-        self, scan: Scan, place: Place, gain: float, explained: float
-    ) -> Place | None:
+    def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
         """The best other place that explains so large a share of the scan, if it is by `gain` nats
         more likely there than at `place`."""
         region, least = self._search, self._least(explained)

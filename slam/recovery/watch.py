@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from slam.motion.gaussian import Prediction
 from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.continuity import change
 from slam.recovery.lost_belief import Agreement, LostBelief
-from slam.recovery.places import Place, Places, agree, at, matched, near
+from slam.recovery.places import Place, Places, Surroundings, agree, at, matched, near
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
@@ -100,8 +101,16 @@ class Watch:
             self._errors.dismiss()
         return estimate.pose
 
-    def judge(self, endpoint: Endpoint, scan: Scan, estimate: Estimate, last: Pose2) -> None:
-        """Update the belief by a keyframe; `last` is the pose of the one before."""
+    def judge(
+        self,
+        endpoint: Endpoint,
+        scan: Scan,
+        estimate: Estimate,
+        last: Pose2,
+        surroundings: Callable[[], Surroundings],
+    ) -> None:
+        """Update the belief by a keyframe, matched with the map of `endpoint`; `last` is the pose
+        of the one before. Other places are searched for in the `surroundings`."""
         moved = last.between(estimate.pose)
         voted = self.belief.probability if self._elsewhere else 0.0
         changed = 0.0
@@ -117,7 +126,8 @@ class Watch:
             self._elsewhere = 0
         elif begins or self._since_check.due(scan.time):
             self._since_check.restart(scan.time)
-            self.belief.set(self._settled(self._checked(endpoint, scan, estimate.pose)))
+            checked = self._checked(agreement, scan, estimate.pose, surroundings)
+            self.belief.set(self._settled(checked))
         else:
             self.belief.set(max(min(self.belief.probability, UNCHECKED), voted))
 
@@ -126,17 +136,24 @@ class Watch:
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         return probability if self._checks < MAX_CHECKS else NOT_ELSEWHERE
 
-    def _checked(self, endpoint: Endpoint, scan: Scan, pose: Pose2) -> float:
+    def _checked(
+        self,
+        agreement: Agreement,
+        scan: Scan,
+        pose: Pose2,
+        surroundings: Callable[[], Surroundings],
+    ) -> float:
         """The probability of being lost, after a search of the whole map."""
-        here = at(endpoint, scan, pose)
-        if self.belief.usual(here.agreement):
+        if self.belief.usual(agreement):
             self._elsewhere = 0
             self.belief.dismiss()
             return min(self.belief.probability, UNCHECKED)
+        endpoint, frame = surroundings()
+        here = at(endpoint, scan, frame @ pose)
         other = self._other(endpoint, scan, here)
         if other is not None:
-            self._vote(other.pose @ pose.inverse(), pose)
-        elif self._strange(here.agreement):
+            self._vote(other.pose @ here.pose.inverse(), here.pose)
+        elif self._strange(agreement):
             self._elsewhere += 1
         else:
             self._elsewhere = 0
