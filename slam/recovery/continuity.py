@@ -6,9 +6,11 @@ from one scan to the next, even where the other place looks much the same.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.scan import Scan
 
@@ -17,21 +19,39 @@ NEIGHBOURS = 2  # beams to each side, all of which must have seen farther
 MIN_POINTS = 10  # that both scans can see; fewer tell nothing
 
 
-def change(before: Scan, after: Scan, displacement: Pose2) -> float:
+class Sight(NamedTuple):
+    """What a scan saw; poses are those of the sensor.
+
+    points  (n, 2) m, its echoes in the robot's frame
+    angles  (beams,) rad, ascending
+    free    (beams,) m, that is free in each direction
+    mount   pose of the sensor on the robot
+    """
+
+    points: Array
+    angles: Array
+    free: Array
+    mount: Pose2
+
+
+def sight(scan: Scan) -> Sight:
+    """What the scan saw."""
+    free = np.where(scan.no_echo, scan.max_range, np.where(scan.hit, scan.ranges, 0.0))
+    order = -1 if len(free) > 1 and scan.angles[-1] < scan.angles[0] else 1
+    angles, free = scan.angles[::order], free[::order]
+    return Sight(scan.points, np.ascontiguousarray(angles), np.ascontiguousarray(free), scan.mount)
+
+
+def change(before: Sight, after: Sight, displacement: Pose2) -> float:
     """Share of the echoes of two scans, between which the robot moved by `displacement`, that lie
     where the other scan saw free space; from 0 to 2, the sum of both directions."""
     return _share(before, after, displacement) + _share(after, before, displacement.inverse())
 
 
-def _share(seen: Scan, scan: Scan, displacement: Pose2) -> float:
-    """Share of the echoes of `scan` in the free space of the scan `seen`, `displacement` before."""
+def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:
+    """Share of the echoes of `other` in the free space of `seen`, `displacement` before."""
     sensor = seen.mount.inverse() @ displacement
-    ranges = np.where(seen.no_echo, seen.max_range, np.where(seen.hit, seen.ranges, 0.0))
-    angles = seen.angles
-    if len(angles) > 1 and angles[-1] < angles[0]:
-        angles, ranges = angles[::-1], ranges[::-1]
-    free, known = _counts(np.ascontiguousarray(angles), np.ascontiguousarray(ranges), scan.points,
-                          sensor.x, sensor.y, sensor.theta)  # fmt: skip
+    free, known = _counts(seen.angles, seen.free, other.points, sensor.x, sensor.y, sensor.theta)
     return free / known if known >= MIN_POINTS else 0.0
 
 

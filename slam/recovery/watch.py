@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import MotionThreshold, MotionTrigger
-from slam.recovery.continuity import change
+from slam.recovery.continuity import Sight, change, sight
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.places import Place, Places, Surroundings, agree, at, matched, near
 from slam.recovery.surprise import Surprise
@@ -29,8 +29,10 @@ ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan 
 JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
 AS_USUAL = 0.85  # of the usual share, at least, that another place explains
+MAX_CONTRADICTED = 0.12  # share of the echoes, at most, at another place
 MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
+MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
 ELSEWHERE = 0.55, 0.75, 0.9  # probability of being lost after so many such checks in a row
@@ -56,11 +58,12 @@ class Watch:
         self.wide = WideSearch() if wide is None else wide
         self.belief = LostBelief()
         self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
-        self._before: Scan | None = None
+        self._before: Sight | None = None
         self._since_check = MotionTrigger(CHECKS)
         self._jumped = False  # whether the doubt began with a scan that was not continuous
         self._elsewhere = 0  # checks in a row that spoke against the believed place
         self._checks = 0  # in a row that settled nothing
+        self._searches = float(MAX_SEARCHES)  # of the whole map that may be made now
         self._way: Pose2 | None = None  # from the believed place to the other, by the last check
 
     @property
@@ -112,13 +115,13 @@ class Watch:
         """Update the belief by a keyframe, matched with the map of `endpoint`; `last` is the pose
         of the one before. Other places are searched for in the `surroundings`."""
         moved = last.between(estimate.pose)
+        self._searches = min(self._searches + 1.0 / SEARCH_SPACING, MAX_SEARCHES)
         voted = self.belief.probability if self._elsewhere else 0.0
-        changed = 0.0
-        if self._before is not None and near(last, estimate.pose, *CONTINUOUS):
-            changed = change(self._before, scan, moved)
+        before, self._before, changed = self._before, sight(scan), 0.0
+        if before is not None and near(last, estimate.pose, *CONTINUOUS):
+            changed = change(before, self._before, moved)
         agreement = Agreement(*endpoint.shares(scan, estimate.pose))
         self.belief.update(agreement, estimate.score, changed)
-        self._before = scan
         self._since_check.move(moved)
         begins = self.belief.jumped and not self._jumped
         self._jumped = self.doubted and (self._jumped or self.belief.jumped)
@@ -170,10 +173,13 @@ class Watch:
         explained = max(AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED)
         if self._elsewhere and self._way is not None:
             before = matched(endpoint, scan, self._way @ here.pose)
-            if before.value > here.value + gain and before.agreement.explained > explained:
+            if before.value > here.value + gain and _agrees(before, explained):
                 return before
+        if self._searches < 1.0:
+            return None
+        self._searches -= 1.0
         other = Places(endpoint, here.pose).better_than(scan, here, gain, explained)
-        return other if other is not None and other.agreement.explained > explained else None
+        return other if other is not None and _agrees(other, explained) else None
 
     def _vote(self, way: Pose2, pose: Pose2) -> None:
         """Count a check that found another place, `way` from the believed `pose`; checks that find
@@ -188,3 +194,10 @@ class Watch:
             agreement.explained < STRANGE_EXPLAINED * self.belief.explained
             and agreement.contradicted > STRANGE_CONTRADICTED
         )
+
+
+def _agrees(place: Place, explained: float) -> bool:
+    """Whether the map explains more than that share of the scan at a place, and contradicts little
+    of it."""
+    agreement = place.agreement
+    return agreement.explained > explained and agreement.contradicted <= MAX_CONTRADICTED
