@@ -71,8 +71,8 @@ def loop_map(path: Path) -> None:
 def lost_map(path: Path) -> None:
     """Draw the map of a drive during which the robot is carried to another place."""
     episode = record_path("DoorOffice-v0", RECORDED, faults=[CarriedAway()])
-    done = run(slam.make("static-ml/recovery"), episode)
-    title = "DoorOffice-v0, carried away, static-ml/recovery"
+    done = run(slam.make("static-ml"), episode)
+    title = "DoorOffice-v0, carried away, static-ml"
     course = LostCourse(episode.times, done.lost)
     map_figure(done.grid, done.poses, title=title, lost=course).savefig(path, dpi=DPI)
 

@@ -3,11 +3,13 @@
 `MAP-ml` is maximum likelihood SLAM on that map model, `MAP-ml/SENSOR` the same with another sensor
 model for p(z | s, h). `/beta1` has the paper's weight: every beam counts in full, as if independent
 of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. Four
-variants replace or add another part: `/random-restart` uses the search of the paper,
+variants replace or leave out another part: `/random-restart` uses the search of the paper,
 `/gauss-newton` that of Hector SLAM, `/learned-odometry` corrects a systematic error of the
-odometry, and `/recovery` notices that the robot is lost and finds it again.
+odometry, and `/no-recovery` does not notice that the robot is lost.
 
-`MAP-pf` is a particle filter over these maps, `MAP-graph` a graph of local maps: both close loops.
+`MAP-ml`, `MAP-ml/learned-odometry` and `MAP-graph` notice that the robot is lost, and find it
+again; the other variants do not. `MAP-pf` is a particle filter over these maps, `MAP-graph` a graph
+of local maps: both close loops.
 """
 
 from __future__ import annotations
@@ -55,11 +57,14 @@ MAPS: dict[str, Callable[[], MapModel]] = {
 PARTICLE_MAPS = {**MAPS, "dynamic": Mean}  # equal in h, and smaller in memory: one map a particle
 del PARTICLE_MAPS["temporal"]  # its windows are not stored in the tiles, which particles share
 SENSOR_MODELS: dict[str, Callable[[], SensorModel]] = {
-    "": Endpoint,
     "/beta1": partial(Endpoint, beta=1.0),
     "/beam": Beam,
     "/literal": Literal,
 }
+
+
+def nobody() -> None:
+    """No judgement of whether the robot is lost."""
 
 
 def maximum_likelihood(
@@ -67,9 +72,9 @@ def maximum_likelihood(
     sensor_model: Callable[[], SensorModel] = Endpoint,
     motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
-    watch: Callable[[], Watch | None] = lambda: None,
+    watch: Callable[[], Watch | None] = Watch,
 ) -> Builder:
-    """A builder of maximum likelihood SLAM; parts not given are those of the built-in variants."""
+    """A builder of maximum likelihood SLAM; parts not given are those of `MAP-ml`."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
         return MaximumLikelihood(
@@ -95,7 +100,7 @@ def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> B
 
 
 def graph_slam(
-    map_model: Callable[[], MapModel], watch: Callable[[], Watch | None] = lambda: None
+    map_model: Callable[[], MapModel], watch: Callable[[], Watch | None] = Watch
 ) -> Builder:
     """A builder of graph SLAM with a map model for the global map."""
 
@@ -117,10 +122,9 @@ def map_variants(
 
     particle_map  the map model of the particle filter; None for no `NAME-pf`
     """
-    builders = {
-        f"{name}-ml{suffix}": maximum_likelihood(map_model, sensor_model)
-        for suffix, sensor_model in SENSOR_MODELS.items()
-    }
+    builders = {f"{name}-ml": maximum_likelihood(map_model)}
+    for suffix, sensor_model in SENSOR_MODELS.items():
+        builders[f"{name}-ml{suffix}"] = maximum_likelihood(map_model, sensor_model, watch=nobody)
     if particle_map is not None:
         builders[f"{name}-pf"] = particle_filter(particle_map)
     builders[f"{name}-graph"] = graph_slam(map_model)
@@ -131,10 +135,11 @@ BUILDERS: dict[str, Builder] = {"odometry": dead_reckoning}
 for _name, _map in MAPS.items():
     BUILDERS |= map_variants(_name, _map, PARTICLE_MAPS.get(_name))
 for _name in ("static", "dynamic"):
-    BUILDERS[f"{_name}-ml/random-restart"] = maximum_likelihood(MAPS[_name], search=RandomRestart)
-    BUILDERS[f"{_name}-ml/gauss-newton"] = maximum_likelihood(MAPS[_name], search=GaussNewton)
-    BUILDERS[f"{_name}-ml/learned-odometry"] = maximum_likelihood(
-        MAPS[_name], motion_model=LearnedOdometry
-    )
-    BUILDERS[f"{_name}-ml/recovery"] = maximum_likelihood(MAPS[_name], watch=Watch)
-    BUILDERS[f"{_name}-graph/recovery"] = graph_slam(MAPS[_name], watch=Watch)
+    _ml = partial(maximum_likelihood, MAPS[_name])
+    BUILDERS |= {
+        f"{_name}-ml/random-restart": _ml(search=RandomRestart, watch=nobody),
+        f"{_name}-ml/gauss-newton": _ml(search=GaussNewton, watch=nobody),
+        f"{_name}-ml/learned-odometry": _ml(motion_model=LearnedOdometry),
+        f"{_name}-ml/no-recovery": _ml(watch=nobody),
+        f"{_name}-graph/no-recovery": graph_slam(MAPS[_name], watch=nobody),
+    }

@@ -42,9 +42,10 @@ def judged(fault: str, seed: int, variant: str) -> tuple[np.ndarray, np.ndarray]
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("fault", ["slip", "turn", "carried"])
-def test_it_is_found_again(fault: str, seed: int) -> None:
-    before, _ = judged(fault, seed, "static-ml")
-    wrong, _ = judged(fault, seed, "static-ml/recovery")
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+def test_it_is_found_again(variant: str, fault: str, seed: int) -> None:
+    before, _ = judged(fault, seed, variant + "/no-recovery")
+    wrong, _ = judged(fault, seed, variant)
     assert not wrong[-1]
     assert wrong.sum() < 100  # scans, 0.1 s each
     if fault == "carried":
@@ -53,7 +54,7 @@ def test_it_is_found_again(fault: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_it_says_that_it_was_carried(seed: int) -> None:
-    wrong, lost = judged("carried", seed, "static-ml/recovery")
+    wrong, lost = judged("carried", seed, "static-ml")
     noticed = np.flatnonzero(lost > 0.5)
     assert 0 <= noticed[0] - np.flatnonzero(wrong)[0] < 50  # scans: within 5 s
     assert (lost[wrong] > 0.5).mean() > 0.5
@@ -61,14 +62,14 @@ def test_it_says_that_it_was_carried(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_moving_doors_are_no_loss(seed: int) -> None:
-    wrong, lost = judged("none", seed, "static-ml/recovery")
+    wrong, lost = judged("none", seed, "static-ml")
     assert not wrong.any()
     assert lost.max() < 0.5
 
 
 def test_nothing_is_drawn_while_it_is_lost() -> None:
     episode = drive("carried", SEEDS[0])
-    robot = make("static-ml/recovery", true_start(episode))
+    robot = make("static-ml", true_start(episode))
     drawn, lost = [], []
     for displacement, scan in zip(episode.displacements(), episode.scans, strict=True):
         lost.append(robot.update(displacement, scan).lost > 0.5)
@@ -80,7 +81,5 @@ def test_nothing_is_drawn_while_it_is_lost() -> None:
 
 def test_same_input_same_poses() -> None:
     episode = drive("carried", SEEDS[0])
-    first, second = (
-        run(make("static-ml/recovery", true_start(episode)), episode).online for _ in range(2)
-    )
+    first, second = (run(make("static-ml", true_start(episode)), episode).online for _ in range(2))
     assert np.array_equal(first, second)
