@@ -26,7 +26,7 @@ def patrol(world="corridor", seed=0):
     return env, observation
 
 
-STEPS = 75  # 30 s
+STEPS = 40  # 16 s
 
 
 def driven(name, world="corridor", steps=STEPS, seed=0):
