@@ -13,7 +13,7 @@ import pytest
 from dynslam_cli.bench.suites import drive
 from dynslam_cli.trials import cache, pool
 from dynslam_cli.trials.jobs import Trial
-from dynslam_cli.trials.worker_process import WorkerProcesses
+from dynslam_cli.trials.worker_process import WorkerProcess, WorkerProcesses
 
 from slam import registry
 from slam.benchmark.results import read
@@ -157,10 +157,13 @@ def test_resuming_runs_what_is_missing_and_nothing_else(bench, small):
     assert untimed(rows_of(small)) == untimed(whole)
 
 
-def test_resuming_with_more_seeds_adds_to_what_is_there(bench, small):
+def test_resuming_with_more_seeds_adds_to_what_is_there(bench, small, monkeypatch):
+    started, start = [], WorkerProcess._start
+    monkeypatch.setattr(WorkerProcess, "_start", lambda self: started.append(self) or start(self))
     assert bench("paper", "--seeds", "3", "--variants", "static-ml,odometry", "--resume") == 0
     assert sorted({row["seed"] for row in rows_of(small)}) == [5000, 5001, 5002]
     assert len(rows_of(small)) == 12
+    assert len(started) == 1  # which records the episodes and runs the variants on them
 
 
 def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(bench, short, tmp_path):
