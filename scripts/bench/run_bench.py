@@ -22,9 +22,10 @@ from ..report.write import write_report
 from ..trials import cache
 from ..trials.batch import missing, run_batch
 from ..trials.jobs import Done, RecordEpisode, Trial
-from ..trials.pool import check_workers, here, on_cluster
+from ..trials.pool import check_workers, on_cluster, results_of
 from ..trials.results import Condition, read_rows
 from ..trials.sources import SimulatedDrive
+from ..trials.worker_process import WorkerProcesses
 from .suites import SUITES, Suite, known_variants, logs
 from .user_suite import read_suite
 
@@ -76,17 +77,18 @@ def _suite(options: BenchCommand) -> Suite:
 
 
 def _results(options: BenchCommand, todo: Sequence[Trial], bar: Progress) -> Iterator[Done]:
-    """Results of the trials; here, their episodes are recorded first."""
+    """Results of the trials; here, their episodes are recorded first, by the same processes."""
     if options.cluster is not None:
         yield from on_cluster(todo, options.cluster)
         return
     recording = _recordings(todo)
     if recording:
         output_directory(cache.folder())
-    drives = here(recording, options.jobs)
-    for _ in bar.track(drives, len(recording), description="recording"):
-        pass
-    yield from here(todo, options.jobs)
+    with WorkerProcesses() as processes:
+        drives = results_of(recording, options.jobs, processes)
+        for _ in bar.track(drives, len(recording), description="recording"):
+            pass
+        yield from results_of(todo, options.jobs, processes)
     cache.prune()
 
 

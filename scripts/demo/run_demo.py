@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,7 +61,8 @@ def run_demo(options: DemoCommand) -> int:
 
 def _measure(options: DemoCommand, variants: list[str], path: Path, results: list[Result]) -> None:
     """Run all trials; each result is appended to `path` and to `results` as it comes."""
-    todo = paper().trials(variants, range(options.seeds), TIME_LIMIT)
+    trials = paper().trials(variants, range(options.seeds), TIME_LIMIT)
+    todo = [replace(trial, pictured=False) for trial in trials]  # no replays
     with progress_bar() as progress:
         runs = progress.track(here(todo, options.jobs), len(todo), description="runs")
         for number, done in enumerate(runs):

@@ -133,6 +133,7 @@ def _figure(chart: Chart, folder: Path) -> str:
     """Write a chart as PNG and SVG; returns the SVG as a data URL."""
     folder.mkdir(exist_ok=True)
     write_png(chart.figure, folder / f"{chart.name}.png")
+    chart.figure.set_layout_engine("none")  # both have the layout that was found for the PNG
     svg = _svg(chart.figure)
     with replacing(folder / f"{chart.name}.svg") as file:
         file.write(svg)

@@ -36,8 +36,13 @@ def check_workers(workers: int) -> None:
 def here(jobs: Sequence[Job], workers: int) -> Iterator[Done]:
     """Results as they come; `workers` jobs run at a time (-1: one per core), each in one thread."""
     with WorkerProcesses() as processes:
-        run = Parallel(n_jobs=workers, backend="threading", return_as="generator_unordered")
-        yield from run(delayed(processes.do)(job) for job in jobs)  # pyright: ignore
+        yield from results_of(jobs, workers, processes)
+
+
+def results_of(jobs: Sequence[Job], workers: int, processes: WorkerProcesses) -> Iterator[Done]:
+    """The same in `processes`, which may do other jobs afterwards: to start one takes seconds."""
+    run = Parallel(n_jobs=workers, backend="threading", return_as="generator_unordered")
+    yield from run(delayed(processes.do)(job) for job in jobs)  # pyright: ignore
 
 
 def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:

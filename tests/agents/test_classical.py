@@ -26,7 +26,7 @@ def patrol(world="corridor", seed=0):
     return env, observation
 
 
-STEPS = 75  # 30 s
+STEPS = 40  # 16 s
 
 
 def driven(name, world="corridor", steps=STEPS, seed=0):
@@ -55,7 +55,7 @@ def test_every_agent_drives_in_every_world(name, world):
 
 @pytest.mark.parametrize("name", agents.names())
 def test_the_same_seed_is_the_same_drive(name):
-    first, second = (driven(name, "crowd", 60, seed=3)[0] for _ in range(2))
+    first, second = (driven(name, "crowd", 40, seed=3)[0] for _ in range(2))
     assert first.tobytes() == second.tobytes()
 
 
@@ -109,7 +109,7 @@ def test_a_decision_reads_one_snapshot_of_the_environment(name):
     shown: Any = Shown(seen)
     agent: Any = agents.make(name, shown, 0)
     every = set()
-    for _ in range(60):
+    for _ in range(40):
         seen.reads.clear()
         action, _ = agent.predict(observation)
         assert seen.reads.count("snapshot") == ("snapshot" in READS.get(name, ["snapshot"]))

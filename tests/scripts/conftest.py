@@ -1,6 +1,7 @@
 # pyright: reportMissingImports=false
 """A small log of our own making; a small bench, which caches episodes in a folder of the tests."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,9 @@ from dynslam_cli.bench import run_bench
 from agents import record_corridor
 from slam.episode import Episode
 from slam.io.carmen.writer import write_carmen
+from tests.one_process import made_once
+
+from .results import SMALL
 
 SCANS = 80
 
@@ -31,18 +35,39 @@ def log(tmp_path: Path, short_episode: Episode) -> Path:
 @pytest.fixture(scope="session", autouse=True)
 def cache_folder(tmp_path_factory: pytest.TempPathFactory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DYNSLAM_CACHE", str(tmp_path_factory.mktemp("episodes")))
+        folder = made_once(tmp_path_factory, "episodes", lambda empty: None)
+        patch.setenv("DYNSLAM_CACHE", str(folder))
         yield
+
+
+@pytest.fixture(scope="session")
+def small_results(cache_folder, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of SMALL, without a report."""
+
+    def bench(out: Path) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(run_bench, "write_report", lambda rows, out, order: iter(()))
+            assert main.status(["bench", *SMALL, "--jobs", "2", "--out", str(out)]) == 0
+
+    return made_once(tmp_path_factory, "small", bench)
+
+
+@pytest.fixture
+def small(small_results: Path, tmp_path: Path) -> Path:
+    """A copy of them, where `bench` writes to."""
+    return Path(shutil.copytree(small_results, tmp_path / "out"))
 
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Runs `dynslam bench ARGUMENTS` into a folder, and gives its exit status; the report, which
-    takes longer than the runs, is written on request."""
+    takes longer than the runs, is written on request. One job at a time unless told otherwise:
+    to start a process takes longer than most runs."""
 
     def run(*arguments: str, out: Path = tmp_path / "out", report: bool = False) -> int:
         if not report:
             monkeypatch.setattr(run_bench, "write_report", lambda rows, out, order: iter(()))
-        return main.status(["bench", *arguments, "--out", str(out)])
+        jobs = () if "--jobs" in arguments else ("--jobs", "1")
+        return main.status(["bench", *arguments, *jobs, "--out", str(out)])
 
     return run

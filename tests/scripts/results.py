@@ -1,10 +1,12 @@
-"""Made-up results of a bench, for whatever reads them."""
+"""Results of a bench for whatever reads them: made-up ones, and the arguments of a small bench."""
 
 from typing import Any
 
 import numpy as np
 
 Row = dict[str, Any]
+SMALL = ("paper", "--seeds", "2", "--variants", "static-ml,odometry")
+"""Arguments of the bench that the fixture `small_results` runs once for all tests."""
 
 
 def row(

@@ -228,14 +228,16 @@ def centroids(history, resolution: float) -> dict[tuple[int, int], np.ndarray]:
 
 def field(known, echoes, resolution, sigma, z_hit, z_rand, least=5 / 255) -> np.ndarray:
     """log(z_hit F + z_rand) at every cell's centre from (h, dx, dy) and where echoes were; a cell
-    with echoes is `least` but for what stands in it."""
+    with echoes is `least` but for what stands in it. Beyond 8 sigma an echo adds 1e-14."""
     rows, cols = echoes.shape
+    reach = math.ceil(8 * sigma / resolution) + 1
     y, x = np.mgrid[:rows, :cols] * resolution
     best = np.where(echoes, least, known[..., 0])
     for row, col in np.argwhere(echoes):
         h, dx, dy = known[row, col].astype(float)
-        d2 = (col * resolution + dx - x) ** 2 + (row * resolution + dy - y) ** 2
-        best = np.maximum(best, h * np.exp(-d2 / (2 * sigma**2)))
+        near = np.s_[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
+        d2 = (col * resolution + dx - x[near]) ** 2 + (row * resolution + dy - y[near]) ** 2
+        best[near] = np.maximum(best[near], h * np.exp(-d2 / (2 * sigma**2)))
     return np.log(z_hit * best + z_rand)
 
 

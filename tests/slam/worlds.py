@@ -54,3 +54,11 @@ def drive(n=150, bias=PAPERS_BIAS, angles=FAN, seed=0) -> Episode:
         odometry.append(compose(odometry[-1], compose(displacement, wrong)))
     truth = Truth(poses, ROOM, np.zeros((n, 0, 4)))
     return Episode(tuple(scans), Trajectory(times, np.array(odometry)), truth, {"bias": bias})
+
+
+def first_scans(episode: Episode, n: int) -> Episode:
+    """The first `n` scans of an episode with its truth."""
+    truth = episode.truth
+    assert truth is not None
+    known = Truth(truth.poses[:n], truth.walls, truth.doors[:n])
+    return Episode(episode.scans[:n], episode.odometry, known, episode.meta)

@@ -18,6 +18,7 @@ from agents.training import segments
 from agents.training.policy_file import read_policy
 from agents.training.train import BEST, CHECKPOINT, CONFIG, PROGRESS, Training, train
 from agents.vec_env import NativeVecEnv
+from dynslam_env.simulation.registry import NAMED_WORLDS
 from slam import InputError
 
 from . import toy
@@ -28,7 +29,7 @@ TINY = {
     "policy_kwargs": "dict(net_arch=dict(pi=[8], vf=[8]), "
                      "features_extractor_kwargs=dict(cnn_output_dim=8))",
 }  # fmt: skip
-PARAMETERS = {"max_episode_steps": 8, "slam": "odometry"}
+PARAMETERS = {"max_episode_steps": 8, "slam": "odometry", "world": "room"}
 ROLLOUT = 32
 SEGMENT = 2 * ROLLOUT
 STEPS = 5 * ROLLOUT  # two segments of two rollouts, and half of a third one
@@ -60,8 +61,16 @@ def alike(one: Path, other: Path) -> None:
     assert weights(one, BEST) == weights(other, BEST)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def room():
+    """A small world by name: it takes half the time of a corridor to begin an episode in it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(NAMED_WORLDS._parts, "room", toy.ROOM)
+        yield
+
+
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory) -> Path:
+def whole(room, tmp_path_factory) -> Path:
     """The folder of a training that nobody interrupted."""
     folder = tmp_path_factory.mktemp("whole")
     train(training(), folder)
@@ -80,7 +89,7 @@ def test_a_line_for_each_segment_and_the_end(whole):
 
 def test_who_chooses_goals_is_trained_too_whatever_the_workers(tmp_path):
     """Its decisions take various times, so its worlds do not end together."""
-    parameters = {"slam": "odometry", "budget": 12.0}
+    parameters = {"slam": "odometry", "budget": 12.0, "world": "room"}
     what = training(env="DoorPatrolGoals-v0", parameters=parameters, steps=ROLLOUT, segment=1)
     for workers in (1, 2):
         train(what, tmp_path / str(workers), workers=workers)

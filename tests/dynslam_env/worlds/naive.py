@@ -16,9 +16,10 @@ ANGLES = np.linspace(0.0, math.pi / 2, 19)
 
 def distances(points, segments):
     """(n,) m, from each point to the nearest segment."""
-    p, a, b = points[:, None], segments[None, :, :2], segments[None, :, 2:]
-    along = ((p - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1)
-    return np.linalg.norm(a + np.clip(along, 0, 1)[..., None] * (b - a) - p, axis=-1).min(axis=1)
+    (x, y), (a, b, c, d) = points.T[..., None], segments.T
+    along = ((x - a) * (c - a) + (y - b) * (d - b)) / ((c - a) ** 2 + (d - b) ** 2)
+    share = np.clip(along, 0, 1)
+    return np.hypot(a + share * (c - a) - x, b + share * (d - b) - y).min(axis=1)
 
 
 def along(points, spacing=0.02):

@@ -73,11 +73,10 @@ def test_no_wall_twice_and_none_without_length(world, seed):
 def test_leaves_swing_clear_of_walls_and_of_each_other(world, seed):
     layout = drawn(world, seed)
     for i, door in enumerate(layout.doors):
-        for angle in ANGLES:
-            outline = leaf(door, door.closed + door.swing * angle)
-            centre = outline[:, :2].mean(axis=0)
-            shrunk = np.tile(centre, 2) + (outline - np.tile(centre, 2)) * (1 - 1e-5)
-            assert crossings(shrunk, layout.walls) == 0
+        outlines = np.array([leaf(door, door.closed + door.swing * angle) for angle in ANGLES])
+        centres = np.tile(outlines[:, :, :2].mean(axis=1, keepdims=True), 2)
+        shrunk = centres + (outlines - centres) * (1 - 1e-5)
+        assert crossings(shrunk.reshape(-1, 4), layout.walls) == 0
         points = swept(door)
         for other in layout.doors[i + 1 :]:
             assert not covers(other, points).any()

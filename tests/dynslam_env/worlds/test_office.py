@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,9 +20,10 @@ def drawn(seed, **parameters):
     return Office(**parameters).layout(np.random.default_rng(seed))
 
 
+@cache
 def floors():
     found = (draw_floor(SIZES, np.random.default_rng(seed)) for seed in SEEDS)
-    return [floor for floor in found if floor]
+    return tuple(floor for floor in found if floor)
 
 
 def test_nearly_all_floors_can_be_used():

@@ -1,9 +1,7 @@
 # pyright: reportMissingImports=false
-import csv
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -12,20 +10,18 @@ import time
 from pathlib import Path
 
 import pytest
-from dynslam_cli import main
-from dynslam_cli.bench import run_bench
 from dynslam_cli.bench.suites import drive
 from dynslam_cli.trials import cache, pool
 from dynslam_cli.trials.jobs import Trial
+from dynslam_cli.trials.worker_process import WorkerProcess, WorkerProcesses
 
 from slam import registry
 from slam.benchmark.results import read
 from slam.metrics.episode_scorer import EpisodeScorer
-from tests.one_process import made_once
 
+from ..results import SMALL
 from .broken import BROKEN
 
-SMALL = ("paper", "--seeds", "2", "--variants", "static-ml,odometry", "--jobs", "2")
 VARYING = (
     "seconds",
     "ms_per_matched_scan",
@@ -34,24 +30,6 @@ VARYING = (
     "finished",
     "commit",  # of a checkout that is being worked on
 )
-
-
-@pytest.fixture(scope="module")
-def small_results(cache_folder, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The results of SMALL, without a report."""
-
-    def bench(out: Path) -> None:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(run_bench, "write_report", lambda rows, out, order: iter(()))
-            assert main.status(["bench", *SMALL, "--out", str(out)]) == 0
-
-    return made_once(tmp_path_factory, "small", bench)
-
-
-@pytest.fixture
-def small(small_results: Path, tmp_path: Path) -> Path:
-    """A copy of them, where `bench` writes to."""
-    return Path(shutil.copytree(small_results, tmp_path / "out"))
 
 
 SHORT = """
@@ -136,13 +114,13 @@ def test_the_scores_are_those_of_a_run_in_this_process(small):
     assert {name: row[name] for name in expected} == expected
 
 
-def test_results_do_not_depend_on_the_number_of_jobs(bench, short, tmp_path):
-    one, three = tmp_path / "one", tmp_path / "three"
+def test_results_do_not_depend_on_the_number_of_jobs(bench, short_case, tmp_path):
+    one, two = tmp_path / "one", tmp_path / "two"
     variants = ("--variants", "static-ml,static-pf")  # the particle filter draws numbers
-    for jobs, out in (("1", one), ("3", three)):
-        assert bench(short, *variants, "--jobs", jobs, out=out) == 0
-    assert untimed(rows_of(one)) == untimed(rows_of(three))
-    assert len(rows_of(one)) == 4
+    for jobs, out in (("1", one), ("2", two)):
+        assert bench(short_case, *variants, "--jobs", jobs, out=out) == 0
+    assert untimed(rows_of(one)) == untimed(rows_of(two))
+    assert len(rows_of(one)) == 2
 
 
 def test_no_two_variants_share_a_name_in_the_results_and_any_is_a_files():
@@ -153,15 +131,12 @@ def test_no_two_variants_share_a_name_in_the_results_and_any_is_a_files():
     assert all(re.fullmatch(r"[\w.-]{1,120}", name) for name in found)
 
 
-def test_a_csv_has_one_line_a_run(bench, small, tmp_path, capsys):
-    assert bench(*SMALL, "--resume", report=True) == 0
+def test_resuming_what_is_done_runs_nothing(bench, small, monkeypatch, capsys):
+    before = (small / "results.jsonl").read_bytes()
+    monkeypatch.setattr(WorkerProcesses, "do", lambda self, job: pytest.fail("was run again"))
+    assert bench(*SMALL, "--resume") == 0
     assert "8 runs, 0 without a result" in capsys.readouterr().out
-    assert (tmp_path / "out" / "report.html").exists()
-    with (tmp_path / "out" / "results.csv").open() as file:
-        lines = list(csv.DictReader(file))
-    by_run = {row["run"]: row for row in rows_of(tmp_path / "out")}
-    assert {line["run"] for line in lines} == by_run.keys()
-    assert all(float(line["ate"]) == by_run[line["run"]]["ate"] for line in lines)
+    assert (small / "results.jsonl").read_bytes() == before
 
 
 def test_an_earlier_bench_is_not_overwritten(bench, small, capsys):
@@ -175,17 +150,20 @@ def test_resuming_runs_what_is_missing_and_nothing_else(bench, small):
     path = small / "results.jsonl"
     whole = rows_of(small)
     lines = path.read_bytes().splitlines(keepends=True)
-    path.write_bytes(b"".join(lines[:3]) + lines[3][:100])  # killed in the middle of a line
+    path.write_bytes(b"".join(lines[:6]) + lines[6][:100])  # killed in the middle of a line
     assert bench(*SMALL, "--resume") == 0
     again = path.read_bytes().splitlines(keepends=True)
-    assert again[:3] == lines[:3]
+    assert again[:6] == lines[:6]
     assert untimed(rows_of(small)) == untimed(whole)
 
 
-def test_resuming_with_more_seeds_adds_to_what_is_there(bench, small):
+def test_resuming_with_more_seeds_adds_to_what_is_there(bench, small, monkeypatch):
+    started, start = [], WorkerProcess._start
+    monkeypatch.setattr(WorkerProcess, "_start", lambda self: started.append(self) or start(self))
     assert bench("paper", "--seeds", "3", "--variants", "static-ml,odometry", "--resume") == 0
     assert sorted({row["seed"] for row in rows_of(small)}) == [5000, 5001, 5002]
     assert len(rows_of(small)) == 12
+    assert len(started) == 1  # which records the episodes and runs the variants on them
 
 
 def test_killed_at_any_moment_it_loses_the_runs_in_flight_alone(bench, short, tmp_path):

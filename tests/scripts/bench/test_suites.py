@@ -215,6 +215,9 @@ doors = "static"
 """
 
 
+SHORT = OWN + "max_episode_steps = 100\n"  # the last case ends early
+
+
 def written(tmp_path, text: str):
     path = tmp_path / "own.toml"
     path.write_text(text)
@@ -327,7 +330,7 @@ def test_a_world_that_is_no_dataclass_has_no_fields(tmp_path, monkeypatch):
 
 
 def test_it_runs(bench, tmp_path):
-    assert bench(str(written(tmp_path, OWN)), "--seeds", "1") == 0
+    assert bench(str(written(tmp_path, SHORT)), "--seeds", "1", "--jobs", "-1") == 0
     rows = read(tmp_path / "out" / "results.jsonl")
     assert {(row["suite"], row["case"], row["variant"]) for row in rows} == {
         ("mine", case, variant)
@@ -338,9 +341,9 @@ def test_it_runs(bench, tmp_path):
 
 
 def test_another_episode_of_the_same_case_is_not_mixed_in(bench, tmp_path, capsys):
-    first = str(written(tmp_path, OWN))
+    first = str(written(tmp_path, SHORT))
     assert bench(first, "--seeds", "1", "--variants", "odometry") == 0
-    written(tmp_path, OWN.replace("max_range = 4.0", "max_range = 5.0"))
+    written(tmp_path, SHORT.replace("max_range = 4.0", "max_range = 5.0"))
     before = (tmp_path / "out" / "results.jsonl").read_bytes()
     assert bench(first, "--seeds", "2", "--variants", "odometry", "--resume") == 2
     assert "another episode as case fast doors, short sight, seed 5000" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 # pyright: reportMissingImports=false
 """The report in a real browser: Debian's Chromium, headless."""
 
+import csv
 import shutil
 from pathlib import Path
 
@@ -23,12 +24,13 @@ QUIET = (
 
 
 @pytest.fixture(scope="module")
-def report(cache_folder, tmp_path_factory) -> Path:
-    """Of a small bench, one of its variants failing."""
+def report(small_results, tmp_path_factory) -> Path:
+    """Of the small bench with one more variant."""
 
     def bench(out: Path) -> None:
-        arguments = ["paper", "--seeds", "2", "--variants", ",".join(ORDER), "--out", str(out)]
-        assert main.status(["bench", *arguments]) == 0
+        shutil.copytree(small_results, out, dirs_exist_ok=True)
+        arguments = ["paper", "--seeds", "2", "--variants", ",".join(ORDER), "--jobs", "1"]
+        assert main.status(["bench", *arguments, "--resume", "--out", str(out)]) == 0
 
     return made_once(tmp_path_factory, "bench", bench) / "report.html"
 
@@ -177,6 +179,15 @@ def test_a_figure_is_there_as_png_and_svg_and_a_table_as_markdown_and_latex(repo
         f"{name}.{kind}" for name in ("summary", "paired", "lost") for kind in ("md", "tex")
     }
     assert len(read(out / "results.jsonl")) == 12
+
+
+def test_a_csv_has_one_line_a_run(report):
+    with (report.parent / "results.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    by_run = {row["run"]: row for row in read(report.parent / "results.jsonl")}
+    assert len(lines) == len(by_run) == 12
+    assert {line["run"] for line in lines} == by_run.keys()
+    assert all(float(line["ate"]) == by_run[line["run"]]["ate"] for line in lines)
 
 
 def test_the_same_results_give_the_same_page(report, tmp_path):

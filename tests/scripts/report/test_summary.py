@@ -140,14 +140,20 @@ def test_what_happened_to_a_run_stays_on_one_line_of_a_table_and_is_no_tag():
     assert r"\textless{} 0.001 \textbar{} \textless{}b\textgreater{} \\" in latex(table)
 
 
-@pytest.mark.parametrize("name", ["<script>alert(1)</script>", r"$\no$", "a$b$%&#_", "\"'", "a|b"])
-def test_any_name_of_a_variant_or_a_condition_is_told_as_it_is(tmp_path, name):
-    case = {"case": name}
-    given = [row(v, s, 0.02 + s / 1e3, case) for v in ("a", name) for s in range(3)]
-    for _ in write_report([*given, row(name, 3, None, case)], tmp_path, ["a"]):
+NAMES = ["<script>alert(1)</script>", r"$\no$", "a$b$%&#_", "\"'", "a|b"]
+
+
+def test_any_name_of_a_variant_or_a_condition_is_told_as_it_is(tmp_path):
+    given = []
+    for name in NAMES:
+        case = {"case": name}
+        given += [row(v, s, 0.02 + s / 1e3, case) for v in ("a", name) for s in range(3)]
+        given.append(row(name, 3, None, case))
+    for _ in write_report(given, tmp_path, ["a"]):
         pass
     text = (tmp_path / "report.html").read_text()
-    assert str(markupsafe.escape(name)) in text
+    for name in NAMES:
+        assert str(markupsafe.escape(name)) in text
     assert "<script>alert" not in text
 
 

@@ -15,7 +15,8 @@ from dynslam_cli.trials import pool
 
 from slam.benchmark.results import read
 
-from ..bench.test_bench import SMALL, untimed
+from ..bench.test_bench import rows_of, untimed
+from ..results import SMALL
 
 pytest.importorskip("distributed")
 
@@ -79,13 +80,11 @@ def test_a_worker_that_is_killed_on_the_way_costs_no_result(bench, scheduler, tm
     assert all(row["error"] is None for row in rows)
 
 
-def test_a_cluster_finds_what_one_machine_finds(bench, scheduler, tmp_path):
+def test_a_cluster_finds_what_one_machine_finds(bench, scheduler, small_results, tmp_path):
     address, worker = scheduler
     worker()
-    here, there = tmp_path / "here", tmp_path / "there"
-    assert bench(*SMALL, out=here) == 0
-    assert bench(*SMALL, "--cluster", address, out=there) == 0
-    assert untimed(read(here / "results.jsonl")) == untimed(read(there / "results.jsonl"))
+    assert bench(*SMALL, "--cluster", address) == 0
+    assert untimed(rows_of(tmp_path / "out")) == untimed(rows_of(small_results))
 
 
 def test_a_scheduler_without_workers_is_told(bench, scheduler, monkeypatch, capsys):
