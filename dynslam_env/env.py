@@ -233,6 +233,12 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         return self._begun.scan_arrived(0)
 
     @property
+    def scan_late(self) -> int:
+        """Steps ago at which the last scan was taken; above 0 only during a fault such as `Lag`."""
+        faults = self._begun.faults[0]
+        return 0 if faults is None else faults.late()
+
+    @property
     def fault_times(self) -> dict[str, float]:
         """Name of each fault -> s, end of the first step of its last occurrence; NaN before."""
         faults = self._begun.faults[0]

@@ -38,28 +38,30 @@ class Recorder:
         self._scans: list[Scan] = []
         self._odometry: list[Pose2] = [Pose2()]
         self._times: list[float] = [env.physics.time]
-        self._poses: list[Pose2] = []
-        self._doors: list[Array] = []
+        self._states: list[tuple[Pose2, Array]] = []  # robot and doors, of every step
+        self._taken: list[int] = []  # steps at which the scans were taken
         self._append()
 
     def step(self) -> None:
         """Record the last step of the environment; without a scan, only its odometry."""
         self._odometry.append(self._odometry[-1] @ self._env.displacement)
         self._times.append(self._env.physics.time)
-        if self._env.scan_arrived:
-            self._append()
+        self._append()
 
     def _append(self) -> None:
-        self._scans.append(self._env.scan)
-        self._poses.append(self._env.pose)
-        self._doors.append(self._env.outline())
+        self._states.append((self._env.pose, self._env.outline()))
+        if self._env.scan_arrived:
+            self._scans.append(self._env.scan)
+            self._taken.append(max(len(self._states) - 1 - self._env.scan_late, 0))
 
     def episode(self, meta: dict[str, Any]) -> Episode:
-        """The recording so far. Its odometry starts at the origin of the odometry frame.
+        """The recording so far. Its odometry starts at the origin of the odometry frame; its truth
+        is that at which the scans were taken, also of late ones.
 
         Faults that occurred are added to `meta`: `faults`, s by name.
         """
-        truth = Truth(np.array(self._poses), self._env.layout.walls, np.array(self._doors))
+        poses, doors = zip(*(self._states[step] for step in self._taken), strict=True)
+        truth = Truth(np.array(poses), self._env.layout.walls, np.array(doors))
         odometry = Trajectory(np.array(self._times), np.array(self._odometry))
         faults = {k: at for k, at in self._env.fault_times.items() if not math.isnan(at)}
         meta = meta | {"faults": faults} if faults else meta
@@ -97,5 +99,6 @@ def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> E
         observation, _, terminated, truncated, _ = env.step(action)
         recorder.step()
         start, ended = np.zeros(1, dtype=bool), terminated or truncated
-    source = {"source": "DoorCorridor-v0", "seed": seed, "driver": type(driver).__name__}
+    name = env.spec.id if env.spec is not None else type(world).__name__
+    source = {"source": name, "seed": seed, "driver": type(driver).__name__}
     return recorder.episode(source | {"config": world.config})

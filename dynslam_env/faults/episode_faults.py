@@ -53,6 +53,10 @@ class EpisodeFaults:
             ranges[:] = np.nan
         observed[:] = np.nan_to_num(ranges, nan=0.0, posinf=self._max_range)
 
+    def late(self) -> int:
+        """Steps ago at which the scan of the current step was taken."""
+        return sum(state.late for state in self._states)
+
     def active(self) -> list[bool]:
         """Of each fault: whether it acts in the current step."""
         return [state.active for state in self._states]

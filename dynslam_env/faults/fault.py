@@ -55,9 +55,11 @@ class FaultState:
     active  whether it acts in the current step
     since   s, end of the first step of its last occurrence; NaN before
     blinds  whether no scan arrives while it is active
+    late    steps ago at which the scan of the current step was taken
     """
 
     blinds = False
+    late = 0
 
     def __init__(self, start: float, duration: float | None):
         """`duration`: s; None: to the end of the episode."""

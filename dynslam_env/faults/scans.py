@@ -17,7 +17,8 @@ from slam.validation import positive, within
 class Lag:
     """The scan of a step is that of `delay` s ago, beside the odometry of now.
 
-    Before `delay` s have passed it is the oldest one since the reset.
+    Before `delay` s have passed it is the oldest one since the reset. In a recording, the true pose
+    of a scan is that at which it was taken.
 
     delay     s, rounded to whole steps
     at        when it begins
@@ -45,6 +46,7 @@ class _LagState(FaultState):
 
     def disturb_scan(self, ranges: Array) -> None:
         self._last.append(ranges.copy())
+        self.late = len(self._last) - 1 if self.active else 0
         if self.active:
             ranges[:] = self._last[0]
 

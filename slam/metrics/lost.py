@@ -1,7 +1,8 @@
 """Scores of `Estimate.lost`: does a SLAM know when its pose is wrong, and how soon?
 
-A pose is wrong where it is off by more than LOST_DISTANCE or LOST_TURN. A SLAM tells that it is
-lost where `lost` is above ALARM_LEVEL. Times are those of the scans; nothing is known in between.
+A pose is wrong where it is off by more than LOST_DISTANCE or LOST_TURN within the map. A SLAM tells
+that it is lost where `lost` is above ALARM_LEVEL. Times are those of the scans; nothing is known in
+between.
 
 Area under the ROC curve: Hanley and McNeil (1982). Expected calibration error: Naeini, Cooper and
 Hauskrecht (2015), in ten equal bins. Score of the probabilities: Brier (1950).
@@ -17,9 +18,10 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
+from slam.metrics.within_map import LOST_DISTANCE as LOST_DISTANCE
+from slam.metrics.within_map import LOST_TURN as LOST_TURN
+from slam.metrics.within_map import wrong_within_map
 
-LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off is wrong
-LOST_TURN = math.radians(10.0)
 ALARM_LEVEL = 0.5  # of `lost`; above it the SLAM tells that it is lost
 SETTLED_TIME = 2.0  # s; two losses, or two alarms, with less between them are one
 TOLD_IN_TIME = 5.0  # s, from the beginning of a loss
@@ -66,7 +68,7 @@ class LostScores(NamedTuple):
     """How well one run told that it was lost.
 
     lost_share      of the scans, whose pose was wrong
-    lost_at_end     whether the last pose was wrong
+    lost_at_end     whether the last pose was off by as much in the world
     sure_and_wrong  share of the scans with a wrong pose for which `lost` was at most ALARM_LEVEL
     brier           mean squared difference of `lost` and the truth
     auroc           area under the ROC curve; NaN where all poses are right, or all wrong
@@ -108,13 +110,14 @@ def score_lost(times: Array, poses: Array, truth: Array, lost: Array) -> LostSco
     Raises InputError for other shapes, for no scan, and for probabilities outside of 0 to 1.
     """
     check_probabilities(lost, len(times))
-    wrong = is_wrong(poses, truth)
-    if len(wrong) != len(times):
-        raise InputError(f"there is one pose a scan, got {len(wrong)} for {len(times)} scans")
+    off = is_wrong(poses, truth)
+    if len(off) != len(times):
+        raise InputError(f"there is one pose a scan, got {len(off)} for {len(times)} scans")
     alarm = lost > ALARM_LEVEL
+    wrong = wrong_within_map(poses, truth, ~alarm)
     return LostScores(
         lost_share=float(wrong.mean()),
-        lost_at_end=bool(wrong[-1]),
+        lost_at_end=bool(off[-1]),
         sure_and_wrong=float((wrong & ~alarm).mean()),
         brier=float(np.mean((lost - wrong) ** 2)),
         auroc=auroc(lost, wrong),
@@ -232,8 +235,10 @@ def pooled(diagrams: Sequence[Reliability]) -> Reliability:
 
 
 def told_in_time(loss: Loss) -> bool:
-    """Whether the SLAM told a loss within TOLD_IN_TIME."""
-    return loss.told is not None and loss.told - loss.begin <= TOLD_IN_TIME
+    """Whether the SLAM told a loss, or corrected it, within TOLD_IN_TIME."""
+    return any(
+        when is not None and when - loss.begin <= TOLD_IN_TIME for when in (loss.told, loss.end)
+    )
 
 
 def check_probabilities(lost: Array, count: int) -> None:

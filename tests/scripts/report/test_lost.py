@@ -62,6 +62,7 @@ def test_the_scores_of_a_group_by_hand():
 
 def test_probabilities_are_judged_over_all_scans_together():
     told = RNG.random((4, N))
+    told[:, 0] = 0.0  # the first pose is right: the others are compared with it
     wrong = RNG.random((4, N)) < told**2
     found = lost_summary([made("a", k, wrong[k], told[k]) for k in range(4)])
     whole, truth = told.ravel(), wrong.ravel()
@@ -81,7 +82,7 @@ def test_a_run_without_a_result_is_lost_at_the_end_and_nothing_else():
 
 
 def test_the_table_has_all_conditions_together_and_each():
-    others = [made("knows", 0, spans((0, 100)), spans((0, 100)) * 1.0, "lag")]
+    others = [made("knows", 0, spans((1, 100)), spans((1, 100)) * 1.0, "lag")]
     summary = Summary([*KNOWS, *others], ["knows"])
     table = lost_table(summary)
     words = [[cell.text for cell in cells[:3]] for cells in table.rows]
@@ -124,8 +125,9 @@ def test_the_terminal_shows_every_fault_over_all_worlds():
 
 def test_the_diagram_draws_the_variants_that_tell_something():
     told = RNG.random((2, N))
+    told[:, 0] = 0.0
     rows = [made("a", k, RNG.random(N) < told[k], told[k]) for k in range(2)]
-    rows.append(made("mute", 0, spans((0, 600)), 0.0 * TIMES))
+    rows.append(made("mute", 0, spans((1, 600)), 0.0 * TIMES))
     chart = reliability_chart(Summary(rows, ["a", "mute"]))
     assert chart is not None
     (axes,) = chart.figure.axes

@@ -1,0 +1,58 @@
+"""Poses that are wrong within the map: in relation to what was drawn there first."""
+
+import math
+
+import numpy as np
+
+from slam.geometry import Pose2, compose
+from slam.metrics.within_map import wrong_within_map
+
+N = 100
+BELIEVED = np.ones(N, dtype=bool)
+
+
+def line(step=0.1):
+    """Poses along a straight line, there and back."""
+    x = step * np.concatenate([np.arange(N // 2), np.arange(N // 2)[::-1]])
+    return np.column_stack([x, np.zeros(N), np.repeat([0.0, math.pi], N // 2)])
+
+
+def test_an_error_that_all_of_the_map_shares_is_none():
+    truth = line()
+    assert not wrong_within_map(compose(Pose2(5.0, 3.0, 1.0), truth), truth, BELIEVED).any()
+
+
+def test_a_map_that_is_too_long_is_right_until_the_robot_contradicts_it():
+    truth = line(step=0.4)
+    long = truth * [1.1, 1.0, 1.0]
+    assert not wrong_within_map(long, truth, BELIEVED).any()  # also on the way back
+    slipped = truth.copy()
+    slipped[N // 2 :, 0] += 0.5  # on the way back only
+    assert wrong_within_map(slipped, truth, BELIEVED)[N // 2 :].all()
+
+
+def test_a_jump_on_the_way_into_the_unknown_is_wrong_while_the_old_place_is_seen():
+    truth = line(step=0.1)[: N // 2]
+    slipped = truth.copy()
+    slipped[20:, 0] += 0.5
+    wrong = wrong_within_map(slipped, truth, BELIEVED[: N // 2])
+    assert not wrong[:20].any()
+    assert wrong[20:33].all()
+    assert not wrong[45:].any()
+
+
+def test_what_a_lost_robot_saw_is_no_part_of_the_map():
+    truth = line()
+    poses, drawn = truth.copy(), BELIEVED.copy()
+    poses[20:50] += [3.0, 0.0, 0.0]
+    drawn[20:50] = False
+    wrong = wrong_within_map(poses, truth, drawn)
+    assert wrong[20:50].all()
+    assert not wrong[50:].any()  # it is back where it was before
+
+
+def test_a_turn_alone_is_wrong():
+    truth = line()
+    poses = truth.copy()
+    poses[60:, 2] += math.radians(11.0)
+    assert wrong_within_map(poses, truth, BELIEVED).tolist() == [False] * 60 + [True] * 40
