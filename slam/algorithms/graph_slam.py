@@ -35,8 +35,13 @@ MAX_MIDDLE_DISTANCE = (
 )
 SAVED = np.diag([0.02, 0.02, math.radians(0.3)]) ** 2  # m^2, rad^2: error of a remembered pose
 JOINED = np.diag([0.1, 0.1, math.radians(2.0)]) ** 2  # m^2, rad^2: error of the start among them
-DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a local map that
+DRIFT = np.diag([0.032, 0.031, math.radians(0.6)]) ** 2  # m^2, rad^2: error of a local map that
 # its estimated covariance does not include
+MATCHED_SHARE = (
+    0.05  # of the covariance of an edge by matches, that its errors have on average: the
+)
+# residuals of the loops are a fiftieth to a twentieth (Intel, csail, the built-in worlds). The edges
+# themselves are weighted, and loops searched for, by what they may err where they err most
 
 
 class GraphSlam:
@@ -93,6 +98,7 @@ class GraphSlam:
         self._frame_covariance = np.zeros(
             (3, 3)
         )  # covariance of the current local map's frame, in that frame
+        self._ties: list[int] = []  # numbers of the edges that no match has measured
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
@@ -214,15 +220,21 @@ class GraphSlam:
             return
         nearest = int(np.argmin(np.hypot(*(self.graph.poses[:, :2] - pose[:2]).T)))
         self._tie(nearest, pose, JOINED)
-        self._frame_covariance = chained(
-            len(self.graph.poses), self.graph.edges, self.graph.trust(), 0
-        )[-1]
+        self._frame_covariance = self._chained_to_last()
+
+    def _chained_to_last(self) -> Array:
+        """The covariance of the last frame along the chain of edges, in that frame."""
+        graph = self.graph
+        share = np.full(len(graph.edges), MATCHED_SHARE)
+        share[self._ties] = 1.0
+        return chained(len(graph.poses), graph.edges, graph.trust(), 0, share)[-1]
 
     def _tie(self, number: int, pose: Pose2, covariance: Array) -> None:
         """Add a pose to the graph, known relative to another with a (3, 3) covariance."""
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         displacement = Pose2.of(self.graph.poses[number]).between(pose)
         new = self.graph.add_pose(pose)
+        self._ties.append(len(self.graph.edges))
         self.graph.edges.append(Edge(number, new, displacement, information))
 
     def _append(self, estimate: Estimate) -> None:
@@ -234,16 +246,17 @@ class GraphSlam:
         self.graph.add_pose(frame @ estimate.pose)
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         self.graph.edges.append(Edge(last, last + 1, estimate.pose, information))
-        self._frame_covariance = turn @ self._carried(estimate) @ turn.T + DRIFT
+        carried = turn @ self._carried(estimate.pose) @ turn.T
+        self._frame_covariance = carried + MATCHED_SHARE * covariance
 
     def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
         turn = turned(frame.theta)
-        return turn @ self._carried(estimate) @ turn.T
+        return turn @ (self._carried(estimate.pose) + estimate.covariance) @ turn.T
 
-    def _carried(self, estimate: Estimate) -> Array:
-        """The covariance of a pose in the current frame, including the error of the frame."""
-        lever = lever_jacobian(estimate.pose.x, estimate.pose.y)
-        return lever @ self._frame_covariance @ lever.T + estimate.covariance
+    def _carried(self, pose: Pose2) -> Array:
+        """The covariance of a pose in the current frame by the error of the frame."""
+        lever = lever_jacobian(pose.x, pose.y)
+        return lever @ self._frame_covariance @ lever.T
 
     # -- loops ---------------------------------------------------------------------------------
 
@@ -298,7 +311,7 @@ class GraphSlam:
             yield
         moved = Pose2.of(found[-1]) @ Pose2.of(graph.poses[len(found) - 1]).inverse()
         graph.poses = np.vstack([found, compose(moved, graph.poses[len(found) :])])
-        self._frame_covariance = chained(len(graph.poses), graph.edges, graph.trust(), 0)[-1]
+        self._frame_covariance = self._chained_to_last()
         self._revisions += 1
 
 
