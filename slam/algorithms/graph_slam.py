@@ -35,12 +35,15 @@ MAX_MIDDLE_DISTANCE = (
 )
 SAVED = np.diag([0.02, 0.02, math.radians(0.3)]) ** 2  # m^2, rad^2: error of a remembered pose
 JOINED = np.diag([0.1, 0.1, math.radians(2.0)]) ** 2  # m^2, rad^2: error of the start among them
-DRIFT = np.diag([0.032, 0.031, math.radians(0.6)]) ** 2  # m^2, rad^2: error of a local map that
-# its estimated covariance does not include
-# Share of the covariance of an edge by matches that its errors have on average (the residuals of
-# loops: 0.01 to 0.05, on Intel, csail and in the built-in worlds). Edges are weighted, and loops
-# searched for, by the whole covariance: where a place is hard to match they err as much.
-MATCHED_SHARE = 0.05
+DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a local map that
+# its estimated covariance does not include, where it is largest
+# The edges are weighted, and loops searched for, by the largest errors, since where a place is hard
+# to match they are as large; `Estimate.covariance` is of the errors on average.
+LARGEST = 5.0  # covariance of the largest errors of a local map, by the estimated one
+AVERAGE = (
+    0.06  # share of DRIFT, and of the covariance of a loop, that its errors have on average (of
+)
+# the residuals of loops on Intel and csail, and in the built-in worlds: 0.01 to 0.05)
 
 
 class GraphSlam:
@@ -97,7 +100,7 @@ class GraphSlam:
         self._frame_covariance = np.zeros(
             (3, 3)
         )  # covariance of the current local map's frame, in that frame
-        self._ties: list[int] = []  # numbers of the edges that no match has measured
+        self._average: list[Array] = []  # (3, 3) for each edge: information of errors on average
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
@@ -224,29 +227,32 @@ class GraphSlam:
     def _chained_to_last(self) -> Array:
         """The covariance of the last frame along the chain of edges, in that frame."""
         graph = self.graph
-        share = np.full(len(graph.edges), MATCHED_SHARE)
-        share[self._ties] = 1.0
-        return chained(len(graph.poses), graph.edges, graph.trust(), 0, share)[-1]
+        information = np.array(self._average).reshape(-1, 3, 3)
+        return chained(len(graph.poses), graph.edges, graph.trust(), 0, information)[-1]
 
     def _tie(self, number: int, pose: Pose2, covariance: Array) -> None:
         """Add a pose to the graph, known relative to another with a (3, 3) covariance."""
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         displacement = Pose2.of(self.graph.poses[number]).between(pose)
         new = self.graph.add_pose(pose)
-        self._ties.append(len(self.graph.edges))
-        self.graph.edges.append(Edge(number, new, displacement, information))
+        self._connect(Edge(number, new, displacement, information), information)
+
+    def _connect(self, edge: Edge, average: Array) -> None:
+        """Add an edge, with the (3, 3) information of its errors on average."""
+        self.graph.edges.append(edge)
+        self._average.append(average)
 
     def _append(self, estimate: Estimate) -> None:
         """Add the frame of the next local map to the graph, at the current estimate."""
         frame = Pose2.of(self.graph.poses[-1])
         turn = turned(-estimate.pose.theta)
-        covariance = turn @ estimate.covariance @ turn.T + DRIFT
+        own = turn @ estimate.covariance @ turn.T
+        largest, average = LARGEST * own + DRIFT, own + AVERAGE * DRIFT
         last = len(self.graph.poses) - 1
         self.graph.add_pose(frame @ estimate.pose)
-        information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-        self.graph.edges.append(Edge(last, last + 1, estimate.pose, information))
-        carried = turn @ self._carried(estimate.pose) @ turn.T
-        self._frame_covariance = carried + MATCHED_SHARE * covariance
+        information = np.asarray(np.linalg.inv(np.array([largest, average])), dtype=np.float64)
+        self._connect(Edge(last, last + 1, estimate.pose, information[0]), information[1])
+        self._frame_covariance = turn @ self._carried(estimate.pose) @ turn.T + average
 
     def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
         turn = turned(frame.theta)
@@ -286,7 +292,8 @@ class GraphSlam:
                 self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
             )
             if self.loops.accepts(match):
-                graph.edges.append(Edge(other, here, match.pose, match.information, loop=True))
+                loop = Edge(other, here, match.pose, match.information, loop=True)
+                self._connect(loop, match.information / AVERAGE)
                 closed = True
             yield
         if closed:

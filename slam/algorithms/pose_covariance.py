@@ -8,7 +8,7 @@ from slam.geometry import Array, Pose2, lever_jacobian
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
-SHARPNESS = 34.0  # by how much the information of a keyframe's match exceeds the curvature of its
+SHARPNESS = 30.0  # by how much the information of a keyframe's match exceeds the curvature of its
 # likelihood, which is as wide as cells need it; chosen with LAST_KEYFRAMES so that errors in the
 # built-in worlds are as large as claimed
 LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged
