@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.geometry import Array, Pose2, compose, lever_jacobian, turned
-from slam.graph.chain import chained
+from slam.algorithms.maximum_likelihood import EXACT, MaximumLikelihood
+from slam.geometry import Array, Pose2, compose, lever_jacobian, turned, wrap_angle
+from slam.graph.chain import MIN_INFORMATION, chained
 from slam.graph.edges import Edge
 from slam.graph.local_map import LocalMap
-from slam.graph.loops import Loops, Matcher
+from slam.graph.loops import Loops, Match, Matcher
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.whole_map import WholeMap
 from slam.grid import OccupancyGrid
@@ -40,10 +40,8 @@ DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a 
 # The edges are weighted, and loops searched for, by the largest errors, since where a place is hard
 # to match they are as large; `Estimate.covariance` is of the errors on average.
 LARGEST = 5.0  # covariance of the largest errors of a local map, by the estimated one
-AVERAGE = (
-    0.06  # share of DRIFT, and of the covariance of a loop, that its errors have on average (of
-)
-# the residuals of loops on Intel and csail, and in the built-in worlds: 0.01 to 0.05)
+AVERAGE = 0.055  # share of the largest errors' covariance that errors have on average, before loops
+PRIOR_LOOPS = 2  # number of loops that AVERAGE counts as
 
 
 class GraphSlam:
@@ -100,7 +98,8 @@ class GraphSlam:
         self._frame_covariance = np.zeros(
             (3, 3)
         )  # covariance of the current local map's frame, in that frame
-        self._average: list[Array] = []  # (3, 3) for each edge: information of errors on average
+        self._given: list[Array] = []  # (3, 3) for each edge: covariance that no match has measured
+        self._share, self._looped = AVERAGE, 0  # learned from so many loops
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
@@ -227,7 +226,8 @@ class GraphSlam:
     def _chained_to_last(self) -> Array:
         """The covariance of the last frame along the chain of edges, in that frame."""
         graph = self.graph
-        information = np.array(self._average).reshape(-1, 3, 3)
+        largest = np.linalg.inv(graph.edges.information + np.diag(MIN_INFORMATION))
+        information = np.asarray(np.linalg.inv(np.array(self._given) + self._share * largest))
         return chained(len(graph.poses), graph.edges, graph.trust(), 0, information)[-1]
 
     def _tie(self, number: int, pose: Pose2, covariance: Array) -> None:
@@ -235,24 +235,24 @@ class GraphSlam:
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         displacement = Pose2.of(self.graph.poses[number]).between(pose)
         new = self.graph.add_pose(pose)
-        self._connect(Edge(number, new, displacement, information), information)
+        self._connect(Edge(number, new, displacement, information), covariance)
 
-    def _connect(self, edge: Edge, average: Array) -> None:
-        """Add an edge, with the (3, 3) information of its errors on average."""
+    def _connect(self, edge: Edge, given: Array) -> None:
+        """Add an edge, with the (3, 3) covariance that it is given without a match."""
         self.graph.edges.append(edge)
-        self._average.append(average)
+        self._given.append(given)
 
     def _append(self, estimate: Estimate) -> None:
         """Add the frame of the next local map to the graph, at the current estimate."""
         frame = Pose2.of(self.graph.poses[-1])
         turn = turned(-estimate.pose.theta)
-        own = turn @ estimate.covariance @ turn.T
-        largest, average = LARGEST * own + DRIFT, own + AVERAGE * DRIFT
+        largest = LARGEST * turn @ estimate.covariance @ turn.T + DRIFT
         last = len(self.graph.poses) - 1
         self.graph.add_pose(frame @ estimate.pose)
-        information = np.asarray(np.linalg.inv(np.array([largest, average])), dtype=np.float64)
-        self._connect(Edge(last, last + 1, estimate.pose, information[0]), information[1])
-        self._frame_covariance = turn @ self._carried(estimate.pose) @ turn.T + average
+        information = np.asarray(np.linalg.inv(largest), dtype=np.float64)
+        self._connect(Edge(last, last + 1, estimate.pose, information), EXACT)
+        carried = turn @ self._carried(estimate.pose) @ turn.T
+        self._frame_covariance = carried + self._share * largest
 
     def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
         turn = turned(frame.theta)
@@ -288,16 +288,26 @@ class GraphSlam:
             frame = Pose2.of(graph.poses[other])
             predicted = frame.between(Pose2.of(graph.poses[here]))
             lever = lever_jacobian(predicted.x, predicted.y)
-            match = self._matcher.match(
-                self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
-            )
+            doubt = lever @ covariances[other] @ lever.T
+            match = self._matcher.match(self.places[other], panorama, predicted, doubt)
             if self.loops.accepts(match):
                 loop = Edge(other, here, match.pose, match.information, loop=True)
-                self._connect(loop, match.information / AVERAGE)
+                self._connect(loop, EXACT)
+                self._learn(predicted, doubt, match)
                 closed = True
             yield
         if closed:
             yield from self._moved(graph.adjusting())
+
+    def _learn(self, predicted: Pose2, doubt: Array, match: Match) -> None:
+        """Learn from a loop how large errors are, by the largest: its squared innovation."""
+        turn = turned(match.pose.theta)
+        matched = turn @ np.linalg.inv(match.information + np.diag(MIN_INFORMATION)) @ turn.T
+        off = np.array(match.pose) - predicted
+        off[2] = wrap_angle(off[2])
+        square = float(off @ np.linalg.solve(doubt + matched, off)) / 3.0
+        self._looped += 1
+        self._share += (min(square, 1.0) - self._share) / (PRIOR_LOOPS + self._looped)
 
     def _candidates(self, here: int, covariances: Array) -> list[int]:
         """Indices of older local maps that may show the same place, the likeliest first."""

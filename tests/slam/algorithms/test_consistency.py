@@ -47,11 +47,10 @@ def test_errors_of_the_claimed_covariance_are_consistent() -> None:
     [
         *(("static-ml", world) for world in ("DoorCorridor-v0", "DoorLoop-v0", "DoorOffice-v0")),
         *(("dynamic-ml", world) for world in ("DoorCorridor-v0", "DoorCrowd-v0")),
-        *(("dynamic-graph", world) for world in ("DoorCorridor-v0", "DoorOffice-v0")),
+        *(("dynamic-graph", world) for world in ("DoorCorridor-v0", "DoorLoop-v0")),
         ("static-pf", "DoorCorridor-v0"),
     ],
 )
 def test_errors_are_as_large_as_the_covariance_says(variant: str, world: str) -> None:
     found = [consistency(variant, drive(world, seed)) for seed in SEEDS]
-    print(variant, world, np.mean(found), found)
     assert 0.5 < np.mean(found) < 2.0, found
