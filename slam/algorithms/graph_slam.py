@@ -227,7 +227,8 @@ class GraphSlam:
         """The covariance of the last frame along the chain of edges, in that frame."""
         graph = self.graph
         largest = np.linalg.inv(graph.edges.information + np.diag(MIN_INFORMATION))
-        information = np.asarray(np.linalg.inv(np.array(self._given) + self._share * largest))
+        average = np.array(self._given) + self._share * largest
+        information = np.asarray(np.linalg.inv(average), dtype=np.float64)
         return chained(len(graph.poses), graph.edges, graph.trust(), 0, information)[-1]
 
     def _tie(self, number: int, pose: Pose2, covariance: Array) -> None:

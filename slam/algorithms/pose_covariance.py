@@ -9,8 +9,8 @@ from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
 SHARPNESS = 30.0  # by how much the information of a keyframe's match exceeds the curvature of its
-# likelihood, which is as wide as cells need it; chosen with LAST_KEYFRAMES so that errors in the
-# built-in worlds are as large as claimed
+# likelihood, which is as wide as cells need it; chosen, with LAST_KEYFRAMES, such that errors in
+# the built-in worlds are as large as claimed
 LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged
 
 
@@ -26,7 +26,7 @@ class MapUncertainty:
 
     def __init__(self, tiles: Tiles):
         self.tiles = tiles
-        self._drawn = tiles.layer(np.float64, np.nan, (12,))  # x, y, number averaged, covariance
+        self._drawn = tiles.layer(np.float64, 0.0, (12,))  # x, y, number averaged, covariance
 
     def settle(self, pose: Pose2, covariance: Array, points: Array) -> None:
         """Average the keyframe's covariance into the current map's tiles that its echoes `points`
@@ -35,7 +35,7 @@ class MapUncertainty:
         seen = _echoes(*pose, points, tiles.index, tiles.origin, tiles.resolution, len(drawn))
         _average(drawn, seen, pose.x, pose.y, covariance)
         slots = tiles.current.slots
-        new = slots[np.isnan(drawn[slots, 0])]
+        new = slots[drawn[slots, 2] == 0]
         drawn[new] = np.array([pose.x, pose.y, 1.0, *covariance.flat])
 
     def matched(self, predicted: Array, pose: Pose2, points: Array, information: Array) -> Array:
@@ -74,7 +74,7 @@ def _inherited(drawn, seen, x, y):
     """(3, 3) mean over the echoes of their tiles' covariances, at (x, y)."""
     total, result = 0.0, np.zeros((3, 3))
     for slot in range(1, len(drawn)):
-        if seen[slot] and not np.isnan(drawn[slot, 0]):
+        if seen[slot] and drawn[slot, 2] > 0:
             result += seen[slot] * _at(drawn[slot], x, y)
             total += seen[slot]
     return result / max(total, 1.0)
@@ -84,7 +84,7 @@ def _inherited(drawn, seen, x, y):
 def _average(drawn, seen, x, y, covariance):
     """Take a keyframe at (x, y) into the mean of the tiles that it saw, which move to (x, y)."""
     for slot in range(1, len(drawn)):
-        if seen[slot] and not np.isnan(drawn[slot, 0]):
+        if seen[slot] and drawn[slot, 2] > 0:
             n = min(drawn[slot, 2], LAST_KEYFRAMES) + 1.0
             mean = _at(drawn[slot], x, y)
             drawn[slot, 3:] = (mean + (covariance - mean) / n).reshape(9)
@@ -121,23 +121,3 @@ def fused(predicted, ground, information):
     within = (axes * np.maximum(values, 0.0)) @ axes.T
     sure = np.linalg.solve(np.eye(3) + within @ information, within)
     return ground + 0.5 * (sure + sure.T)
-
-
-@kernel
-def _redraw(robot_x, robot_y, theta, points, index, origin, resolution, drawn, covariance, cap):
-    c, s, scale = np.cos(theta), np.sin(theta), 1.0 / resolution
-    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    seen = np.zeros(len(drawn), np.bool_)
-    for k in range(len(points)):
-        x = (robot_x + c * points[k, 0] - s * points[k, 1] - origin[0]) * scale
-        y = (robot_y + s * points[k, 0] + c * points[k, 1] - origin[1]) * scale
-        if 0.0 <= x < cols and 0.0 <= y < rows:
-            slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
-            if not np.isnan(drawn[slot, 0]) and not seen[slot]:
-                seen[slot] = True
-                share = 1.0 / (1.0 + drawn[slot, 11])
-                x, y = robot_x - drawn[slot, 0], robot_y - drawn[slot, 1]
-                moved = _turned(drawn[slot, 2:11].copy().reshape(3, 3), x, y)
-                drawn[slot, 2:11] = ((1.0 - share) * moved + share * covariance).reshape(9)
-                drawn[slot, 0], drawn[slot, 1] = robot_x, robot_y
-                drawn[slot, 11] = min(drawn[slot, 11] + 1.0, cap)
