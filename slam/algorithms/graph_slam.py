@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.geometry import Array, Pose2, compose, lever_jacobian, turned
-from slam.graph.chain import chained
+from slam.algorithms.maximum_likelihood import EXACT, MaximumLikelihood
+from slam.geometry import Array, Pose2, compose, lever_jacobian, turned, wrap_angle
+from slam.graph.chain import MIN_INFORMATION, chained
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap
-from slam.graph.loops import Loops, Matcher
+from slam.graph.loops import Loops, Match, Matcher
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.whole_map import SearchedMap, WholeMap
 from slam.grid import OccupancyGrid
@@ -39,7 +39,12 @@ MAX_MIDDLE_DISTANCE = (
 SAVED = np.diag([0.02, 0.02, math.radians(0.3)]) ** 2  # m^2, rad^2: error of a remembered pose
 JOINED = np.diag([0.1, 0.1, math.radians(2.0)]) ** 2  # m^2, rad^2: error of the start among them
 DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a local map that
-# its estimated covariance does not include
+# its estimated covariance does not include, where it is largest
+# The edges are weighted, and loops searched for, by the largest errors, since where a place is hard
+# to match they are as large; `Estimate.covariance` is of the errors on average.
+LARGEST = 5.0  # covariance of the largest errors of a local map, by the estimated one
+AVERAGE = 0.055  # share of the largest errors' covariance that errors have on average, before loops
+PRIOR_LOOPS = 2  # number of loops that AVERAGE counts as
 
 
 class GraphSlam:
@@ -99,6 +104,8 @@ class GraphSlam:
         self._frame_covariance = np.zeros(
             (3, 3)
         )  # covariance of the current local map's frame, in that frame
+        self._given: list[Array] = []  # (3, 3) for each edge: covariance that no match has measured
+        self._share, self._looped = AVERAGE, 0  # learned from so many loops
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
         self._whole = WholeMap(map_model)
@@ -270,36 +277,48 @@ class GraphSlam:
             return
         nearest = int(np.argmin(np.hypot(*(self.graph.poses[:, :2] - pose[:2]).T)))
         self._tie(nearest, pose, JOINED)
-        self._frame_covariance = chained(
-            len(self.graph.poses), self.graph.edges, self.graph.trust(), 0
-        )[-1]
+        self._frame_covariance = self._chained_to_last()
+
+    def _chained_to_last(self) -> Array:
+        """The covariance of the last frame along the chain of edges, in that frame."""
+        graph = self.graph
+        largest = np.linalg.inv(graph.edges.information + np.diag(MIN_INFORMATION))
+        average = np.array(self._given) + self._share * largest
+        information = np.asarray(np.linalg.inv(average), dtype=np.float64)
+        return chained(len(graph.poses), graph.edges, graph.trust(), 0, information)[-1]
 
     def _tie(self, number: int, pose: Pose2, covariance: Array) -> None:
         """Add a pose to the graph, known relative to another with a (3, 3) covariance."""
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         displacement = Pose2.of(self.graph.poses[number]).between(pose)
         new = self.graph.add_pose(pose)
-        self.graph.edges.append(Edge(number, new, displacement, information))
+        self._connect(Edge(number, new, displacement, information), covariance)
+
+    def _connect(self, edge: Edge, given: Array) -> None:
+        """Add an edge, with the (3, 3) covariance that it is given without a match."""
+        self.graph.edges.append(edge)
+        self._given.append(given)
 
     def _append(self, estimate: Estimate) -> None:
         """Add the frame of the next local map to the graph, at the current estimate."""
         frame = Pose2.of(self.graph.poses[-1])
         turn = turned(-estimate.pose.theta)
-        covariance = turn @ estimate.covariance @ turn.T + DRIFT
+        largest = LARGEST * turn @ estimate.covariance @ turn.T + DRIFT
         last = len(self.graph.poses) - 1
         self.graph.add_pose(frame @ estimate.pose)
-        information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-        self.graph.edges.append(Edge(last, last + 1, estimate.pose, information))
-        self._frame_covariance = turn @ self._carried(estimate) @ turn.T + DRIFT
+        information = np.asarray(np.linalg.inv(largest), dtype=np.float64)
+        self._connect(Edge(last, last + 1, estimate.pose, information), EXACT)
+        carried = turn @ self._carried(estimate.pose) @ turn.T
+        self._frame_covariance = carried + self._share * largest
 
     def _in_world(self, estimate: Estimate, frame: Pose2) -> Array:
         turn = turned(frame.theta)
-        return turn @ self._carried(estimate) @ turn.T
+        return turn @ (self._carried(estimate.pose) + estimate.covariance) @ turn.T
 
-    def _carried(self, estimate: Estimate) -> Array:
-        """The covariance of a pose in the current frame, including the error of the frame."""
-        lever = lever_jacobian(estimate.pose.x, estimate.pose.y)
-        return lever @ self._frame_covariance @ lever.T + estimate.covariance
+    def _carried(self, pose: Pose2) -> Array:
+        """The covariance of a pose in the current frame by the error of the frame."""
+        lever = lever_jacobian(pose.x, pose.y)
+        return lever @ self._frame_covariance @ lever.T
 
     # -- loops ---------------------------------------------------------------------------------
 
@@ -326,15 +345,26 @@ class GraphSlam:
             frame = Pose2.of(graph.poses[other])
             predicted = frame.between(Pose2.of(graph.poses[here]))
             lever = lever_jacobian(predicted.x, predicted.y)
-            match = self._matcher.match(
-                self.places[other], panorama, predicted, lever @ covariances[other] @ lever.T
-            )
+            doubt = lever @ covariances[other] @ lever.T
+            match = self._matcher.match(self.places[other], panorama, predicted, doubt)
             if self.loops.accepts(match):
-                graph.edges.append(Edge(other, here, match.pose, match.information, loop=True))
+                loop = Edge(other, here, match.pose, match.information, loop=True)
+                self._connect(loop, EXACT)
+                self._learn(predicted, doubt, match)
                 closed = True
             yield
         if closed:
             yield from self._moved(graph.adjusting())
+
+    def _learn(self, predicted: Pose2, doubt: Array, match: Match) -> None:
+        """Learn from a loop how large errors are, by the largest: its squared innovation."""
+        turn = turned(match.pose.theta)
+        matched = turn @ np.linalg.inv(match.information + np.diag(MIN_INFORMATION)) @ turn.T
+        off = np.array(match.pose) - predicted
+        off[2] = wrap_angle(off[2])
+        square = float(off @ np.linalg.solve(doubt + matched, off)) / 3.0
+        self._looped += 1
+        self._share += (min(square, 1.0) - self._share) / (PRIOR_LOOPS + self._looped)
 
     def _candidates(self, here: int, covariances: Array) -> list[int]:
         """Indices of older local maps that may show the same place, the likeliest first."""
@@ -354,7 +384,7 @@ class GraphSlam:
             yield
         moved = Pose2.of(found[-1]) @ Pose2.of(graph.poses[len(found) - 1]).inverse()
         graph.poses = np.vstack([found, compose(moved, graph.poses[len(found) :])])
-        self._frame_covariance = chained(len(graph.poses), graph.edges, graph.trust(), 0)[-1]
+        self._frame_covariance = self._chained_to_last()
         self._revisions += 1
 
 

@@ -126,8 +126,7 @@ class MaximumLikelihood:
             pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
             likelihood, information = laplace(self.sensor_model, scan, pose)
             before = self._carried(self.keyframe, prediction)
-            ground = self._map_uncertainty.covariance(pose, scan.points)
-            covariance = fused(before, ground, information)
+            covariance = self._map_uncertainty.matched(before, pose, scan.points, information)
             self._last_match = prediction, information
             estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
         self._matched = estimate
@@ -205,8 +204,10 @@ class MaximumLikelihood:
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Integrate the keyframe; returns the ids of the cells that may have changed."""
-        changed = NO_CELLS if self._frozen else self.map_model.integrate(scan, estimate.pose)
-        self._map_uncertainty.settle(estimate.pose, estimate.covariance)
+        changed = NO_CELLS
+        if not self._frozen:
+            changed = self.map_model.integrate(scan, estimate.pose)
+            self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)
         return changed

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from slam.algorithms.maximum_likelihood import MATCHES
-from slam.algorithms.pose_covariance import moved
+from slam.algorithms.pose_covariance import MapUncertainty, moved
 from slam.algorithms.resampling import effective, normalised, systematic
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose, wrap_angle
@@ -23,6 +23,7 @@ from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.scan import Scan
 from slam.search.correlative import Correlative
+from slam.search.laplace import laplace
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
@@ -82,6 +83,8 @@ class ParticleFilter:
         self._poses = np.tile(np.array(start), (particles, 1))
         self._log_weights = np.zeros(particles)
         self._maps: list[TileIndex] = []
+        self._map_uncertainty = MapUncertainty(self.map_model.cells.tiles)
+        self._covariance = np.zeros((3, 3))  # of the best particle's last keyframe
         self._best = 0
         self._history: list[Array] = []  # (particles, 3) poses at each keyframe
         self._parents: list[np.ndarray] = []  # (particles,) index in the keyframe before
@@ -136,7 +139,7 @@ class ParticleFilter:
         tiles = self.map_model.cells.tiles
         pose = self.pose @ self._since_keyframe.displacement
         self._poses = np.tile(np.array(pose), (self.particles, 1))
-        self.sensor_model.refresh(self.map_model, self.map_model.integrate(scan, pose))
+        self._integrate(scan, pose)
         self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
         self._note(scan, np.arange(self.particles))
         self._last = Estimate(pose, np.zeros((3, 3)), 0.0, True)
@@ -149,7 +152,7 @@ class ParticleFilter:
         prediction = self._prediction(Pose2.of(self._poses[self._best]), displacement)
         posterior = Posterior(self.sensor_model, scan, prediction)
         pose, peak = self.search.refine.top(posterior, self.search.exhaustive(posterior))
-        covariance = self._covariance(_inverse(-peak.curvature))
+        covariance = self._matched(scan, prediction, pose) + self._scatter()
         self._since_match.restart(scan.time)
         self._last = Estimate(pose, covariance, _score(peak, prediction, pose, scan), True)
         return self._last
@@ -165,7 +168,7 @@ class ParticleFilter:
     def _keyframe(self, scan: Scan) -> Estimate:
         """Move, weight and perhaps resample all particles, then integrate the scan in each map."""
         before = self._best
-        covariances, score = self._propose(scan)
+        score = self._propose(scan)
         weights, parents = normalised(self._log_weights), np.arange(self.particles)
         if effective(weights) < self.resample * self.particles:
             parents = systematic(weights, self.rng.random())
@@ -173,23 +176,22 @@ class ParticleFilter:
         self._best = int(np.argmax(weights[parents]))
         for branch, pose in zip(self._maps, self._poses, strict=True):
             self.map_model.cells.tiles.switch(branch)
-            self.sensor_model.refresh(
-                self.map_model, self.map_model.integrate(scan, Pose2.of(pose))
-            )
+            self._integrate(scan, Pose2.of(pose))
         revised = bool((self._history[-1][parents[self._best]] != self._history[-1][before]).any())
         self._note(scan, parents)
-        covariance = self._covariance(covariances[parents[self._best]])
+        covariance = self._covariance + self._scatter()
         self._last = Estimate(Pose2.of(self._poses[self._best]), covariance, score, True)
         return self._last._replace(revised=revised)
 
-    def _propose(self, scan: Scan) -> tuple[Array, float]:
-        """Draw the pose of each particle from the Gaussian around its posterior's peak, and weight
-        it by the evidence (Laplace's approximation).
+    def _integrate(self, scan: Scan, pose: Pose2) -> None:
+        """Integrate the scan in the current map, at `pose`."""
+        self.sensor_model.refresh(self.map_model, self.map_model.integrate(scan, pose))
+        self._map_uncertainty.settle(pose, self._covariance, scan.points)
 
-        Returns the (particles, 3, 3) covariances of the peaks, and the best particle's score.
-        """
-        noise = self.rng.standard_normal((self.particles, 3))
-        covariances, best = np.empty((self.particles, 3, 3)), self._best
+    def _propose(self, scan: Scan) -> float:
+        """Draw the pose of each particle from the Gaussian around its posterior's peak, and weight
+        it by the evidence (Laplace's approximation); returns the best particle's score."""
+        noise, best = self.rng.standard_normal((self.particles, 3)), self._best
         error, score = np.zeros((1, 3)), 0.0
         displacement = self._since_keyframe.displacement
         for k in (best, *(k for k in range(self.particles) if k != best)):
@@ -202,17 +204,17 @@ class ParticleFilter:
                 start = Pose2.of(prediction.poses(error)[0])
             pose, peak = self.search.refine.top(posterior, start)
             root = np.linalg.cholesky(_inverse(-peak.curvature))
-            covariances[k] = root @ root.T
             if k == best:
+                self._covariance = self._matched(scan, prediction, pose)
                 error[0] = prediction.error(pose)
                 score = _score(peak, prediction, pose, scan)
                 found = Pose2.of(self._poses[k]).between(pose)
-                self.motion_model.learn(displacement, found, covariances[k])
+                self.motion_model.learn(displacement, found, root @ root.T)
             self._log_weights[k] += peak.value + float(np.log(np.diag(root)).sum())
             self._poses[k] = np.array(pose) + self.spread * (root @ noise[k])
         self._poses[:, 2] = wrap_angle(self._poses[:, 2])
         self._log_weights -= self._log_weights.max()
-        return covariances, score
+        return score
 
     def _descend(self, parents: np.ndarray) -> None:
         """Replace the particles by copies of those at indices `parents` (particles,)."""
@@ -241,14 +243,25 @@ class ParticleFilter:
             self.motion_model.deviations(displacement),
         )
 
-    def _covariance(self, own: Array) -> Array:
-        """(3, 3) covariance of the poses, as if drawn with `spread` 1, plus a particle's `own`."""
+    def _matched(self, scan: Scan, prediction: Prediction, pose: Pose2) -> Array:
+        """(3, 3) covariance of the best particle, matched at `pose` in its map.
+
+        As in maximum likelihood SLAM: the particles share most of their past, and so most of their
+        error, which their scatter does not show.
+        """
+        origin = self._poses[self._best]
+        x, y = prediction.pose.x - origin[0], prediction.pose.y - origin[1]
+        predicted = moved(self._covariance, x, y, prediction.covariance())
+        _, information = laplace(self.sensor_model, scan, pose)
+        return self._map_uncertainty.matched(predicted, pose, scan.points, information)
+
+    def _scatter(self) -> Array:
+        """(3, 3) covariance of the particles about their mean."""
         weights = normalised(self._log_weights)
         off = self._poses - self._poses[self._best]
         off[:, 2] = wrap_angle(off[:, 2])
         off -= weights @ off
-        drawn = (weights[:, None] * off).T @ off
-        return own + drawn / self.spread**2
+        return (weights[:, None] * off).T @ off
 
 
 def _inverse(matrix: Array) -> Array:

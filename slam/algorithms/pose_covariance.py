@@ -8,55 +8,93 @@ from slam.geometry import Array, Pose2, lever_jacobian
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
+SHARPNESS = 30.0  # by how much the information of a keyframe's match exceeds the curvature of its
+# likelihood, which is as wide as cells need it; chosen, with LAST_KEYFRAMES, such that errors in
+# the built-in worlds are as large as claimed
+LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged
+
 
 class MapUncertainty:
     """The pose covariance of the map, tile by tile.
 
-    Cells keep the pose error of the keyframe that integrated them. Each tile stores the pose and
-    the covariance of the first keyframe that saw it; a pose matched with the tile inherits this
-    error, transformed rigidly from that keyframe. Valid for the tiles of a single map: it relies on
-    slots being assigned in order, without freed or copied ones.
+    Cells keep the pose error of the keyframes that integrated them. Each tile stores a pose, and
+    the running mean, at that pose, of the covariances of the last keyframes with echoes in it; a
+    pose matched with the tile inherits this error, transformed rigidly, and adds the error of its
+    match. So the covariance grows from keyframe to keyframe where all is new, and shrinks among
+    tiles of earlier keyframes. Several maps may share tiles: what a tile stores is copied with it.
     """
 
     def __init__(self, tiles: Tiles):
         self.tiles = tiles
-        self._drawn = tiles.layer(np.float64, 0.0, (11,))  # x, y, covariance
-        self._settled = 1
+        self._drawn = tiles.layer(np.float64, 0.0, (12,))  # x, y, number averaged, covariance
 
-    def settle(self, pose: Pose2, covariance: Array) -> None:
-        """Assign the keyframe's pose and covariance to the new tiles."""
-        new = self._drawn.values[self._settled : self.tiles.used]
-        new[:, 0], new[:, 1] = pose.x, pose.y
-        new[:, 2:] = covariance.reshape(9)
-        self._settled = self.tiles.used
+    def settle(self, pose: Pose2, covariance: Array, points: Array) -> None:
+        """Average the keyframe's covariance into the current map's tiles that its echoes `points`
+        (n, 2), m, in the robot's frame, lie in; new tiles get it as it is."""
+        tiles, drawn = self.tiles, self._drawn.values
+        seen = _echoes(*pose, points, tiles.index, tiles.origin, tiles.resolution, len(drawn))
+        _average(drawn, seen, pose.x, pose.y, covariance)
+        slots = tiles.current.slots
+        new = slots[drawn[slots, 2] == 0]
+        drawn[new] = np.array([pose.x, pose.y, 1.0, *covariance.flat])
+
+    def matched(self, predicted: Array, pose: Pose2, points: Array, information: Array) -> Array:
+        """(3, 3) covariance of a pose matched in the current map.
+
+        predicted    (3, 3) its covariance before the match
+        points       (n, 2) echoes of the scan, m, in the robot's frame
+        information  (3, 3) negative Hessian of the log-likelihood at `pose`
+        """
+        return fused(predicted, self.covariance(pose, points), SHARPNESS * information)
 
     def covariance(self, pose: Pose2, points: Array) -> Array:
         """(3, 3) covariance of the map's error for a match at `pose` with scan `points` (n, 2), m,
         in the robot's frame: the mean over the points' tiles; zero without points."""
-        tiles = self.tiles
-        return _inherited(*pose, points, tiles.index, tiles.origin, tiles.resolution,
-                          self._drawn.values, self._settled)  # fmt: skip
+        tiles, drawn = self.tiles, self._drawn.values
+        seen = _echoes(*pose, points, tiles.index, tiles.origin, tiles.resolution, len(drawn))
+        return _inherited(drawn, seen, pose.x, pose.y)
 
 
 @kernel
-def _inherited(robot_x, robot_y, theta, points, index, origin, resolution, drawn, settled):
+def _echoes(robot_x, robot_y, theta, points, index, origin, resolution, slots):
+    """(slots,) the number of points, given in the robot's frame, in the tile of each slot."""
     c, s, scale = np.cos(theta), np.sin(theta), 1.0 / resolution
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    seen = np.zeros(settled)
+    seen = np.zeros(slots)
     for k in range(len(points)):
         x = (robot_x + c * points[k, 0] - s * points[k, 1] - origin[0]) * scale
         y = (robot_y + s * points[k, 0] + c * points[k, 1] - origin[1]) * scale
         if 0.0 <= x < cols and 0.0 <= y < rows:
-            slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
-            if 0 < slot < settled:
-                seen[slot] += 1.0
-    total, result = seen.sum(), np.zeros((3, 3))
-    for slot in range(settled):
-        if seen[slot]:
-            moved = _turned(drawn[slot, 2:].copy().reshape(3, 3), robot_x - drawn[slot, 0],
-                            robot_y - drawn[slot, 1])  # fmt: skip
-            result += moved * (seen[slot] / total)
-    return result
+            seen[index[int(y) >> SHIFT, int(x) >> SHIFT]] += 1.0
+    return seen
+
+
+@kernel
+def _inherited(drawn, seen, x, y):
+    """(3, 3) mean over the echoes of their tiles' covariances, at (x, y)."""
+    total, result = 0.0, np.zeros((3, 3))
+    for slot in range(1, len(drawn)):
+        if seen[slot] and drawn[slot, 2] > 0:
+            result += seen[slot] * _at(drawn[slot], x, y)
+            total += seen[slot]
+    return result / max(total, 1.0)
+
+
+@kernel
+def _average(drawn, seen, x, y, covariance):
+    """Take a keyframe at (x, y) into the mean of the tiles that it saw, which move to (x, y)."""
+    for slot in range(1, len(drawn)):
+        if seen[slot] and drawn[slot, 2] > 0:
+            n = min(drawn[slot, 2], LAST_KEYFRAMES) + 1.0
+            mean = _at(drawn[slot], x, y)
+            drawn[slot, 3:] = (mean + (covariance - mean) / n).reshape(9)
+            drawn[slot, 0], drawn[slot, 1], drawn[slot, 2] = x, y, n
+
+
+@kernel
+def _at(tile, x, y):
+    """(3, 3) the covariance that a tile stores, at (x, y)."""
+    return _turned(tile[3:].copy().reshape(3, 3), x - tile[0], y - tile[1])
 
 
 @kernel

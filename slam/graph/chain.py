@@ -15,17 +15,22 @@ MIN_INFORMATION = np.array([1e-4, 1e-4, 1e-2])  # 1/m^2, 1/m^2, 1/rad^2: bounds 
 MIN_WEIGHT = 0.5  # of an edge to be used in a chain
 
 
-def chained(n: int, edges: Edges, trust: Array, origin: int) -> Array:
+def chained(
+    n: int, edges: Edges, trust: Array, origin: int, information: Array | None = None
+) -> Array:
     """(n, 3, 3) the covariance of each of n poses relative to pose `origin`, in the pose's frame.
 
     Errors are summed along the chain with the smallest sum: an upper bound, since other chains only
     add information (Bosse et al. 2004). Infinite for poses that no chain reaches.
 
-    trust  (edges,) weights of the edges, from 0 to 1
+    trust        (edges,) weights of the edges, from 0 to 1
+    information  (edges, 3, 3) of the errors that are summed; None: that of the edges
     """
     links = np.flatnonzero(trust >= MIN_WEIGHT)
     begins, incident = _incidence(n, edges.ends, links)
-    return _shortest_paths(begins, incident, edges.ends, edges.measured, edges.information, origin)
+    if information is None:
+        information = edges.information
+    return _shortest_paths(begins, incident, edges.ends, edges.measured, information, origin)
 
 
 @kernel

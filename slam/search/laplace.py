@@ -32,10 +32,16 @@ def laplace(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> tuple[float, 
 def wide_information(sensor_model: SensorModel, scan: Scan, pose: Pose2) -> Array:
     """The information (3, 3) by differences so wide that the likelihood levels off.
 
-    Mixed derivatives use both diagonals, so that the levelling-off correlates no two axes.
+    They are taken along the principal axes of the position's narrow information: at 45 degrees to a
+    wall the likelihood levels off before it has fallen by as much as the diagonal differences tell,
+    which would be information along the wall. Mixed derivatives use both diagonals, so that the
+    levelling-off correlates no two axes.
     """
-    values = sensor_model.log_likelihood(scan, np.array(pose) + WIDE_STENCIL)
-    return _information(values, WIDE_STEPS)
+    _, narrow = laplace(sensor_model, scan, pose)
+    axes = np.eye(3)
+    axes[:2, :2] = np.linalg.eigh(narrow[:2, :2])[1]
+    values = sensor_model.log_likelihood(scan, np.array(pose) + WIDE_STENCIL @ axes.T)
+    return axes @ _information(values, WIDE_STEPS) @ axes.T
 
 
 @kernel

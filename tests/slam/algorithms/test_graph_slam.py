@@ -106,7 +106,7 @@ def test_what_was_added_while_poses_were_looked_for_moves_with_the_last_of_them(
             assert last.second == len(robot.graph.poses) - 1
             np.testing.assert_allclose(error(last, robot.graph.poses), 0.0, atol=1e-9)
             later += 1
-    assert later >= 2
+    assert later >= 1
 
 
 def test_a_match_is_looked_for_as_far_as_the_chain_leaves_in_doubt() -> None:

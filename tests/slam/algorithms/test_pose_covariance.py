@@ -5,7 +5,7 @@ import numpy as np
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
 from slam.geometry import Pose2
-from slam.maps.tiles import Tiles
+from slam.maps.tiles import AREA, Tiles
 from slam.scan import Scan
 
 SOME = np.diag([0.01, 0.02, 0.001])
@@ -35,25 +35,60 @@ def test_a_scan_that_says_nothing_leaves_the_prediction() -> None:
     np.testing.assert_allclose(fused(SOME, SOME / 3, np.zeros((3, 3))), SOME, atol=1e-12)
 
 
-def test_tiles_remember_who_drew_them() -> None:
+ORIGIN = Pose2(1.0, 1.0, 0.0)
+NEAR, FAR = np.array([[0.5, 0.5]]), np.array([[4.0, 4.0]])  # echoes in the first and second tile
+NOWHERE = np.zeros((0, 2))
+
+
+def two_tiles() -> tuple[Tiles, MapUncertainty]:
+    """Tiles of keyframes at (1, 1) and (2, 1) m, without echoes in them since."""
     tiles = Tiles(0.05)
     ground = MapUncertainty(tiles)
     tiles.extend((0.0, 0.0), (10.0, 10.0))
     tiles.index[0, 0] = 1
     tiles.allocate(2)
-    ground.settle(Pose2(1.0, 1.0, 0.0), SOME)
+    ground.settle(ORIGIN, SOME, NOWHERE)
     tiles.index[1, 1] = 2
     tiles.allocate(3)
-    ground.settle(Pose2(2.0, 1.0, 0.0), 3 * SOME)
-    here = Pose2(1.0, 1.0, 0.0)
-    first, second = np.array([[0.5, 0.5]]), np.array([[4.0, 4.0]])
-    np.testing.assert_allclose(ground.covariance(here, first), SOME)
+    ground.settle(Pose2(2.0, 1.0, 0.0), 3 * SOME, NOWHERE)
+    return tiles, ground
+
+
+def test_tiles_remember_who_drew_them() -> None:
+    _, ground = two_tiles()
+    np.testing.assert_allclose(ground.covariance(ORIGIN, NEAR), SOME)
     inherited = moved(3 * SOME, -1.0, 0.0, np.zeros((3, 3)))
-    np.testing.assert_allclose(ground.covariance(here, second), inherited)
-    both = ground.covariance(here, np.vstack([first, second]))
+    np.testing.assert_allclose(ground.covariance(ORIGIN, FAR), inherited)
+    both = ground.covariance(ORIGIN, np.vstack([NEAR, FAR]))
     np.testing.assert_allclose(both, (SOME + inherited) / 2)
     far = np.array([[100.0, 100.0], [7.0, 0.5]])
-    assert not ground.covariance(here, far).any()
+    assert not ground.covariance(ORIGIN, far).any()
+
+
+def test_a_tile_inherits_the_mean_of_the_keyframes_with_echoes_in_it() -> None:
+    _, ground = two_tiles()
+    before = ground.covariance(ORIGIN, FAR)
+    for covariance in (2 * SOME, 6 * SOME):
+        ground.settle(ORIGIN, covariance, NEAR)
+    np.testing.assert_allclose(ground.covariance(ORIGIN, NEAR), 3 * SOME)
+    np.testing.assert_array_equal(ground.covariance(ORIGIN, FAR), before)
+
+
+def test_a_tile_forgets_its_first_keyframes() -> None:
+    _, ground = two_tiles()
+    for _ in range(60):
+        ground.settle(ORIGIN, 5 * SOME, NEAR)
+    np.testing.assert_allclose(ground.covariance(ORIGIN, NEAR), 5 * SOME, rtol=0.01)
+
+
+def test_a_copied_tile_keeps_its_covariance() -> None:
+    tiles, ground = two_tiles()
+    fork = tiles.fork()
+    tiles.unshare(np.array([AREA]), np.array([False]), 0)
+    ground.settle(ORIGIN, 3 * SOME, NEAR)
+    np.testing.assert_allclose(ground.covariance(ORIGIN, NEAR), 2 * SOME)
+    tiles.switch(fork)
+    np.testing.assert_allclose(ground.covariance(ORIGIN, NEAR), SOME)
 
 
 def corridor(x: float, ends: bool) -> Scan:
@@ -82,4 +117,4 @@ def test_along_a_featureless_corridor_the_covariance_grows() -> None:
     assert thirds[0] < thirds[1] < thirds[2]
     assert max(along) > 4 * along[0]
     bounded = spread(ends=True, way=25.0)
-    assert thirds[2] > 2 * np.mean(bounded[-50:])
+    assert thirds[2] > 1.5 * np.mean(bounded[-50:])
