@@ -27,6 +27,7 @@ MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 BEFORE_ALL = -1e12  # s: earlier than any scan
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 EXACT = np.zeros((3, 3))  # covariance of a known pose
+FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
 
 
 class MaximumLikelihood:
@@ -92,11 +93,16 @@ class MaximumLikelihood:
         self.pose = estimate.pose
         return estimate if self.watch is None else self.watch.told(estimate)
 
-    def remember(self, keyframes: Iterable[tuple[Scan, Pose2]], score: float = 0.0) -> None:
-        """Integrate scans at known poses, and continue from the last."""
+    def remember(
+        self,
+        keyframes: Iterable[tuple[Scan, Pose2]],
+        score: float = 0.0,
+        covariance: Array = EXACT,
+    ) -> None:
+        """Integrate scans at known poses, of (3, 3) `covariance`, and continue from the last."""
         changed = []
         for scan, pose in keyframes:
-            estimate = Estimate(pose, EXACT, score, True)
+            estimate = Estimate(pose, covariance, score, True)
             changed.append(self._draw(scan, estimate))
             self._matched = estimate
             self._since_match.restart(scan.time)
@@ -104,9 +110,9 @@ class MaximumLikelihood:
             self._refresh(np.concatenate(changed))
             self.pose = self.keyframe.pose
 
-    def place(self, pose: Pose2) -> None:
-        """Set the robot's pose; the next scan is matched from there."""
-        estimate = Estimate(pose, EXACT, self.keyframe.score, False)
+    def place(self, pose: Pose2, covariance: Array = EXACT) -> None:
+        """Set the robot's pose, known with (3, 3) `covariance`; the next scan is matched there."""
+        estimate = Estimate(pose, covariance, self.keyframe.score, False)
         self.keyframe = self._matched = estimate
         time = min(self._since_keyframe.time, BEFORE_ALL)
         self._since_keyframe.restart(time)
@@ -176,7 +182,13 @@ class MaximumLikelihood:
         """Map apart from now on; the doubted keyframes are dropped."""
         self._doubted.clear()
         front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
-        self.astray = Astray(front, self._surroundings(), estimate.pose, watch.belief.probability)
+        self.astray = Astray(
+            front,
+            self._surroundings(),
+            estimate.pose,
+            watch.belief.probability,
+            watch.least_path,
+        )
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:
         """The estimate of a lost robot; returns to the map where it is found there."""
@@ -184,7 +196,7 @@ class MaximumLikelihood:
         origin = astray.found(scan.time)
         if origin is not None:
             self._return(astray, origin)
-            estimate = estimate._replace(pose=self.pose, covariance=EXACT, lost=FOUND)
+            estimate = estimate._replace(pose=self.pose, covariance=FOUND_COVARIANCE, lost=FOUND)
         self.pose = estimate.pose
         return estimate
 
@@ -194,9 +206,11 @@ class MaximumLikelihood:
         if self.watch is not None:
             self.watch.found()
         self.remember(
-            ((one.scan, origin @ one.pose) for one in astray.keyframes), self._matched.score
+            ((one.scan, origin @ one.pose) for one in astray.keyframes),
+            self._matched.score,
+            FOUND_COVARIANCE,
         )
-        self.place(origin @ astray.pose)
+        self.place(origin @ astray.pose, FOUND_COVARIANCE)
 
     def _own(self) -> Surroundings:
         """The own map."""

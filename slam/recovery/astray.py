@@ -10,7 +10,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import Place, Places, Surroundings, agree
+from slam.recovery.places import Place, Places, Surroundings, agree, same_place
 from slam.scan import Scan
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
@@ -33,9 +33,20 @@ class Astray:
     pose       of the robot, in its frame
     """
 
-    def __init__(self, front: Slam, surroundings: Surroundings, believed: Pose2, lost: float):
+    def __init__(
+        self,
+        front: Slam,
+        surroundings: Surroundings,
+        believed: Pose2,
+        lost: float,
+        least_path: float = 0.0,
+    ):
         """Start at the `believed` pose, which is wrong with probability `lost`, and search in the
-        `surroundings`; `front` maps from the origin."""
+        `surroundings`; `front` maps from the origin.
+
+        least_path  m of path, before which no other place than the believed one is accepted
+        """
+        self._path_left = least_path
         self.believed, self.pose = believed, Pose2()
         self._front, self._frame, self._lost = front, surroundings.frame, lost
         self._places = Places(surroundings.endpoint, surroundings.frame @ believed)
@@ -48,6 +59,7 @@ class Astray:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
         estimate = self._front.update(displacement, scan)
         self.pose = estimate.pose
+        self._path_left -= math.hypot(displacement.x, displacement.y)
         for trigger in (self._since_keyframe, self._since_attempt):
             trigger.move(displacement)
         if self._since_keyframe.due(scan.time):
@@ -77,7 +89,8 @@ class Astray:
         if best is None:
             return here
         explained = best.agreement.explained - LESS_EXPLAINED
-        if _agrees(best) and self._places.better_than(scan, best, -MIN_GAIN, explained) is None:
+        sure = _agrees(best) and (self._path_left <= 0.0 or same_place(best.pose, believed))
+        if sure and self._places.better_than(scan, best, -MIN_GAIN, explained) is None:
             return best
         return here if best.value - here.value < TIE else None
 

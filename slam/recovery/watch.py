@@ -33,6 +33,8 @@ MAX_CONTRADICTED = 0.12  # share of the echoes, at most, at another place
 MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
+POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
+LEAST_PATH = 3.0  # m
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
 ELSEWHERE = 0.55, 0.75, 0.9  # probability of being lost after so many such checks in a row
@@ -75,6 +77,12 @@ class Watch:
     def lost(self) -> bool:
         """Whether the robot is lost so certainly that it maps apart."""
         return self._elsewhere >= MIN_CHECKS or self.belief.probability > CERTAIN
+
+    @property
+    def least_path(self) -> float:
+        """m, that a lost robot drives before another place is accepted: without a sudden change,
+        the place where it believes to be may have changed."""
+        return 0.0 if self._jumped else LEAST_PATH
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
@@ -148,9 +156,9 @@ class Watch:
     ) -> float:
         """The probability of being lost, after a search of the whole map."""
         if self.belief.usual(agreement):
-            self._elsewhere = 0
-            self.belief.dismiss()
-            return min(self.belief.probability, UNCHECKED)
+            return self._dismissed()
+        if not self._jumped and agreement.explained > POOR * self.belief.explained:
+            return self._dismissed()
         endpoint, frame = surroundings()
         here = at(endpoint, scan, frame @ pose)
         other = self._other(endpoint, scan, here)
@@ -159,12 +167,16 @@ class Watch:
         elif self._strange(agreement):
             self._elsewhere += 1
         else:
-            self._elsewhere = 0
-            self.belief.dismiss()
-            return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
+            return self._dismissed()
         if self._jumped or self._elsewhere >= MIN_CHECKS:
             return ELSEWHERE[min(self._elsewhere, MIN_CHECKS) - 1]
         return UNCHECKED
+
+    def _dismissed(self) -> float:
+        """The probability after a check that does not speak against the believed place."""
+        self._elsewhere = 0
+        self.belief.dismiss()
+        return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
 
     def _other(self, endpoint: Endpoint, scan: Scan, here: Place) -> Place | None:
         """Another place that explains the scan much better: the one that the last check found, or
