@@ -33,7 +33,7 @@ FAULT_FACTOR = "fault"
 """Factor of the conditions whose table is printed in the terminal, too."""
 ALL = "all conditions"
 MIN_SCANS = 50  # of a bin that the diagram shows
-WRONG_POSE = f"more than {LOST_DISTANCE:g} m or {math.degrees(LOST_TURN):g} deg from the truth"
+WRONG_POSE = f"more than {LOST_DISTANCE:g} m or {math.degrees(LOST_TURN):g} deg off within the map"
 
 
 class LostSummary(NamedTuple):
@@ -43,7 +43,7 @@ class LostSummary(NamedTuple):
     at_end         %, of the runs, lost at the end or without a result, with Wilson's interval
     wrong          %, of the scans, with a wrong pose
     sure           %, of the scans, with a wrong pose that the SLAM did not tell
-    told           %, of the losses, told within TOLD_IN_TIME, with Wilson's interval
+    told           %, of the losses, told or corrected within TOLD_IN_TIME, with Wilson's interval
     notice         s, median from the beginning of a loss until it was told, of those that were told
     found          %, of the losses, after which the pose was right again
     recover        s, median from the beginning of those losses to their end
@@ -122,7 +122,7 @@ COLUMNS = (
     ("lost at the end, %", 0),
     ("wrong, % of scans", 1),
     ("sure and wrong, % of scans", 1),
-    (f"told within {TOLD_IN_TIME:g} s, % of losses", 0),
+    (f"told or corrected within {TOLD_IN_TIME:g} s, % of losses", 0),
     ("time to notice, s", 1),
     ("found again, % of losses", 0),
     ("time to recover, s", 1),
@@ -144,7 +144,9 @@ PROBABILITIES = {"wrong": ("wrong,", "% of scans"), "auroc": ("", "AUROC"),
 
 DIGITS = dict(zip(LostSummary._fields[1:], (digits for _, digits in COLUMNS), strict=True))
 CAPTION = (
-    f"A pose is wrong where the online estimate is {WRONG_POSE}. A SLAM tells that it is lost "
+    f"A pose is wrong where the online estimate is {WRONG_POSE}: in relation to the first scan "
+    "that was drawn within 1.5 m of it. Lost at the end is a last pose as far off in the world. A "
+    "SLAM tells that it is lost "
     "where Estimate.lost is above 0.5; sure and wrong: a wrong pose that it does not tell. Losses "
     "are times with a wrong pose, at least 2 s apart; a false alarm is one during which no pose "
     "was wrong. Probabilities are judged scan by scan, over all runs of a line together; AUROC is "

@@ -62,8 +62,8 @@ class LostBelief:
             / math.sqrt(self._contradicted + CONTRADICTED_SPREAD)
         )
 
-    def update(self, agreement: Agreement, score: float, change: float) -> None:
-        """Update the probability by a keyframe, and the usual shares if it is not lost.
+    def update(self, agreement: Agreement, change: float) -> None:
+        """Update the probability by a keyframe.
 
         change  of the scan since the keyframe before (see `continuity.change`)
         """
@@ -74,11 +74,11 @@ class LostBelief:
         evidence = CORRELATION * self.evidence(agreement)
         ratio = math.exp(min(max(evidence, -MAX_EVIDENCE), MAX_EVIDENCE))
         self.probability = before * ratio / (before * ratio + 1.0 - before) if known else LOSS_RATE
-        self._learn(agreement, score, change)
 
-    def _learn(self, agreement: Agreement, score: float, change: float) -> None:
-        self._learned = min(self._learned + 1.0 - self.probability, MEMORY)
-        rate = (1.0 - self.probability) / (self._learned + 1.0)
+    def learn(self, agreement: Agreement, score: float, change: float) -> None:
+        """Learn what is usual from a keyframe at a pose that is not doubted."""
+        self._learned = min(self._learned + 1.0, MEMORY)
+        rate = 1.0 / (self._learned + 1.0)
         explained = max(agreement.explained, LEAST_EXPLAINED)
         self.spread += rate * (abs(explained - self.explained) - self.spread)
         self.explained += rate * (explained - self.explained)

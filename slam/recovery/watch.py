@@ -30,6 +30,7 @@ JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
 AS_USUAL = 0.85  # of the usual share, at least, that another place explains
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, at another place
+JUMP_CONTRADICTED = 0.2  # the same, after a scan that was not continuous
 MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
@@ -129,7 +130,7 @@ class Watch:
         if before is not None and near(last, estimate.pose, *CONTINUOUS):
             changed = change(before, self._before, moved)
         agreement = Agreement(*endpoint.shares(scan, estimate.pose))
-        self.belief.update(agreement, estimate.score, changed)
+        self.belief.update(agreement, changed)
         self._since_check.move(moved)
         begins = self.belief.jumped and not self._jumped
         self._jumped = self.doubted and (self._jumped or self.belief.jumped)
@@ -141,6 +142,8 @@ class Watch:
             self.belief.set(self._settled(checked))
         else:
             self.belief.set(max(min(self.belief.probability, UNCHECKED), voted))
+        if not self.doubted:
+            self.belief.learn(agreement, estimate.score, changed)
 
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""
@@ -182,16 +185,23 @@ class Watch:
         """Another place that explains the scan much better: the one that the last check found, or
         one of the whole map."""
         gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
-        explained = max(AS_USUAL * self.belief.explained, here.agreement.explained + MORE_EXPLAINED)
+        more = here.agreement.explained + MORE_EXPLAINED
         if self._elsewhere and self._way is not None:
             before = matched(endpoint, scan, self._way @ here.pose)
-            if before.value > here.value + gain and _agrees(before, explained):
+            if before.value > here.value + gain and self._agrees(before, more):
                 return before
         if self._searches < 1.0:
             return None
         self._searches -= 1.0
+        explained = max(AS_USUAL * self.belief.explained, more)
         other = Places(endpoint, here.pose).better_than(scan, here, gain, explained)
-        return other if other is not None and _agrees(other, explained) else None
+        return other if other is not None and self._agrees(other, explained) else None
+
+    def _agrees(self, place: Place, explained: float) -> bool:
+        """Whether the map explains more than that share of the scan at a place, and contradicts
+        little of it."""
+        most = JUMP_CONTRADICTED if self._jumped else MAX_CONTRADICTED
+        return place.agreement.explained > explained and place.agreement.contradicted <= most
 
     def _vote(self, way: Pose2, pose: Pose2) -> None:
         """Count a check that found another place, `way` from the believed `pose`; checks that find
@@ -206,10 +216,3 @@ class Watch:
             agreement.explained < STRANGE_EXPLAINED * self.belief.explained
             and agreement.contradicted > STRANGE_CONTRADICTED
         )
-
-
-def _agrees(place: Place, explained: float) -> bool:
-    """Whether the map explains more than that share of the scan at a place, and contradicts little
-    of it."""
-    agreement = place.agreement
-    return agreement.explained > explained and agreement.contradicted <= MAX_CONTRADICTED
