@@ -15,9 +15,10 @@ from slam.scan import Scan
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
-MIN_EXPLAINED, MAX_CONTRADICTED = 0.6, 0.1  # shares of the echoes at a place that is accepted
+MANY = 150  # echoes that are searched for
+MIN_EXPLAINED, MAX_CONTRADICTED = 0.55, 0.2  # shares of the echoes at a place that is accepted
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
-MIN_GAIN = 10.0  # nats, of the best place over the second best
+MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
@@ -49,7 +50,7 @@ class Astray:
         self._path_left = least_path
         self.believed, self.pose = believed, Pose2()
         self._front, self._frame, self._lost = front, surroundings.frame, lost
-        self._places = Places(surroundings.endpoint, surroundings.frame @ believed)
+        self._places = Places(surroundings.endpoint, surroundings.frame @ believed, MANY)
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)

@@ -18,7 +18,7 @@ from slam.sensor_models.endpoint import Endpoint
 
 SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
-MAX_SEARCHED = 60  # echoes
+FEW = 60  # echoes
 TURN_STEP = math.radians(2.0)  # between candidates
 WELL_EXPLAINED = (
     -0.4
@@ -46,8 +46,9 @@ class Surroundings(NamedTuple):
 class Places:
     """A map prepared for the search of places: all of it, or the part within SEARCHED of a pose."""
 
-    def __init__(self, endpoint: Endpoint, around: Pose2 | None = None):
-        self._endpoint = endpoint
+    def __init__(self, endpoint: Endpoint, around: Pose2 | None = None, echoes: int = FEW):
+        """`echoes`: number that is searched for, at most."""
+        self._endpoint, self._echoes = endpoint, echoes
         if around is None:
             self._search = GlobalSearch(endpoint)
         else:
@@ -58,7 +59,9 @@ class Places:
     def best(self, scan: Scan, explained: float) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it."""
         region, least = self._search, self._least(explained)
-        start = region.better(searched(scan), region.centre, region.reach, None, TURN_STEP, least)
+        start = region.better(
+            searched(scan, self._echoes), region.centre, region.reach, None, TURN_STEP, least
+        )
         return None if start is None else self.matched(scan, start)
 
     def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
@@ -66,7 +69,7 @@ class Places:
         more likely there than at `place`."""
         region, least = self._search, self._least(explained)
         start = region.better(
-            searched(scan), region.centre, region.reach, place.pose, TURN_STEP, least
+            searched(scan, self._echoes), region.centre, region.reach, place.pose, TURN_STEP, least
         )
         if start is None:
             return None
@@ -90,10 +93,10 @@ def matched(endpoint: Endpoint, scan: Scan, start: Pose2) -> Place:
     return at(endpoint, scan, REFINE.climb(Posterior(endpoint, scan, prior), start))
 
 
-def searched(scan: Scan) -> Array:
-    """(n, 2) echoes within FARTHEST, at most MAX_SEARCHED of them."""
+def searched(scan: Scan, most: int = FEW) -> Array:
+    """(n, 2) echoes within FARTHEST, at most so many."""
     points = scan.points[np.hypot(*scan.points.T) <= FARTHEST]
-    return points[:: math.ceil(max(len(points), 1) / MAX_SEARCHED)]
+    return points[:: math.ceil(max(len(points), 1) / most)]
 
 
 def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:

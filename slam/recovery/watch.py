@@ -28,7 +28,9 @@ CONTINUOUS = 0.35, math.radians(40.0)  # m, rad, between scans that must be cont
 ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan better
 JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
+SPREADS = 3.0  # the same, by the usual deviation of that share
 AS_USUAL = 0.85  # of the usual share, at least, that another place explains
+JUMP_AS_USUAL = 0.7  # the same, after a scan that was not continuous
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, at another place
 JUMP_CONTRADICTED = 0.2  # the same, after a scan that was not continuous
 MIN_CHECKS = 3  # in a row that speak against the believed place
@@ -38,7 +40,7 @@ POOR = 0.55  # of the usual share; more agrees with the believed place, without 
 LEAST_PATH = 3.0  # m
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
-ELSEWHERE = 0.55, 0.75, 0.9  # probability of being lost after so many such checks in a row
+ELSEWHERE = 0.45, 0.75, 0.9  # probability of being lost after so many such checks in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without them
 FOUND = 0.002  # probability of being lost after the robot was found again
@@ -185,7 +187,7 @@ class Watch:
         """Another place that explains the scan much better: the one that the last check found, or
         one of the whole map."""
         gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
-        more = here.agreement.explained + MORE_EXPLAINED
+        more = here.agreement.explained + max(MORE_EXPLAINED, SPREADS * self.belief.spread)
         if self._elsewhere and self._way is not None:
             before = matched(endpoint, scan, self._way @ here.pose)
             if before.value > here.value + gain and self._agrees(before, more):
@@ -193,7 +195,8 @@ class Watch:
         if self._searches < 1.0:
             return None
         self._searches -= 1.0
-        explained = max(AS_USUAL * self.belief.explained, more)
+        share = JUMP_AS_USUAL if self._jumped else AS_USUAL
+        explained = max(share * self.belief.explained, more)
         other = Places(endpoint, here.pose).better_than(scan, here, gain, explained)
         return other if other is not None and self._agrees(other, explained) else None
 
