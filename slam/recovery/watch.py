@@ -39,6 +39,7 @@ MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
 LEAST_PATH = 3.0  # m
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
+STRANGE = 5.0  # usual deviations below the usual share, of such a scan
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
 ELSEWHERE = 0.45, 0.75, 0.9  # probability of being lost after so many such checks in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
@@ -215,7 +216,8 @@ class Watch:
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
-        return (
-            agreement.explained < STRANGE_EXPLAINED * self.belief.explained
-            and agreement.contradicted > STRANGE_CONTRADICTED
+        belief = self.belief
+        least = min(
+            STRANGE_EXPLAINED * belief.explained, belief.explained - STRANGE * belief.spread
         )
+        return agreement.explained < least and agreement.contradicted > STRANGE_CONTRADICTED
