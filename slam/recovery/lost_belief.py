@@ -38,14 +38,14 @@ class LostBelief:
 
     probability  that the robot is lost
     jumped       whether the last scan was not continuous with the one before
-    explained    usual share of echoes that the map explains
+    explained    usual share of echoes that the map explains; contradicted: that it contradicts
     spread       usual deviation of the share of explained echoes from its mean
     score        usual mean log-likelihood per beam
     """
 
     def __init__(self) -> None:
         self.probability = LOSS_RATE
-        self.explained, self._contradicted = USUAL
+        self.explained, self.contradicted = USUAL
         self.spread = LEAST_SPREAD
         self._change = 0.0
         self._changes = Surprise(JUMP)
@@ -59,7 +59,7 @@ class LostBelief:
             EXPLAINED_WEIGHT * agreement.explained / self.explained
             + CONTRADICTED_WEIGHT
             * agreement.contradicted
-            / math.sqrt(self._contradicted + CONTRADICTED_SPREAD)
+            / math.sqrt(self.contradicted + CONTRADICTED_SPREAD)
         )
 
     def update(self, agreement: Agreement, change: float) -> None:
@@ -82,7 +82,7 @@ class LostBelief:
         explained = max(agreement.explained, LEAST_EXPLAINED)
         self.spread += rate * (abs(explained - self.explained) - self.spread)
         self.explained += rate * (explained - self.explained)
-        self._contradicted += rate * (agreement.contradicted - self._contradicted)
+        self.contradicted += rate * (agreement.contradicted - self.contradicted)
         self.score += rate * (score - self.score)
         self._change += rate * (change - self._change)
 

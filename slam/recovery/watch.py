@@ -32,6 +32,7 @@ SPREADS = 3.0  # the same, by the usual deviation of that share
 AS_USUAL = 0.85  # of the usual share, at least, that another place explains
 JUMP_AS_USUAL = 0.7  # the same, after a scan that was not continuous
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, at another place
+MORE_CONTRADICTED = 0.05  # than usual, at most, at a pose farther from the prediction
 JUMP_CONTRADICTED = 0.2  # the same, after a scan that was not continuous
 MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
@@ -107,8 +108,10 @@ class Watch:
         if not (bad_fit or far_off) or self._elsewhere:
             return estimate.pose
         pose = self.wide.better(endpoint, scan, prediction, estimate.pose)
-        explained, _ = endpoint.shares(scan, pose)
-        if pose is not estimate.pose and explained > AS_USUAL * self.belief.explained:
+        explained, contradicted = endpoint.shares(scan, pose)
+        most = max(MAX_CONTRADICTED, self.belief.contradicted + MORE_CONTRADICTED)
+        agrees = explained > AS_USUAL * self.belief.explained and contradicted <= most
+        if pose is not estimate.pose and agrees:
             return pose
         if bad_fit:
             self._fits.dismiss()
