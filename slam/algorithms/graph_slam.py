@@ -24,6 +24,7 @@ from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
 from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.threshold import KEYFRAMES
 from slam.recovery.astray import Astray
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import Watch
@@ -33,6 +34,7 @@ from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
 MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
+MAX_SEEDS = 150  # where scans are far apart
 MAX_MIDDLE_DISTANCE = (
     6.0  # m between the centres of two local maps, beyond which they are not matched
 )
@@ -62,7 +64,8 @@ class GraphSlam:
     map_model   makes the global map
     local       makes a local map: a few metres, in which little changes
     stretch     m of path in a local map
-    seeds       keyframes that a local map begins with, the last ones of the one before
+    seeds       keyframes that a local map begins with, the last ones before it; more where
+                keyframes are farther apart than usual
     candidates  maximum number of older local maps that a finished one is matched with
     watch       tells whether the robot is lost, and finds it again; None: nobody does
     """
@@ -212,7 +215,9 @@ class GraphSlam:
             self._matcher.keep(place, self._front.sensor_model)
         self._work.append(self._close(len(self.places) - 1))
         self._append(estimate)
-        return self._begin(place.following(last.scan, last.pose, self.seeds), estimate.score)
+        return self._begin(
+            place.following(last.scan, last.pose, self._seeds(place)), estimate.score
+        )
 
     def _surroundings(self) -> Surroundings:
         """The whole map, and the current local map in it."""
@@ -251,6 +256,13 @@ class GraphSlam:
         self._front.remember(place, score)
         self.places.append(place)
         return self._front.keyframe
+
+    def _seeds(self, place: LocalMap) -> int:
+        """The number of seeds of the local map after `place`: more where scans are far apart, and
+        each shows what few others do."""
+        spacing = place.length / max(len(place.keyframes) - 1, 1)
+        share = max(spacing / KEYFRAMES.distance, 1.0)
+        return min(round(self.seeds * share), max(self.seeds, MAX_SEEDS))
 
     def _complete(self, place: LocalMap) -> bool:
         return place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES

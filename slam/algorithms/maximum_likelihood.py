@@ -187,7 +187,7 @@ class MaximumLikelihood:
             self._surroundings(),
             estimate.pose,
             watch.belief.probability,
-            watch.least_path,
+            watch.demands,
         )
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,11 +17,26 @@ from slam.scan import Scan
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
 MANY = 150  # echoes that are searched for
-MIN_EXPLAINED, MAX_CONTRADICTED = 0.55, 0.2  # shares of the echoes at a place that is accepted
+MIN_EXPLAINED = 0.55  # share of the echoes at a place that is accepted
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
+
+
+class Demands(NamedTuple):
+    """What is asked of a place before a lost robot is believed to be there.
+
+    path          m, driven since it got lost
+    contradicted  share of the echoes, at most
+    """
+
+    path: float
+    contradicted: float
+
+
+SUDDEN = Demands(0.0, 0.2)  # after a scan that was not continuous: the robot was carried
+GRADUAL = Demands(3.0, 0.1)  # without: the place where it believes to be may have changed
 
 
 class Astray:
@@ -40,14 +56,14 @@ class Astray:
         surroundings: Surroundings,
         believed: Pose2,
         lost: float,
-        least_path: float = 0.0,
+        demands: Demands = SUDDEN,
     ):
         """Start at the `believed` pose, which is wrong with probability `lost`, and search in the
         `surroundings`; `front` maps from the origin.
 
-        least_path  m of path, before which no other place than the believed one is accepted
+        demands  of a place other than the believed one
         """
-        self._path_left = least_path
+        self._demands, self._path = demands, 0.0
         self.believed, self.pose = believed, Pose2()
         self._front, self._frame, self._lost = front, surroundings.frame, lost
         self._places = Places(surroundings.endpoint, surroundings.frame @ believed, MANY)
@@ -60,7 +76,7 @@ class Astray:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
         estimate = self._front.update(displacement, scan)
         self.pose = estimate.pose
-        self._path_left -= math.hypot(displacement.x, displacement.y)
+        self._path += math.hypot(displacement.x, displacement.y)
         for trigger in (self._since_keyframe, self._since_attempt):
             trigger.move(displacement)
         if self._since_keyframe.due(scan.time):
@@ -90,10 +106,16 @@ class Astray:
         if best is None:
             return here
         explained = best.agreement.explained - LESS_EXPLAINED
-        sure = _agrees(best) and (self._path_left <= 0.0 or same_place(best.pose, believed))
+        sure = self._meets(best) or same_place(best.pose, believed)
         if sure and self._places.better_than(scan, best, -MIN_GAIN, explained) is None:
             return best
         return here if best.value - here.value < TIE else None
+
+    def _meets(self, place: Place) -> bool:
+        """Whether a place meets the demands."""
+        explained, contradicted = place.agreement
+        enough = explained >= MIN_EXPLAINED and self._path >= self._demands.path
+        return enough and contradicted <= self._demands.contradicted
 
     def _confirmed(self, origin: Pose2 | None) -> Pose2 | None:
         """The origin, if the attempt before found it too."""
@@ -101,11 +123,3 @@ class Astray:
         if origin is None or before is None or not agree(before, origin):
             return None
         return origin
-
-
-def _agrees(place: Place) -> bool:
-    """Whether the map agrees with the scan at a place."""
-    return (
-        place.agreement.explained >= MIN_EXPLAINED
-        and place.agreement.contradicted <= MAX_CONTRADICTED
-    )

@@ -11,6 +11,7 @@ from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import MotionThreshold, MotionTrigger
+from slam.recovery.astray import GRADUAL, SUDDEN, Demands
 from slam.recovery.continuity import Sight, change, sight
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.places import Place, Places, Surroundings, agree, at, matched, near
@@ -38,7 +39,6 @@ MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
-LEAST_PATH = 3.0  # m
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE = 5.0  # usual deviations below the usual share, of such a scan
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
@@ -84,10 +84,9 @@ class Watch:
         return self._elsewhere >= MIN_CHECKS or self.belief.probability > CERTAIN
 
     @property
-    def least_path(self) -> float:
-        """m, that a lost robot drives before another place is accepted: without a sudden change,
-        the place where it believes to be may have changed."""
-        return 0.0 if self._jumped else LEAST_PATH
+    def demands(self) -> Demands:
+        """What is asked of another place, if the robot is lost."""
+        return SUDDEN if self._jumped else GRADUAL
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
