@@ -65,7 +65,8 @@ def loop_map(path: Path) -> None:
     episode = record_path("DoorLoop-v0", RECORDED)
     done = run(slam.make("hmm-ml"), episode)
     title = f"DoorLoop-v0-{RECORDED}.log.gz, hmm-ml"
-    map_figure(done.grid, done.poses, title=title).savefig(path, dpi=DPI)
+    course = LostCourse(episode.times, done.lost)
+    map_figure(done.grid, done.poses, title=title, lost=course).savefig(path, dpi=DPI)
 
 
 def lost_map(path: Path) -> None:

@@ -34,7 +34,7 @@ from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
 MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
-MAX_SEEDS = 150  # where scans are far apart
+SPARSE, MAX_SEEDS = 0.3, 150  # m between keyframes that are far apart; seeds there
 MAX_MIDDLE_DISTANCE = (
     6.0  # m between the centres of two local maps, beyond which they are not matched
 )
@@ -261,8 +261,9 @@ class GraphSlam:
         """The number of seeds of the local map after `place`: more where scans are far apart, and
         each shows what few others do."""
         spacing = place.length / max(len(place.keyframes) - 1, 1)
-        share = max(spacing / KEYFRAMES.distance, 1.0)
-        return min(round(self.seeds * share), max(self.seeds, MAX_SEEDS))
+        if spacing < SPARSE:
+            return self.seeds
+        return min(round(self.seeds * spacing / KEYFRAMES.distance), max(self.seeds, MAX_SEEDS))
 
     def _complete(self, place: LocalMap) -> bool:
         return place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES

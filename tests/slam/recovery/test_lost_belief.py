@@ -3,13 +3,16 @@
 import pytest
 
 from slam.recovery.lost_belief import Agreement, LostBelief
+from slam.recovery.watch import DOUBTED
 
 USUAL, CHANGED, STRANGE = Agreement(0.92, 0.02), Agreement(0.8, 0.1), Agreement(0.15, 0.5)
 
 
 def after(belief: LostBelief, agreement: Agreement, keyframes: int, change: float = 0.0) -> float:
     for _ in range(keyframes):
-        belief.update(agreement, -0.1, change)
+        belief.update(agreement, change)
+        if belief.probability < DOUBTED:
+            belief.learn(agreement, -0.1, change)
     return belief.probability
 
 
