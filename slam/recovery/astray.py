@@ -17,7 +17,7 @@ from slam.scan import Scan
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
 MANY = 150  # echoes that are searched for
-MIN_EXPLAINED = 0.55  # share of the echoes at a place that is accepted
+MIN_EXPLAINED = 0.7  # share of the echoes at a place that is accepted
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
@@ -35,7 +35,7 @@ class Demands(NamedTuple):
     contradicted: float
 
 
-SUDDEN = Demands(0.0, 0.2)  # after a scan that was not continuous: the robot was carried
+SUDDEN = Demands(0.7, 0.2)  # after a scan that was not continuous: the robot was carried
 GRADUAL = Demands(3.0, 0.1)  # without: the place where it believes to be may have changed
 
 
