@@ -16,6 +16,7 @@ from slam.interface import LOST_DISTANCE, LOST_TURN
 
 WHEELS = Odometry(bias=0.02, alpha1=4e-4, alpha2=1e-4, alpha3=4e-4, alpha4=1e-4)
 SEEDS = (201, 202)
+FOUND = 202  # the seed of a drive after which the robot is found: in 201 it stays lost
 
 
 @cache
@@ -40,8 +41,9 @@ def judged(fault: str, seed: int, variant: str) -> tuple[np.ndarray, np.ndarray]
     return wrong, result.lost
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("fault", ["slip", "turn", "carried"])
+@pytest.mark.parametrize(
+    ("fault", "seed"), [*((f, s) for f in ("slip", "turn") for s in SEEDS), ("carried", FOUND)]
+)
 @pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
 def test_it_is_found_again(variant: str, fault: str, seed: int) -> None:
     before, _ = judged(fault, seed, variant + "/no-recovery")
@@ -53,11 +55,13 @@ def test_it_is_found_again(variant: str, fault: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_it_says_that_it_was_carried(seed: int) -> None:
-    wrong, lost = judged("carried", seed, "static-ml")
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+def test_it_says_that_it_was_carried_as_long_as_it_is_not_found(variant: str, seed: int) -> None:
+    wrong, lost = judged("carried", seed, variant)
     noticed = np.flatnonzero(lost > 0.5)
     assert 0 <= noticed[0] - np.flatnonzero(wrong)[0] < 50  # scans: within 5 s
-    assert (lost[wrong] > 0.5).mean() > 0.5
+    assert (lost[wrong] <= 0.5).sum() < 20  # scans that are sure and wrong
+    assert (lost[~wrong] <= 0.5).all()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -79,7 +83,20 @@ def test_nothing_is_drawn_while_it_is_lost() -> None:
     assert all(drawn[k] == drawn[k + 1] for k in stays)
 
 
-def test_same_input_same_poses() -> None:
-    episode = drive("carried", SEEDS[0])
-    first, second = (run(make("static-ml", true_start(episode)), episode).online for _ in range(2))
+def test_a_graph_draws_what_was_mapped_apart_where_it_was_found() -> None:
+    episode = drive("carried", FOUND)
+    truth = episode.known_truth("this test").poses
+    result = run(make("dynamic-graph", true_start(episode)), episode)
+    online, revised = (
+        np.hypot(*(poses - truth)[:, :2].T) > LOST_DISTANCE
+        for poses in (result.online, result.poses)
+    )
+    assert online.sum() > 30
+    assert revised.sum() < online.sum() / 2  # what is left: before it was told
+
+
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+def test_same_input_same_poses(variant: str) -> None:
+    episode = drive("carried", FOUND)
+    first, second = (run(make(variant, true_start(episode)), episode).online for _ in range(2))
     assert np.array_equal(first, second)
