@@ -40,16 +40,20 @@ class Certainty:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to tell of a run that was not sure."""
-        if self.sure:
+        """What to tell of a run in which the robot was lost."""
+        if not self.share and self.sure:
             return ()
+        if self.sure:
+            return (f"the robot was lost at {_percent(self.share)} of the scans, and found again",)
         where = (
-            "at the end"
-            if self.at_end > ALARM_LEVEL
-            else f"at {100 * self.share:.0f} % of the scans"
+            "at the end" if self.at_end > ALARM_LEVEL else f"at {_percent(self.share)} of the scans"
         )
         return (f"the robot was lost {where}: the poses there are not to be trusted",)
 
     def as_dict(self) -> dict[str, float]:
         """For a summary."""
         return {"lost_at_end": self.at_end, "lost_share": self.share}
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
