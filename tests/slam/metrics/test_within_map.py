@@ -4,17 +4,18 @@ import math
 
 import numpy as np
 
-from slam.geometry import Pose2, compose
+from slam.geometry import Array, Pose2, compose
 from slam.metrics.within_map import wrong_within_map
 
 N = 100
 BELIEVED = np.ones(N, dtype=bool)
 
 
-def line(step=0.1):
+def line(step: float = 0.1) -> Array:
     """Poses along a straight line, there and back."""
     x = step * np.concatenate([np.arange(N // 2), np.arange(N // 2)[::-1]])
-    return np.column_stack([x, np.zeros(N), np.repeat([0.0, math.pi], N // 2)])
+    poses = np.column_stack([x, np.zeros(N), np.repeat([0.0, math.pi], N // 2)])
+    return poses.astype(np.float64)
 
 
 def test_an_error_that_all_of_the_map_shares_is_none():
