@@ -129,7 +129,9 @@ def test_with_a_kernel_poses_are_a_minimum(seed: int) -> None:
     graph.optimise()
     args = graph.poses[0], graph.edges, graph.scale
     found = least_squares(residuals, graph.poses[1:].ravel(), args=args, xtol=1e-12, ftol=1e-12)
-    close(graph.poses[1:], found.x.reshape(-1, 3), 1e-3)
+    cost = 0.5 * np.square(residuals(graph.poses[1:].ravel(), *args)).sum()
+    assert cost < 1.001 * found.cost + 1e-9  # in a flat valley, poses may differ by millimetres
+    close(graph.poses[1:], found.x.reshape(-1, 3), 2e-2)
 
 
 @settings(max_examples=25)
