@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
 from slam.geometry import Array, Pose2
+from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
 from slam.maps.static import Static
@@ -25,7 +26,6 @@ from slam.sensor_models.endpoint import Endpoint
 
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 BEFORE_ALL = -1e12  # s: earlier than any scan
-NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 EXACT = np.zeros((3, 3))  # covariance of a known pose
 FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
 
