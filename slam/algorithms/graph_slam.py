@@ -175,7 +175,8 @@ class GraphSlam:
     @property
     def nbytes(self) -> int:
         """Bytes of the maps in memory: the current local map, those cached for matching, the
-        global map, and the one that is searched for a lost robot. The scans of the keyframes are not counted."""
+        global map, and the one that is searched for a lost robot. The scans of the keyframes are
+        not counted."""
         front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         searched = self._searched.nbytes if self._searched is not None else 0
         return front + self._matcher.nbytes + self._whole.nbytes + searched
