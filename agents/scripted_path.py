@@ -77,16 +77,16 @@ class ScriptedPath:
         return arc_to(pose, self._lookahead_point(pose), v, LOOKAHEAD_DISTANCE)
 
     def _rejoin(self, pose: Pose2) -> None:
-        """Go on along the nearest segment; of two equally near ones, along the present one."""
+        """Go on along the nearest segment; of equally near ones, the present or the first one."""
         starts, ends = self._waypoints[:-1], self._waypoints[1:]
         legs = ends - starts
         squares = np.maximum((legs**2).sum(axis=1), 1e-12)
         shares = np.clip(((pose[:2] - starts) * legs).sum(axis=1) / squares, 0.0, 1.0)
         away = np.hypot(*(starts + shares[:, None] * legs - pose[:2]).T)
         current = self._next - 1
-        far = not 0 <= current < len(away) or away[current] > away.min() + WAYPOINT_TOLERANCE
-        if len(away) and far:
-            self._next = int(away.argmin()) + 1
+        near = away < away.min(initial=math.inf) + WAYPOINT_TOLERANCE
+        if near.any() and not (0 <= current < len(away) and near[current]):
+            self._next = int(near.argmax()) + 1
 
     def _at_waypoint(self, pose: Pose2) -> bool:
         """Within WAYPOINT_TOLERANCE of the next waypoint, or near it and past the segment's end."""

@@ -41,7 +41,8 @@ class Rays:
 
     reach          m; a beam with an echo farther away marks cells as free up to here
     no_echo_reach  m; a beam without echo marks cells as free up to here, or to the sensor's maximum
-                   range if that is less: glass and dark walls give no echo either
+                   range if that is less: glass and dark walls give no echo either. It marks none if
+                   a beam beside it has an echo or no reading: lasers miss single echoes of walls
     """
 
     reach: float = 30.0
@@ -107,7 +108,8 @@ def _ends(ranges, directions, hit, no_echo, reach, clear, mount_x, mount_y, x, y
     ends, hits = np.empty((len(ranges), 2)), np.empty(len(ranges), np.bool_)
     n = 0
     for k in range(len(ranges)):
-        if hit[k] or no_echo[k]:
+        clears = no_echo[k] and no_echo[max(k - 1, 0)] and no_echo[min(k + 1, len(ranges) - 1)]
+        if hit[k] or clears:
             length = min(ranges[k], reach) if hit[k] else clear
             ends[n, 0] = x + length * (c * directions[k, 0] - s * directions[k, 1])
             ends[n, 1] = y + length * (s * directions[k, 0] + c * directions[k, 1])
