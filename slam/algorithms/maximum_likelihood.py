@@ -149,7 +149,8 @@ class MaximumLikelihood:
             likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
             self._last_match = None  # nothing to learn of the odometry
-        self.watch.judge(self._field, scan, estimate, self.keyframe.pose, self._surroundings)
+        last, predicted = self.keyframe.pose, prediction.pose
+        self.watch.judge(self._field, scan, estimate, last, predicted, self._surroundings)
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:

@@ -23,6 +23,7 @@ from slam.metrics.within_map import LOST_TURN as LOST_TURN
 from slam.metrics.within_map import wrong_within_map
 
 ALARM_LEVEL = 0.5  # of `lost`; above it the SLAM tells that it is lost
+DRAWN_LEVEL = 0.1  # of `lost`; above it a scan is not regarded as part of the map
 SETTLED_TIME = 2.0  # s; two losses, or two alarms, with less between them are one
 TOLD_IN_TIME = 5.0  # s, from the beginning of a loss
 BINS = 10  # equal bins of the reliability diagram
@@ -114,7 +115,7 @@ def score_lost(times: Array, poses: Array, truth: Array, lost: Array) -> LostSco
     if len(off) != len(times):
         raise InputError(f"there is one pose a scan, got {len(off)} for {len(times)} scans")
     alarm = lost > ALARM_LEVEL
-    wrong = wrong_within_map(poses, truth, ~alarm)
+    wrong = wrong_within_map(poses, truth, lost <= DRAWN_LEVEL)
     return LostScores(
         lost_share=float(wrong.mean()),
         lost_at_end=bool(off[-1]),

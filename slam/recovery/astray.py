@@ -17,7 +17,8 @@ from slam.scan import Scan
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
 MANY = 150  # echoes that are searched for
-MIN_EXPLAINED = 0.7  # share of the echoes at a place that is accepted
+LEAST_EXPLAINED = 0.5  # share of the echoes at a place that is accepted if it contradicts nothing
+WELL_EXPLAINED = 0.7  # the same, if it contradicts as much as the demands allow
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
@@ -102,9 +103,9 @@ class Astray:
 
     def _place(self, scan: Scan, believed: Pose2) -> Place | None:
         """The place of the scan: one that is sure, or the believed one if none is better."""
-        best, here = self._places.best(scan, MIN_EXPLAINED), self._places.matched(scan, believed)
+        best, here = self._places.best(scan, LEAST_EXPLAINED), self._places.matched(scan, believed)
         if best is None:
-            return here
+            return here if self._demands is GRADUAL or self._meets(here) else None
         explained = best.agreement.explained - LESS_EXPLAINED
         sure = self._meets(best) or same_place(best.pose, believed)
         if sure and self._places.better_than(scan, best, -MIN_GAIN, explained) is None:
@@ -113,9 +114,11 @@ class Astray:
 
     def _meets(self, place: Place) -> bool:
         """Whether a place meets the demands."""
+        if self._path < self._demands.path:
+            return False
         explained, contradicted = place.agreement
-        enough = explained >= MIN_EXPLAINED and self._path >= self._demands.path
-        return enough and contradicted <= self._demands.contradicted
+        share = (explained - LEAST_EXPLAINED) / (WELL_EXPLAINED - LEAST_EXPLAINED)
+        return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
 
     def _confirmed(self, origin: Pose2 | None) -> Pose2 | None:
         """The origin, if the attempt before found it too."""

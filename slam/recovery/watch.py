@@ -124,15 +124,17 @@ class Watch:
         scan: Scan,
         estimate: Estimate,
         last: Pose2,
+        predicted: Pose2,
         surroundings: Callable[[], Surroundings],
     ) -> None:
         """Update the belief by a keyframe, matched with the map of `endpoint`; `last` is the pose
-        of the one before. Other places are searched for in the `surroundings`."""
+        of the one before, from which the odometry leads to the `predicted` one. Other places are
+        searched for in the `surroundings`."""
         moved = last.between(estimate.pose)
         self._searches = min(self._searches + 1.0 / SEARCH_SPACING, MAX_SEARCHES)
         voted = self.belief.probability if self._elsewhere else 0.0
         before, self._before, changed = self._before, sight(scan), 0.0
-        if before is not None and near(last, estimate.pose, *CONTINUOUS):
+        if before is not None and near(last, predicted, *CONTINUOUS):
             changed = change(before, self._before, moved)
         agreement = Agreement(*endpoint.shares(scan, estimate.pose))
         self.belief.update(agreement, changed)
@@ -190,7 +192,8 @@ class Watch:
         """Another place that explains the scan much better: the one that the last check found, or
         one of the whole map."""
         gain = (JUMP_GAIN if self._jumped else ELSEWHERE_GAIN) * len(scan.points)
-        more = here.agreement.explained + max(MORE_EXPLAINED, SPREADS * self.belief.spread)
+        spread = 0.0 if self._jumped else SPREADS * self.belief.spread
+        more = here.agreement.explained + max(MORE_EXPLAINED, spread)
         if self._elsewhere and self._way is not None:
             before = matched(endpoint, scan, self._way @ here.pose)
             if before.value > here.value + gain and self._agrees(before, more):
@@ -219,6 +222,8 @@ class Watch:
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
         belief = self.belief
+        if self._jumped and agreement.explained < POOR * belief.explained:
+            return True
         least = min(
             STRANGE_EXPLAINED * belief.explained, belief.explained - STRANGE * belief.spread
         )
