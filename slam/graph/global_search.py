@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -66,11 +67,13 @@ class GlobalSearch:
         """Bytes of the maxima."""
         return self._maxima.nbytes
 
-    def best(self, points: Array, around: Pose2, reach: Array, but: Pose2 | None = None) -> Pose2:
+    def best(
+        self, points: Array, around: Pose2, reach: Array, but: Sequence[Pose2] = ()
+    ) -> Pose2:
         """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
         robot's frame, have the largest sum of the field.
 
-        but  a pose around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        but  poses around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
         """
         pose = self.better(points, around, reach, but, TURN_STEP)
         return around if pose is None else pose  # None: there are no points
@@ -80,7 +83,7 @@ class GlobalSearch:
         points: Array,
         around: Pose2,
         reach: Array,
-        but: Pose2 | None = None,
+        but: Sequence[Pose2] = (),
         turn_step: float = TURN_STEP,
         least: float = -math.inf,
     ) -> Pose2 | None:
@@ -103,15 +106,15 @@ class GlobalSearch:
         x, y = around.x + col * self._cell, around.y + row * self._cell
         return Pose2(x, y, math.remainder(turns[turn], math.tau))
 
-    def _excluded(self, turns: Array, around: Pose2, but: Pose2 | None) -> tuple[Array, Array]:
-        """(turns,) squared radii, in candidates, of the circle excluded at each turn, -1 where
-        there is none; (2,) its centre."""
-        radii, centre = np.full(len(turns), -1.0), np.zeros(2)
-        if but is not None:
-            centre[:] = (but.x - around.x) / self._cell, (but.y - around.y) / self._cell
-            near = np.abs(wrap_angle(turns - but.theta)) <= OTHER_TURN
-            radii[near] = (OTHER_DISTANCE / self._cell) ** 2
-        return radii, centre
+    def _excluded(
+        self, turns: Array, around: Pose2, but: Sequence[Pose2]
+    ) -> tuple[Array, Array]:
+        """(turns, n) squared radii, in candidates, of the circles excluded at each turn, -1 where
+        there is none; (n, 2) their centres."""
+        poses = np.array(but).reshape(-1, 3)
+        near = np.abs(wrap_angle(turns[:, None] - poses[:, 2])) <= OTHER_TURN
+        radii = np.where(near, (OTHER_DISTANCE / self._cell) ** 2, -1.0)
+        return radii, (poses[:, :2] - around[:2]) / self._cell
 
 
 def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray, np.ndarray]:
@@ -193,7 +196,6 @@ def _larger(a, b, result):
 def _search(maxima, standing, points, turns, middle, window, excluded, limits, least):
     """Indices of turn, row and column of the best candidate above `least`, -1 if there is none;
     depth first, best node first. `limits`: the field of unknown cells, and its maximum."""
-    radii, centre = excluded
     levels = len(maxima)
     beams = _beams(points, turns, middle, maxima.shape[2])
     side = 1 << (levels - 1)
@@ -226,7 +228,7 @@ def _search(maxima, standing, points, turns, middle, window, excluded, limits, l
             if tops[depth] <= best:
                 continue
             if level == 0:
-                if (j - centre[0]) ** 2 + (i - centre[1]) ** 2 <= radii[t]:
+                if _is_excluded(excluded, t, i, j):
                     continue
                 best = tops[depth]
                 place[0], place[1], place[2] = t, i, j
@@ -248,6 +250,16 @@ def _search(maxima, standing, points, turns, middle, window, excluded, limits, l
                     tops[depth] = bound
                     depth += 1
     return place[0], place[1], place[2]
+
+
+@kernel
+def _is_excluded(excluded, t, i, j):
+    """Whether row i and column j of the window lie in one of the circles."""
+    radii, centres = excluded
+    for k in range(len(centres)):
+        if (j - centres[k, 0]) ** 2 + (i - centres[k, 1]) ** 2 <= radii[t, k]:
+            return True
+    return False
 
 
 @kernel

@@ -115,7 +115,7 @@ def score_lost(times: Array, poses: Array, truth: Array, lost: Array) -> LostSco
     if len(off) != len(times):
         raise InputError(f"there is one pose a scan, got {len(off)} for {len(times)} scans")
     alarm = lost > ALARM_LEVEL
-    wrong = wrong_within_map(poses, truth, lost <= DRAWN_LEVEL)
+    wrong = wrong_within_map(poses, truth, may_be_drawn(times, lost))
     return LostScores(
         lost_share=float(wrong.mean()),
         lost_at_end=bool(off[-1]),
@@ -128,6 +128,14 @@ def score_lost(times: Array, poses: Array, truth: Array, lost: Array) -> LostSco
         reliability=reliability(lost, wrong),
         ranks=rank_counts(lost, wrong),
     )
+
+
+def may_be_drawn(times: Array, lost: Array) -> Bools:
+    """(n,) whether each scan may be part of the map: `lost` is at most DRAWN_LEVEL, and no alarm
+    follows within TOLD_IN_TIME, until which a SLAM may withhold what it saw."""
+    alarms = np.append(times[lost > ALARM_LEVEL], math.inf)
+    until_alarm = alarms[np.searchsorted(alarms, times)] - times
+    return (lost <= DRAWN_LEVEL) & (until_alarm > TOLD_IN_TIME)
 
 
 def is_wrong(poses: Array, truth: Array) -> Bools:

@@ -22,6 +22,8 @@ WELL_EXPLAINED = 0.7  # the same, if it contradicts as much as the demands allow
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
+CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
+REPEATED = 5  # the same, if another place fits nearly as well
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -72,6 +74,7 @@ class Astray:
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._candidate: Pose2 | None = None  # the origin by the last attempt
+        self._agreeing = 0  # attempts in a row that found it
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
@@ -97,20 +100,23 @@ class Astray:
         last = self.keyframes[-1].pose
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([Keyframe(one.scan, last.between(one.pose)) for one in recent])
-        place = self._place(scan, self._frame @ self.believed @ last)
-        origin = place.pose @ last.inverse() if place else None
-        return self._confirmed(None if origin is None else self._frame.inverse() @ origin)
+        place, attempts = self._place(scan, self._frame @ self.believed @ last)
+        origin = None if place is None else self._frame.inverse() @ place.pose @ last.inverse()
+        self._count(origin)
+        return origin if self._agreeing >= attempts else None
 
-    def _place(self, scan: Scan, believed: Pose2) -> Place | None:
-        """The place of the scan: one that is sure, or the believed one if none is better."""
+    def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
+        """The place of the scan, or the believed one if none is better; and how many attempts in a
+        row must find it."""
         best, here = self._places.best(scan, LEAST_EXPLAINED), self._places.matched(scan, believed)
         if best is None:
-            return here if self._demands is GRADUAL or self._meets(here) else None
+            accepted = self._demands is GRADUAL or self._meets(here)
+            return here if accepted else None, CONFIRMED
         explained = best.agreement.explained - LESS_EXPLAINED
-        sure = self._meets(best) or same_place(best.pose, believed)
-        if sure and self._places.better_than(scan, best, -MIN_GAIN, explained) is None:
-            return best
-        return here if best.value - here.value < TIE else None
+        if self._meets(best) or same_place(best.pose, believed):
+            alone = self._places.better_than(scan, best, -MIN_GAIN, explained) is None
+            return best, CONFIRMED if alone else REPEATED
+        return here if best.value - here.value < TIE else None, CONFIRMED
 
     def _meets(self, place: Place) -> bool:
         """Whether a place meets the demands."""
@@ -120,9 +126,8 @@ class Astray:
         share = (explained - LEAST_EXPLAINED) / (WELL_EXPLAINED - LEAST_EXPLAINED)
         return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
 
-    def _confirmed(self, origin: Pose2 | None) -> Pose2 | None:
-        """The origin, if the attempt before found it too."""
+    def _count(self, origin: Pose2 | None) -> None:
+        """Count the attempts in a row that found the same origin."""
         before, self._candidate = self._candidate, origin
-        if origin is None or before is None or not agree(before, origin):
-            return None
-        return origin
+        same = origin is not None and before is not None and agree(before, origin)
+        self._agreeing = self._agreeing + 1 if same else int(origin is not None)

@@ -20,9 +20,8 @@ SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW = 60  # echoes
 TURN_STEP = math.radians(2.0)  # between candidates
-WELL_EXPLAINED = (
-    -0.4
-)  # log-likelihood of an echo, on average, at the candidate nearest to its place
+WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
+CANDIDATES = 4  # of a search in its coarse map, of which the most likely in the map is taken
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
@@ -58,25 +57,31 @@ class Places:
 
     def best(self, scan: Scan, explained: float) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it."""
-        region, least = self._search, self._least(explained)
-        start = region.better(
-            searched(scan, self._echoes), region.centre, region.reach, None, TURN_STEP, least
-        )
-        return None if start is None else self.matched(scan, start)
+        return self._best(scan, explained, [])
 
     def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
         """The best other place that explains so large a share of the scan, if it is by `gain` nats
         more likely there than at `place`."""
+        other = self._best(scan, explained, [place.pose])
+        return other if other is not None and other.value > place.value + gain else None
+
+    def _best(self, scan: Scan, explained: float, but: list[Pose2]) -> Place | None:
+        """The most likely of the CANDIDATES that explain so large a share in the coarse map of the
+        search; `but` are places that are not considered."""
+        points, best = searched(scan, self._echoes), None
         region, least = self._search, self._least(explained)
-        start = region.better(
-            searched(scan, self._echoes), region.centre, region.reach, place.pose, TURN_STEP, least
-        )
-        if start is None:
-            return None
-        other = self.matched(scan, start)
-        if same_place(other.pose, place.pose):
-            other = at(self._endpoint, scan, start)
-        return other if other.value > place.value + gain else None
+        starts: list[Pose2] = []
+        while len(starts) < CANDIDATES:
+            centre, reach, others = region.centre, region.reach, but + starts
+            start = region.better(points, centre, reach, others, TURN_STEP, least)
+            if start is None:
+                break
+            starts.append(start)
+            place = self.matched(scan, start)
+            if any(same_place(place.pose, other) for other in but):
+                place = at(self._endpoint, scan, start)
+            best = place if best is None or place.value > best.value else best
+        return best
 
     def _least(self, explained: float) -> float:
         """Mean log-likelihood of echoes of which this share is explained."""

@@ -83,22 +83,22 @@ class WholeMap(Places):
         """The best place, and the best that is not near it, if the best one fits at all; `start` is
         one of the candidates."""
         given = [] if start is None else [self.matched(scan, start)]
-        found = [*given, *self._candidates(scan, None)]
+        found = [*given, *self._candidates(scan, [])]
         best = _best(found)
         if not fits(best):  # the recording begins elsewhere: the slow search is of no use
             return best, min(found, key=lambda place: place.value)
         given = [place for place in given if not same_place(place.pose, best.pose)]
-        other = _best([*given, *self._candidates(scan, best.pose)])
+        other = _best([*given, *self._candidates(scan, [best.pose])])
         return (best, other) if best.value >= other.value else (other, best)
 
-    def _candidates(self, scan: Scan, but: Pose2 | None) -> list[Place]:
+    def _candidates(self, scan: Scan, but: list[Pose2]) -> list[Place]:
         """The best place by each of PARTS of the echoes: the search is coarse, and by one part
         alone may miss the best place by all."""
         region, places = self._search, []
         for k in range(PARTS):
             start = region.best(scan.points[k::PARTS], region.centre, region.reach, but)
             place = self.matched(scan, start)
-            led_back = but is not None and same_place(place.pose, but)
+            led_back = any(same_place(place.pose, other) for other in but)
             places.append(at(self._endpoint, scan, start) if led_back else place)
         return places
 
