@@ -83,11 +83,12 @@ class MaximumLikelihood:
             return self._wander(self.astray, displacement, scan)
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
-        if self._since_keyframe.due(scan.time):
-            estimate = self._checked(scan, self._match(scan))
-            self._map(scan, estimate)
-        elif self._since_match.due(scan.time):
+        keyframe = self._since_keyframe.due(scan.time)
+        if keyframe or self._since_match.due(scan.time):
             estimate = self._match(scan)
+            if keyframe or (self.watch is not None and self.watch.surprised(scan, estimate)):
+                estimate = self._checked(scan, estimate)
+                self._map(scan, estimate)
         else:
             estimate = self._dead_reckoned()
         self.pose = estimate.pose

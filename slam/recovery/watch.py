@@ -34,6 +34,7 @@ AS_USUAL = 0.85  # of the usual share, at least, that another place explains
 JUMP_AS_USUAL = 0.7  # the same, after a scan that was not continuous
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, at another place
 MORE_CONTRADICTED = 0.05  # than usual, at most, at a pose farther from the prediction
+JUMP_MORE_CONTRADICTED = 0.03
 JUMP_CONTRADICTED = 0.2  # the same, after a scan that was not continuous
 MIN_CHECKS = 3  # in a row that speak against the believed place
 MAX_CHECKS = 8  # in a row, after which the place has changed
@@ -42,7 +43,7 @@ POOR = 0.55  # of the usual share; more agrees with the believed place, without 
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE = 5.0  # usual deviations below the usual share, of such a scan
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
-ELSEWHERE = 0.45, 0.75, 0.9  # probability of being lost after so many such checks in a row
+ELSEWHERE = 0.6, 0.8, 0.95  # probability of being lost after so many such checks in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without them
 FOUND = 0.002  # probability of being lost after the robot was found again
@@ -69,6 +70,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jumped = False  # whether the doubt began with a scan that was not continuous
         self._elsewhere = 0  # checks in a row that spoke against the believed place
+        self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
         self._searches = float(MAX_SEARCHES)  # of the whole map that may be made now
         self._way: Pose2 | None = None  # from the believed place to the other, by the last check
@@ -97,13 +99,17 @@ class Watch:
         self.belief.set(FOUND)
         self._jumped, self._elsewhere, self._before = False, 0, None
 
+    def surprised(self, scan: Scan, estimate: Estimate) -> bool:
+        """Whether a match fits so much worse than usual that it must be judged at once."""
+        return not self.doubted and self._fits.surprising(self._worse(scan, estimate))
+
     def searched(
         self, endpoint: Endpoint, scan: Scan, prediction: Prediction, estimate: Estimate
     ) -> Pose2:
         """The pose of the estimate, or a better one farther from the prediction."""
         error = np.abs(prediction.error(estimate.pose)) / prediction.deviations
-        worse = (self.belief.score - estimate.score) * len(scan.points)
-        bad_fit, far_off = self._fits.surprising(worse), self._errors.surprising(error.max())
+        bad_fit = self._fits.surprising(self._worse(scan, estimate))
+        far_off = self._errors.surprising(error.max())
         if not (bad_fit or far_off) or self._elsewhere:
             return estimate.pose
         pose = self.wide.better(endpoint, scan, prediction, estimate.pose)
@@ -117,6 +123,10 @@ class Watch:
         if far_off:
             self._errors.dismiss()
         return estimate.pose
+
+    def _worse(self, scan: Scan, estimate: Estimate) -> float:
+        """Nats by which a match fits worse than usual."""
+        return (self.belief.score - estimate.score) * len(scan.points)
 
     def judge(
         self,
@@ -132,7 +142,7 @@ class Watch:
         searched for in the `surroundings`."""
         moved = last.between(estimate.pose)
         self._searches = min(self._searches + 1.0 / SEARCH_SPACING, MAX_SEARCHES)
-        voted = self.belief.probability if self._elsewhere else 0.0
+        held = self.belief.probability if self._elsewhere or self._unsure else 0.0
         before, self._before, changed = self._before, sight(scan), 0.0
         if before is not None and near(last, predicted, *CONTINUOUS):
             changed = change(before, self._before, moved)
@@ -142,13 +152,13 @@ class Watch:
         begins = self.belief.jumped and not self._jumped
         self._jumped = self.doubted and (self._jumped or self.belief.jumped)
         if not self.doubted:
-            self._elsewhere = 0
+            self._elsewhere, self._unsure = 0, False
         elif begins or self._since_check.due(scan.time):
             self._since_check.restart(scan.time)
             checked = self._checked(agreement, scan, estimate.pose, surroundings)
             self.belief.set(self._settled(checked))
         else:
-            self.belief.set(max(min(self.belief.probability, UNCHECKED), voted))
+            self.belief.set(max(min(self.belief.probability, UNCHECKED), held))
         if not self.doubted:
             self.belief.learn(agreement, estimate.score, changed)
 
@@ -165,7 +175,8 @@ class Watch:
         surroundings: Callable[[], Surroundings],
     ) -> float:
         """The probability of being lost, after a search of the whole map."""
-        if self.belief.usual(agreement):
+        self._unsure = False
+        if self.belief.usual(agreement) and self._contradicts_no_more(agreement):
             return self._dismissed()
         if not self._jumped and agreement.explained > POOR * self.belief.explained:
             return self._dismissed()
@@ -176,11 +187,19 @@ class Watch:
             self._vote(other.pose @ here.pose.inverse(), here.pose)
         elif self._strange(agreement):
             self._elsewhere += 1
+        elif self._jumped:
+            self._unsure = True
+            return UNCHECKED
         else:
             return self._dismissed()
         if self._jumped or self._elsewhere >= MIN_CHECKS:
             return ELSEWHERE[min(self._elsewhere, MIN_CHECKS) - 1]
         return UNCHECKED
+
+    def _contradicts_no_more(self, agreement: Agreement) -> bool:
+        """Whether the map contradicts no more than usual, if that is asked for: after a jump."""
+        most = self.belief.contradicted + JUMP_MORE_CONTRADICTED
+        return not self._jumped or agreement.contradicted <= most
 
     def _dismissed(self) -> float:
         """The probability after a check that does not speak against the believed place."""
