@@ -9,7 +9,7 @@ from slam.recovery.surprise import Surprise
 
 LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
 JUMP_RATE = 0.3  # the same if the scans are not continuous
-JUMP, USUAL_FACTOR = 0.06, 4.0  # a change of the scan by more, and by a multiple of the usual one
+JUMP, USUAL_FACTOR = 0.12, 4.0  # a change of the scan by more, and by a multiple of the usual one
 RETURN_RATE = 1e-3  # probability that a lost robot is right by chance at the next keyframe
 EXPLAINED_WEIGHT, CONTRADICTED_WEIGHT = -3.2, 5.9  # nats, fitted by logistic regression
 CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
