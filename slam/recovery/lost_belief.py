@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import NamedTuple
 
 from slam.recovery.surprise import Surprise
@@ -18,6 +19,7 @@ MAX_EVIDENCE = 3.0  # nats of one keyframe
 USUAL = 0.9, 0.03  # shares of explained and contradicted echoes before any are known
 MIN_LEARNED = 10  # keyframes before a change can be told from the usual ones
 MEMORY = 50  # keyframes over which the usual shares are averaged
+RECENT = 8  # keyframes, of which the best fit is expected
 LEAST_EXPLAINED = 0.1  # of the usual share
 LEAST_SPREAD = 0.03  # of the share of explained echoes
 
@@ -40,7 +42,6 @@ class LostBelief:
     jumped       whether the last scan was not continuous with the one before
     explained    usual share of echoes that the map explains; contradicted: that it contradicts
     spread       usual deviation of the share of explained echoes from its mean
-    score        usual mean log-likelihood per beam
     """
 
     def __init__(self) -> None:
@@ -49,7 +50,8 @@ class LostBelief:
         self.spread = LEAST_SPREAD
         self._change = 0.0
         self._changes = Surprise(JUMP)
-        self.score = 0.0
+        self._score = 0.0  # usual mean log-likelihood per beam
+        self._recent: deque[float] = deque([-math.inf], RECENT)  # of the last keyframes
         self.jumped = False
         self._learned = 0.0  # number of keyframes that the usual shares are the mean of
 
@@ -83,8 +85,14 @@ class LostBelief:
         self.spread += rate * (abs(explained - self.explained) - self.spread)
         self.explained += rate * (explained - self.explained)
         self.contradicted += rate * (agreement.contradicted - self.contradicted)
-        self.score += rate * (score - self.score)
+        self._score += rate * (score - self._score)
+        self._recent.append(score)
         self._change += rate * (change - self._change)
+
+    @property
+    def score(self) -> float:
+        """Mean log-likelihood per beam that is expected of a keyframe."""
+        return max(self._score, *self._recent)
 
     def usual(self, agreement: Agreement) -> bool:
         """Whether the map explains about as much as usual."""

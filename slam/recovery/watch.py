@@ -20,12 +20,12 @@ from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
-WORSE = 12.0  # nats by which a scan fits worse than usual: a wide window is searched
+WORSE = 8.0  # nats by which a scan fits worse than expected: a wide window is searched
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
 DOUBTED = 0.005  # probability of being lost, above which no keyframe is integrated
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
-CONTINUOUS = 0.35, math.radians(40.0)  # m, rad, between scans that must be continuous
+CONTINUOUS = 0.35, math.radians(25.0)  # m, rad, between scans that must be continuous
 ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan better
 JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
@@ -43,7 +43,7 @@ POOR = 0.55  # of the usual share; more agrees with the believed place, without 
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE = 5.0  # usual deviations below the usual share, of such a scan
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
-ELSEWHERE = 0.6, 0.8, 0.95  # probability of being lost after so many such checks in a row
+ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many such checks in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without them
 FOUND = 0.002  # probability of being lost after the robot was found again
@@ -58,7 +58,7 @@ class Watch:
     scans much better, the place has changed; if another does so three times in a row, the robot is
     lost.
 
-    wide    search at keyframes that fit worse than usual: the odometry may have failed
+    wide    search at keyframes that fit worse than expected: the odometry may have failed
     belief  the probability, and what is usual
     """
 
@@ -100,7 +100,7 @@ class Watch:
         self._jumped, self._elsewhere, self._before = False, 0, None
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
-        """Whether a match fits so much worse than usual that it must be judged at once."""
+        """Whether a match fits so much worse than expected that it must be judged at once."""
         return not self.doubted and self._fits.surprising(self._worse(scan, estimate))
 
     def searched(
@@ -125,7 +125,7 @@ class Watch:
         return estimate.pose
 
     def _worse(self, scan: Scan, estimate: Estimate) -> float:
-        """Nats by which a match fits worse than usual."""
+        """Nats by which a match fits worse than expected."""
         return (self.belief.score - estimate.score) * len(scan.points)
 
     def judge(
@@ -187,7 +187,7 @@ class Watch:
             self._vote(other.pose @ here.pose.inverse(), here.pose)
         elif self._strange(agreement):
             self._elsewhere += 1
-        elif self._jumped:
+        elif not self._contradicts_no_more(agreement):
             self._unsure = True
             return UNCHECKED
         else:
@@ -241,8 +241,6 @@ class Watch:
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
         belief = self.belief
-        if self._jumped and agreement.explained < POOR * belief.explained:
-            return True
         least = min(
             STRANGE_EXPLAINED * belief.explained, belief.explained - STRANGE * belief.spread
         )
