@@ -75,10 +75,10 @@ class GlobalSearch:
 
         but  poses around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
         """
-        pose = self.better(points, around, reach, but, TURN_STEP)
-        return around if pose is None else pose  # None: there are no points
+        found = self.candidates(points, around, reach, but)
+        return found[0] if found else around  # there are no points
 
-    def better(
+    def candidates(
         self,
         points: Array,
         around: Pose2,
@@ -86,8 +86,10 @@ class GlobalSearch:
         but: Sequence[Pose2] = (),
         turn_step: float = TURN_STEP,
         least: float = -math.inf,
-    ) -> Pose2 | None:
-        """As `best`, but None if there is no pose with a mean of the field above `least`.
+        most: int = 1,
+    ) -> list[Pose2]:
+        """The best poses as of `best`, at most so many, each a place of its own, the best one
+        first; those with a mean of the field above `least`.
 
         turn_step  rad between candidates
         """
@@ -97,14 +99,14 @@ class GlobalSearch:
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         excluded = self._excluded(turns, around, but)
-        turn, row, col = _search(
+        apart = (OTHER_DISTANCE / self._cell) ** 2, OTHER_TURN
+        found = _search(
             self._maxima, self._standing, points[every] / self._cell, turns, middle, window,
-            excluded, (self._unknown, self._top), np.float32(least * len(every)),
+            excluded, (self._unknown, self._top), np.float32(least * len(every)), apart, most,
         )  # fmt: skip
-        if turn < 0:
-            return None
-        x, y = around.x + col * self._cell, around.y + row * self._cell
-        return Pose2(x, y, math.remainder(turns[turn], math.tau))
+        xy = np.array(around[:2]) + found[:, :0:-1] * self._cell
+        angles = [math.remainder(turn, math.tau) for turn in turns[found[:, 0]]]
+        return [Pose2(x, y, angle) for (x, y), angle in zip(xy.tolist(), angles, strict=True)]
 
     def _excluded(
         self, turns: Array, around: Pose2, but: Sequence[Pose2]
@@ -193,9 +195,12 @@ def _larger(a, b, result):
 
 
 @kernel
-def _search(maxima, standing, points, turns, middle, window, excluded, limits, least):
-    """Indices of turn, row and column of the best candidate above `least`, -1 if there is none;
-    depth first, best node first. `limits`: the field of unknown cells, and its maximum."""
+def _search(
+    maxima, standing, points, turns, middle, window, excluded, limits, least, apart, most
+):
+    """(n, 3) indices of turn, row and column of the best candidates above `least`, depth first,
+    best node first. `limits`: the field of unknown cells, and its maximum. `apart`: squared
+    distance, and rad, within which only the best one counts."""
     levels = len(maxima)
     beams = _beams(points, turns, middle, maxima.shape[2])
     side = 1 << (levels - 1)
@@ -214,7 +219,8 @@ def _search(maxima, standing, points, turns, middle, window, excluded, limits, l
                                  least)  # fmt: skip
                 m += 1
     order = np.argsort(-bounds[:m], kind="mergesort")
-    best, place = least, np.full(3, -1, np.int64)
+    found, values = np.zeros((most, 3), np.int64), np.full(most, least, np.float32)
+    best = least
     stack, tops = np.empty((4 * levels, 4), np.int64), np.empty(4 * levels, np.float32)
     four = np.empty(4, np.float32)
     for o in order:
@@ -230,8 +236,7 @@ def _search(maxima, standing, points, turns, middle, window, excluded, limits, l
             if level == 0:
                 if _is_excluded(excluded, t, i, j):
                     continue
-                best = tops[depth]
-                place[0], place[1], place[2] = t, i, j
+                best = _keep(found, values, turns, stack[depth, 1:], tops[depth], apart, least)
                 continue
             half = 1 << (level - 1)
             for q in range(4):
@@ -249,7 +254,27 @@ def _search(maxima, standing, points, turns, middle, window, excluded, limits, l
                     stack[depth, 3] = j + half * (q % 2)
                     tops[depth] = bound
                     depth += 1
-    return place[0], place[1], place[2]
+    order = np.argsort(-values, kind="mergesort")
+    return found[order[: (values > least).sum()]]
+
+
+@kernel
+def _keep(found, values, turns, candidate, value, apart, least):
+    """Replace the worst candidate that was found, or one of the same place; returns the value that
+    another one must exceed."""
+    distance, angle = apart
+    slot = np.argmin(values)
+    for k in range(len(values)):
+        if values[k] <= least:
+            continue
+        turn = abs(turns[candidate[0]] - turns[found[k, 0]])
+        row, col = candidate[1] - found[k, 1], candidate[2] - found[k, 2]
+        if row**2 + col**2 <= distance and min(turn, abs(2.0 * np.pi - turn)) <= angle:
+            slot = k
+            break
+    if value > values[slot]:
+        found[slot], values[slot] = candidate, value
+    return values.min()
 
 
 @kernel

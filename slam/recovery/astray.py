@@ -32,14 +32,17 @@ class Demands(NamedTuple):
 
     path          m, driven since it got lost
     contradicted  share of the echoes, at most
+    sudden        whether a scan that was not continuous preceded: the robot was carried, and is at
+                  the believed place only if the map agrees
     """
 
     path: float
     contradicted: float
+    sudden: bool
 
 
-SUDDEN = Demands(0.7, 0.2)  # after a scan that was not continuous: the robot was carried
-GRADUAL = Demands(3.0, 0.1)  # without: the place where it believes to be may have changed
+SUDDEN = Demands(0.7, 0.2, True)
+GRADUAL = Demands(3.0, 0.1, False)
 
 
 class Astray:
@@ -110,7 +113,7 @@ class Astray:
         row must find it."""
         best, here = self._places.best(scan, LEAST_EXPLAINED), self._places.matched(scan, believed)
         if best is None:
-            accepted = self._demands is GRADUAL or self._meets(here)
+            accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
         explained = best.agreement.explained - LESS_EXPLAINED
         if self._meets(best) or same_place(best.pose, believed):

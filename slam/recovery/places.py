@@ -45,9 +45,15 @@ class Surroundings(NamedTuple):
 class Places:
     """A map prepared for the search of places: all of it, or the part within SEARCHED of a pose."""
 
-    def __init__(self, endpoint: Endpoint, around: Pose2 | None = None, echoes: int = FEW):
-        """`echoes`: number that is searched for, at most."""
-        self._endpoint, self._echoes = endpoint, echoes
+    def __init__(
+        self,
+        endpoint: Endpoint,
+        around: Pose2 | None = None,
+        echoes: int = FEW,
+        candidates: int = CANDIDATES,
+    ):
+        """A search takes the best of so many `candidates`, by at most so many `echoes`."""
+        self._endpoint, self._echoes, self._candidates = endpoint, echoes, candidates
         if around is None:
             self._search = GlobalSearch(endpoint)
         else:
@@ -66,17 +72,14 @@ class Places:
         return other if other is not None and other.value > place.value + gain else None
 
     def _best(self, scan: Scan, explained: float, but: list[Pose2]) -> Place | None:
-        """The most likely of the CANDIDATES that explain so large a share in the coarse map of the
+        """The most likely of the candidates that explain so large a share in the coarse map of the
         search; `but` are places that are not considered."""
-        points, best = searched(scan, self._echoes), None
         region, least = self._search, self._least(explained)
-        starts: list[Pose2] = []
-        while len(starts) < CANDIDATES:
-            centre, reach, others = region.centre, region.reach, but + starts
-            start = region.better(points, centre, reach, others, TURN_STEP, least)
-            if start is None:
-                break
-            starts.append(start)
+        points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
+        best = None
+        for start in region.candidates(
+            points, centre, reach, but, TURN_STEP, least, self._candidates
+        ):
             place = self.matched(scan, start)
             if any(same_place(place.pose, other) for other in but):
                 place = at(self._endpoint, scan, start)

@@ -14,7 +14,7 @@ from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.astray import GRADUAL, SUDDEN, Demands
 from slam.recovery.continuity import Sight, change, sight
 from slam.recovery.lost_belief import Agreement, LostBelief
-from slam.recovery.places import Place, Places, Surroundings, agree, at, matched, near
+from slam.recovery.places import CANDIDATES, Place, Places, Surroundings, agree, at, matched, near
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
@@ -88,7 +88,9 @@ class Watch:
     @property
     def demands(self) -> Demands:
         """What is asked of another place, if the robot is lost."""
-        return SUDDEN if self._jumped else GRADUAL
+        demands = SUDDEN if self._jumped else GRADUAL
+        usual = self.belief.contradicted + MORE_CONTRADICTED
+        return demands._replace(contradicted=max(demands.contradicted, usual))
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
@@ -222,7 +224,9 @@ class Watch:
         self._searches -= 1.0
         share = JUMP_AS_USUAL if self._jumped else AS_USUAL
         explained = max(share * self.belief.explained, more)
-        other = Places(endpoint, here.pose).better_than(scan, here, gain, explained)
+        candidates = CANDIDATES if self._jumped else 1
+        places = Places(endpoint, here.pose, candidates=candidates)
+        other = places.better_than(scan, here, gain, explained)
         return other if other is not None and self._agrees(other, explained) else None
 
     def _agrees(self, place: Place, explained: float) -> bool:

@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
-from slam.recovery.places import FARTHEST, searched
+from slam.recovery.places import FARTHEST, TURN_STEP, searched
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
@@ -49,7 +49,8 @@ class WideSearch:
         around = np.array(narrow.pose[:2])
         size = FARTHEST + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
-        start = region.best(searched(scan), narrow.pose, reach)
+        starts = region.candidates(searched(scan), narrow.pose, reach, turn_step=TURN_STEP)
+        start = starts[0] if starts else found
         wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
