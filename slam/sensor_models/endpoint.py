@@ -103,7 +103,7 @@ class Endpoint:
         h = np.array([field.H_MIN, field.H_MAX]) / 255
         low, high = np.log(self.z_hit * h + self.z_rand).tolist()
         self._span = low, high
-        self._top = max(high, self.unknown)
+        self.top = max(high, self.unknown)
         self.nothing, self.free = low, math.log(self.z_hit * CONTRADICTED_F + self.z_rand)
         self._peaks: Peaks | None = None
         self._means: Means | None = None
@@ -122,7 +122,7 @@ class Endpoint:
         tiles = self.tiles
         return self.beta * field.sums(
             poses, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
-            self.unknown, floor / self.beta - ROUNDING, self._top,
+            self.unknown, floor / self.beta - ROUNDING, self.top,
         )  # fmt: skip
 
     def shares(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
