@@ -11,7 +11,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.grid import TILE
 from slam.kernel import kernel
-from slam.maps.tiles import AREA, MASK, SHIFT, Tiles, next_slot
+from slam.maps.tiles import AREA, SHIFT, Tiles, next_slot
 from slam.scan import Scan
 from slam.validation import positive, within
 
