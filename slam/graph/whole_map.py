@@ -19,7 +19,7 @@ from slam.sensor_models.endpoint import Endpoint
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
 SEARCHED_SHIFT, SEARCHED_TURN = 0.1, math.radians(1.0)  # the same, of a map that is searched
 EVERY = MotionThreshold(distance=0.0, turn=0.0, time=0.0)  # between keyframes that are drawn
-SEARCHED_EVERY = MotionThreshold(distance=0.3, turn=math.radians(30.0), time=math.inf)
+SEARCHED_EVERY = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=math.inf)
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 
 
