@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, lever_jacobian
+from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
@@ -110,8 +110,15 @@ def _at(tile, x, y):
 @kernel
 def _turned(covariance, x, y):
     """The covariance of a pose rigidly attached at (x, y), world axes, from the given pose."""
-    J = lever_jacobian(x, y)
-    return J @ covariance @ J.T
+    half, result = covariance.copy(), np.empty((3, 3))
+    for k in range(3):  # J C J' with the `lever_jacobian` J
+        half[0, k] -= y * covariance[2, k]
+        half[1, k] += x * covariance[2, k]
+    for k in range(3):
+        result[k, 0] = half[k, 0] - y * half[k, 2]
+        result[k, 1] = half[k, 1] + x * half[k, 2]
+        result[k, 2] = half[k, 2]
+    return result
 
 
 @kernel
