@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, lever_jacobian
+from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 
@@ -30,13 +30,10 @@ class MapUncertainty:
 
     def settle(self, pose: Pose2, covariance: Array, points: Array) -> None:
         """Average the keyframe's covariance into the current map's tiles that its echoes `points`
-        (n, 2), m, in the robot's frame, lie in; new tiles get it as it is."""
-        tiles, drawn = self.tiles, self._drawn.values
-        seen = _echoes(*pose, points, tiles.index, tiles.origin, tiles.resolution, len(drawn))
-        _average(drawn, seen, pose.x, pose.y, covariance)
-        slots = tiles.current.slots
-        new = slots[drawn[slots, 2] == 0]
-        drawn[new] = np.array([pose.x, pose.y, 1.0, *covariance.flat])
+        (n, 2), m, in the robot's frame, lie in; the first keyframe's is taken as it is."""
+        tiles = self.tiles
+        _settle(*pose, points, tiles.index, tiles.origin, tiles.resolution, self._drawn.values,
+                covariance)  # fmt: skip
 
     def matched(self, predicted: Array, pose: Pose2, points: Array, information: Array) -> Array:
         """(3, 3) covariance of a pose matched in the current map.
@@ -50,45 +47,58 @@ class MapUncertainty:
     def covariance(self, pose: Pose2, points: Array) -> Array:
         """(3, 3) covariance of the map's error for a match at `pose` with scan `points` (n, 2), m,
         in the robot's frame: the mean over the points' tiles; zero without points."""
-        tiles, drawn = self.tiles, self._drawn.values
-        seen = _echoes(*pose, points, tiles.index, tiles.origin, tiles.resolution, len(drawn))
-        return _inherited(drawn, seen, pose.x, pose.y)
+        tiles = self.tiles
+        return _inherited(*pose, points, tiles.index, tiles.origin, tiles.resolution,
+                          self._drawn.values)  # fmt: skip
 
 
 @kernel
-def _echoes(robot_x, robot_y, theta, points, index, origin, resolution, slots):
-    """(slots,) the number of points, given in the robot's frame, in the tile of each slot."""
+def _seen(robot_x, robot_y, theta, points, index, origin, resolution):
+    """(n,) the slots of the tiles that points, given in the robot's frame, lie in, each once, and
+    the number of points in each."""
     c, s, scale = np.cos(theta), np.sin(theta), 1.0 / resolution
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    seen = np.zeros(slots)
+    slots, counts = np.zeros(len(points) + 1, np.int64), np.zeros(len(points) + 1)
+    n = here = 0
     for k in range(len(points)):
         x = (robot_x + c * points[k, 0] - s * points[k, 1] - origin[0]) * scale
         y = (robot_y + s * points[k, 0] + c * points[k, 1] - origin[1]) * scale
-        if 0.0 <= x < cols and 0.0 <= y < rows:
-            seen[index[int(y) >> SHIFT, int(x) >> SHIFT]] += 1.0
-    return seen
+        if not (0.0 <= x < cols and 0.0 <= y < rows):
+            continue
+        slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
+        if slot == 0:
+            continue
+        if slots[here] != slot:  # neighbouring points mostly lie in the same tile
+            here = 0
+            while here < n and slots[here] != slot:
+                here += 1
+            slots[here], n = slot, max(n, here + 1)
+        counts[here] += 1.0
+    return slots[:n], counts[:n]
 
 
 @kernel
-def _inherited(drawn, seen, x, y):
-    """(3, 3) mean over the echoes of their tiles' covariances, at (x, y)."""
+def _inherited(x, y, theta, points, index, origin, resolution, drawn):
+    """(3, 3) mean over the points of their tiles' covariances, at (x, y)."""
+    slots, counts = _seen(x, y, theta, points, index, origin, resolution)
     total, result = 0.0, np.zeros((3, 3))
-    for slot in range(1, len(drawn)):
-        if seen[slot] and drawn[slot, 2] > 0:
-            result += seen[slot] * _at(drawn[slot], x, y)
-            total += seen[slot]
+    for k in range(len(slots)):
+        tile = drawn[slots[k]]
+        if tile[2] > 0:
+            result += counts[k] * _at(tile, x, y)
+            total += counts[k]
     return result / max(total, 1.0)
 
 
 @kernel
-def _average(drawn, seen, x, y, covariance):
+def _settle(x, y, theta, points, index, origin, resolution, drawn, covariance):
     """Take a keyframe at (x, y) into the mean of the tiles that it saw, which move to (x, y)."""
-    for slot in range(1, len(drawn)):
-        if seen[slot] and drawn[slot, 2] > 0:
-            n = min(drawn[slot, 2], LAST_KEYFRAMES) + 1.0
-            mean = _at(drawn[slot], x, y)
-            drawn[slot, 3:] = (mean + (covariance - mean) / n).reshape(9)
-            drawn[slot, 0], drawn[slot, 1], drawn[slot, 2] = x, y, n
+    for slot in _seen(x, y, theta, points, index, origin, resolution)[0]:
+        tile = drawn[slot]
+        n = min(tile[2], LAST_KEYFRAMES) + 1.0
+        mean = _at(tile, x, y)
+        tile[3:] = (mean + (covariance - mean) / n).reshape(9)
+        tile[0], tile[1], tile[2] = x, y, n
 
 
 @kernel
@@ -100,8 +110,15 @@ def _at(tile, x, y):
 @kernel
 def _turned(covariance, x, y):
     """The covariance of a pose rigidly attached at (x, y), world axes, from the given pose."""
-    J = lever_jacobian(x, y)
-    return J @ covariance @ J.T
+    half, result = covariance.copy(), np.empty((3, 3))
+    for k in range(3):  # J C J' with the `lever_jacobian` J
+        half[0, k] -= y * covariance[2, k]
+        half[1, k] += x * covariance[2, k]
+    for k in range(3):
+        result[k, 0] = half[k, 0] - y * half[k, 2]
+        result[k, 1] = half[k, 1] + x * half[k, 2]
+        result[k, 2] = half[k, 2]
+    return result
 
 
 @kernel

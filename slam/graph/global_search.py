@@ -14,12 +14,17 @@ from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
 KNOWN_CELL = 4  # the same, where the place is known
-BOUND_LEVELS = 6  # squares of side 1, 2, 4, ... 32 candidates share a bound
+BOUND_LEVELS = 3  # squares of side 1, 2 and 4 candidates share a bound
+SQUARE = 1 << (BOUND_LEVELS - 1)  # candidates along the side of the largest ones
 TURN_STEP = math.radians(0.5)  # between candidates
 MAX_POINTS = 150  # maximum number matched; evenly subsampled
 OTHER_DISTANCE = 0.5  # m, OTHER_TURN in rad: two poses farther apart are different places
 OTHER_TURN = math.radians(20.0)
-CHUNK = 16  # points after which a sum is compared with the best one
+CHUNK = 8  # points after which a sum is compared with the best one
+MAX_UNITS = 255  # of the field's span, uint8
+NO_SUM = -1  # below any sum
+ABOVE_ALL = np.iinfo(np.int64).max  # sums
+ROUNDING = 1e-6  # of a unit
 ANYWHERE = np.empty((0, 0, 0), np.bool_)
 
 
@@ -28,8 +33,8 @@ class GlobalSearch:
 
     centre, reach  a pose, and (3,) m, m, rad around it, that hold all poses in the map
 
-    The field is that of an `Endpoint`; the cells here are two or four times as wide, each with
-    the maximum of the field in it.
+    The field is that of an `Endpoint`; the cells here are two or four times as wide, each with the
+    maximum of the field in it, rounded up to 1/255 of the field's span.
     """
 
     def __init__(
@@ -44,38 +49,49 @@ class GlobalSearch:
                explain no echo
         """
         tiles, self._pad = endpoint.tiles, 1 << (BOUND_LEVELS - 1)
-        fill = np.float32(endpoint.unknown)
-        self._unknown = np.float32(endpoint.nothing) if known else fill
+        self._low, self._unit = endpoint.nothing, (endpoint.top - endpoint.nothing) / MAX_UNITS
+        unknown, free = (self._units(value) for value in (endpoint.unknown, endpoint.free))
+        self._unknown = 0 if known else unknown
         side = tiles.resolution * TILE
         first, last = _tiles(tiles, region)
         index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
-        width, values = KNOWN_CELL if known else CANDIDATE_CELL, endpoint.field().values
-        coarse = _coarse(index, values, width, self._pad, (fill, self._unknown))
-        self._maxima = _maxima(coarse, BOUND_LEVELS, self._unknown)
-        self._top = max(self._maxima[-1].max(), self._unknown)
-        self._standing = ANYWHERE
-        if known:
-            free = _coarse(index, values, width, self._pad, (fill, fill)) < endpoint.free
-            self._standing = _any(free, BOUND_LEVELS)
+        width = KNOWN_CELL if known else CANDIDATE_CELL
+        explaining, every = _coarse(index, endpoint.field().values, width, self._pad,
+                                    np.float32(endpoint.unknown), unknown,
+                                    np.float32(self._low), np.float32(1 / self._unit))  # fmt: skip
+        self._maxima = _maxima(explaining if known else every, BOUND_LEVELS, self._unknown)
+        self._phases = _phases(self._maxima[-1], self._unknown)
+        self._top = max(int(self._maxima[-1].max()), self._unknown)
+        self._standing = _any(every < free, BOUND_LEVELS) if known else ANYWHERE
         self._origin = np.array(tiles.origin) + first * side
         self._cell = width * tiles.resolution
         self.centre = Pose2.of([*(self._origin + (last - first) * side / 2), 0.0])
         self.reach = np.array([*((last - first) * side / 2), math.pi])
 
+    def _units(self, value: float) -> int:
+        """A value of the field in 1/255 of its span, rounded up."""
+        return math.ceil((value - self._low) / self._unit - ROUNDING)
+
     @property
     def nbytes(self) -> int:
         """Bytes of the maxima."""
-        return self._maxima.nbytes
+        return self._maxima.nbytes + self._phases.nbytes
 
     def best(
-        self, points: Array, around: Pose2, reach: Array, but: Sequence[Pose2] = ()
+        self,
+        points: Array,
+        around: Pose2,
+        reach: Array,
+        but: Sequence[Pose2] = (),
+        turn_step: float = TURN_STEP,
     ) -> Pose2:
         """The pose within `reach` (3,), m and rad, of `around` at which `points` (n, 2), in the
         robot's frame, have the largest sum of the field.
 
-        but  poses around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        but        poses around which, within OTHER_DISTANCE and OTHER_TURN, none is considered
+        turn_step  rad between candidates
         """
-        found = self.candidates(points, around, reach, but)
+        found = self.candidates(points, around, reach, but, turn_step)
         return found[0] if found else around  # there are no points
 
     def candidates(
@@ -89,28 +105,23 @@ class GlobalSearch:
         most: int = 1,
     ) -> list[Pose2]:
         """The best poses as of `best`, at most so many, each a place of its own, the best one
-        first; those with a mean of the field above `least`.
-
-        turn_step  rad between candidates
-        """
+        first; those with a mean of the field above `least`."""
         n = max(math.ceil(reach[2] / turn_step), 0)
         turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
-        excluded = self._excluded(turns, around, but)
-        apart = (OTHER_DISTANCE / self._cell) ** 2, OTHER_TURN
+        least_units = max((least - self._low) / self._unit, -1.0)
         found = _search(
-            self._maxima, self._standing, points[every] / self._cell, turns, middle, window,
-            excluded, (self._unknown, self._top), np.float32(least * len(every)), apart, most,
+            self._maxima, self._phases, self._standing, points[every] / self._cell, turns, middle,
+            window, self._excluded(turns, around, but), (self._unknown, self._top),
+            max(math.floor(least_units * len(every)), 0), (OTHER_DISTANCE / self._cell) ** 2, most,
         )  # fmt: skip
         xy = np.array(around[:2]) + found[:, :0:-1] * self._cell
         angles = [math.remainder(turn, math.tau) for turn in turns[found[:, 0]]]
         return [Pose2(x, y, angle) for (x, y), angle in zip(xy.tolist(), angles, strict=True)]
 
-    def _excluded(
-        self, turns: Array, around: Pose2, but: Sequence[Pose2]
-    ) -> tuple[Array, Array]:
+    def _excluded(self, turns: Array, around: Pose2, but: Sequence[Pose2]) -> tuple[Array, Array]:
         """(turns, n) squared radii, in candidates, of the circles excluded at each turn, -1 where
         there is none; (n, 2) their centres."""
         poses = np.array(but).reshape(-1, 3)
@@ -130,37 +141,56 @@ def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray
 
 
 @kernel
-def _coarse(index, field, width, pad, fill):
-    """The field in cells `width` times as wide, each with the maximum of the field in it,
-    padded by `pad` unknown cells. `fill`: of unknown cells, the value in the field and here."""
-    given, unknown = fill
+def _coarse(index, field, width, pad, unknown, fill, low, scale):
+    """The field in cells `width` times as wide, each with the maximum of the field in it, in units
+    of its span, padded by `pad` unknown cells; first without the unknown cells, then with them.
+
+    unknown  the field's value in unknown cells; `fill`: the same in units
+    low      the field's minimum; `scale`: units by value
+    """
     side = TILE // width
-    high, wide = index.shape
-    result = np.full((high * side + 2 * pad, wide * side + 2 * pad), unknown, np.float32)
-    for i in range(high):
-        for j in range(wide):
-            if index[i, j] == 0:
-                continue
-            tile = field[index[i, j]]
-            for r in range(side):
-                row = result[pad + i * side + r, pad + j * side :]
-                for c in range(side):
-                    top = np.float32(-np.inf)
-                    for k in range(width * width):
-                        value = tile[(width * r + k // width) * TILE + width * c + k % width]
-                        value = unknown if value == given else value
-                        top = value if value > top else top
-                    row[c] = top
-    return result
+    shape = index.shape[0] * side + 2 * pad, index.shape[1] * side + 2 * pad
+    known, every = np.zeros(shape, np.uint8), np.full(shape, fill, np.uint8)
+    top = np.empty((2, TILE), np.float32)
+    for i, j in np.ndindex(index.shape):
+        if index[i, j] == 0:
+            continue
+        for r in range(side):
+            top[:] = low
+            for k in range(width * r * TILE, width * (r + 1) * TILE, TILE):
+                _raise(top, field[index[i, j], k : k + TILE], unknown)
+            row, col = pad + i * side + r, pad + j * side
+            _pool(top[0], width, low, scale, known[row, col : col + side])
+            _pool(top[1], width, low, scale, every[row, col : col + side])
+    return known, every
+
+
+@kernel
+def _raise(top, row, unknown):
+    """Take a row of cells into the maxima (2, TILE) without the unknown cells, and with them."""
+    for k in range(TILE):
+        value = row[k]
+        top[1, k] = max(top[1, k], value)
+        top[0, k] = max(top[0, k], top[0, k] if value == unknown else value)
+
+
+@kernel
+def _pool(top, width, low, scale, result):
+    """The maximum of every `width` values, in units, rounded up."""
+    for c in range(len(result)):
+        best = top[width * c]
+        for k in range(width * c + 1, width * (c + 1)):
+            best = max(best, top[k])
+        result[c] = np.uint8(min(np.ceil((best - low) * scale), np.float32(MAX_UNITS)))
 
 
 @kernel
 def _maxima(field, levels, unknown):
     """(levels, rows, cols) the maximum over the square of 1 << level cells up and right of each."""
     rows, cols = field.shape
-    result = np.empty((levels, rows, cols), np.float32)
+    result = np.empty((levels, rows, cols), np.uint8)
     result[0] = field
-    wide = np.full((rows, cols), unknown, np.float32)
+    wide = np.full((rows, cols), unknown, np.uint8)
     for level in range(1, levels):
         step = 1 << (level - 1)
         for r in range(rows):
@@ -194,87 +224,132 @@ def _larger(a, b, result):
         result[k] = a[k] if a[k] > b[k] else b[k]
 
 
+def _phases(maxima: np.ndarray, unknown: int) -> np.ndarray:
+    """(SQUARE, SQUARE, rows, cols) uint16 every SQUARE-th row and column of the maxima, from each
+    of the first ones on, by how much they exceed unknown cells, modulo 2^16."""
+    high, wide = (-(-n // SQUARE) for n in maxima.shape)
+    result = np.zeros((SQUARE, SQUARE, high, wide), np.uint16)
+    for i, j in np.ndindex(SQUARE, SQUARE):
+        part = maxima[i::SQUARE, j::SQUARE]
+        result[i, j, : len(part), : part.shape[1]] = part - np.uint16(unknown)
+    return result
+
+
 @kernel
 def _search(
-    maxima, standing, points, turns, middle, window, excluded, limits, least, apart, most
+    maxima, phases, standing, points, turns, middle, window, excluded, limits, least, radius, most
 ):
-    """(n, 3) indices of turn, row and column of the best candidates above `least`, depth first,
-    best node first. `limits`: the field of unknown cells, and its maximum. `apart`: squared
-    distance, and rad, within which only the best one counts."""
-    levels = len(maxima)
+    """(n, 3) turns, rows and columns of the best candidates above `least`, at most so many, the
+    best one first; depth first, best node first.
+
+    limits  the field of unknown cells, and its maximum
+    radius  squared, of a place, of which only the best candidate counts
+    """
     beams = _beams(points, turns, middle, maxima.shape[2])
-    side = 1 << (levels - 1)
-    wide, high = (2 * window[0]) // side + 1, (2 * window[1]) // side + 1
-    nodes = np.empty((len(turns) * wide * high, 3), np.int64)
-    bounds = np.empty(len(nodes), np.float32)
-    m = 0
-    for t in range(len(turns)):
-        for i in range(high):
-            for j in range(wide):
-                nodes[m, 0] = t
-                nodes[m, 1], nodes[m, 2] = i * side - window[1], j * side - window[0]
-                if not _stands(standing, levels - 1, middle, nodes[m, 1], nodes[m, 2]):
-                    continue
-                bounds[m] = _sum(maxima[levels - 1], beams, t, nodes[m, 1], nodes[m, 2], limits,
-                                 least)  # fmt: skip
-                m += 1
-    order = np.argsort(-bounds[:m], kind="mergesort")
-    found, values = np.zeros((most, 3), np.int64), np.full(most, least, np.float32)
-    best = least
-    stack, tops = np.empty((4 * levels, 4), np.int64), np.empty(4 * levels, np.float32)
-    four = np.empty(4, np.float32)
-    for o in order:
-        if bounds[o] <= best:
-            break
-        stack[0, 0], stack[0, 1:], tops[0] = levels - 1, nodes[o], bounds[o]
-        depth = 1
-        while depth:
-            depth -= 1
-            level, t, i, j = stack[depth]
-            if tops[depth] <= best:
-                continue
-            if level == 0:
-                if _is_excluded(excluded, t, i, j):
-                    continue
-                best = _keep(found, values, turns, stack[depth, 1:], tops[depth], apart, least)
-                continue
-            half = 1 << (level - 1)
-            for q in range(4):
-                a, b = i + half * (q // 2), j + half * (q % 2)
-                four[q] = -np.inf
-                within = a <= window[1] and b <= window[0]
-                if within and _stands(standing, level - 1, middle, a, b):
-                    four[q] = _sum(maxima[level - 1], beams, t, a, b, limits, best)
-            for _ in range(4):  # the best one last: it is taken first
-                q = np.argmin(four)
-                bound, four[q] = four[q], np.inf
-                if bound > best:
-                    stack[depth, 0], stack[depth, 1] = level - 1, t
-                    stack[depth, 2] = i + half * (q // 2)
-                    stack[depth, 3] = j + half * (q % 2)
-                    tops[depth] = bound
-                    depth += 1
+    bounds = _bounds(phases, beams, window, limits[0])
+    _stand(bounds, standing, middle, window)
+    found, values = np.full((most, 3), -1), np.full(most, least)
+    kept, node = (found, values, turns, radius), np.empty(3, np.int64)
+    high, wide = bounds.shape[1:]
+    flat = bounds.ravel()
+    for first in (True, False):  # the most promising node, then those that may be better
+        nodes = np.full(1, flat.argmax()) if first else np.flatnonzero(flat > values.min())
+        for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
+            if flat[o] <= values.min():
+                break
+            node[0] = o // (high * wide)
+            node[1] = o // wide % high * SQUARE - window[1]
+            node[2] = o % wide * SQUARE - window[0]
+            _descend(maxima, standing, beams, middle, window, excluded, limits, node, kept)
     order = np.argsort(-values, kind="mergesort")
     return found[order[: (values > least).sum()]]
 
 
 @kernel
-def _keep(found, values, turns, candidate, value, apart, least):
-    """Replace the worst candidate that was found, or one of the same place; returns the value that
-    another one must exceed."""
-    distance, angle = apart
+def _keep(kept, turn, row, col, value):
+    """Replace the worst candidate, or one of the same place, by a better one."""
+    found, values, turns, radius = kept
     slot = np.argmin(values)
     for k in range(len(values)):
-        if values[k] <= least:
+        if found[k, 0] < 0:
             continue
-        turn = abs(turns[candidate[0]] - turns[found[k, 0]])
-        row, col = candidate[1] - found[k, 1], candidate[2] - found[k, 2]
-        if row**2 + col**2 <= distance and min(turn, abs(2.0 * np.pi - turn)) <= angle:
+        apart = abs(turns[turn] - turns[found[k, 0]])
+        near = (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 <= radius
+        if near and min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN:
             slot = k
             break
     if value > values[slot]:
-        found[slot], values[slot] = candidate, value
-    return values.min()
+        found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value
+
+
+@kernel
+def _bounds(phases, beams, window, unknown):
+    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates."""
+    rows, cols = beams[0], beams[1]
+    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
+    bounds = np.full((len(rows), high, wide), rows.shape[1] * unknown, np.uint16)
+    for t in range(len(rows)):
+        for k in range(rows.shape[1]):
+            row, col = rows[t, k] - window[1], cols[t, k] - window[0]
+            phase = phases[row % SQUARE, col % SQUARE]
+            _accumulate(bounds[t], phase, row // SQUARE, col // SQUARE)
+    return bounds
+
+
+@kernel
+def _accumulate(sums, phase, row, col):
+    """Add to sums (rows, cols) the part of a phase that begins at a row and a column."""
+    begin, end = max(-col, 0), min(phase.shape[1] - col, sums.shape[1])
+    for a in range(max(-row, 0), min(len(phase) - row, len(sums))):
+        target, source = sums[a, begin:end], phase[row + a, col + begin : col + end]
+        for k in range(len(target)):
+            target[k] += source[k]
+
+
+@kernel
+def _stand(bounds, standing, middle, window):
+    """Set the bounds of squares to zero where no robot may stand."""
+    for a in range(bounds.shape[1]):
+        for b in range(bounds.shape[2]):
+            i, j = a * SQUARE - window[1], b * SQUARE - window[0]
+            if not _stands(standing, BOUND_LEVELS - 1, middle, i, j):
+                bounds[:, a, b] = 0
+
+
+@kernel
+def _descend(maxima, standing, beams, middle, window, excluded, limits, node, kept):
+    """Search a node, given by turn, row and column, for candidates to be kept."""
+    values = kept[1]
+    best = values.min()
+    stack, tops = np.empty((4 * BOUND_LEVELS, 4), np.int64), np.empty(4 * BOUND_LEVELS, np.int64)
+    four, depth = np.empty(4, np.int64), 1
+    stack[0, 0], stack[0, 1:], tops[0] = BOUND_LEVELS - 1, node, ABOVE_ALL
+    while depth:
+        depth -= 1
+        level, t, i, j = stack[depth]
+        if tops[depth] <= best:
+            continue
+        if level == 0:
+            if not _is_excluded(excluded, t, i, j):
+                _keep(kept, t, i, j, tops[depth])
+                best = values.min()
+            continue
+        half = 1 << (level - 1)
+        for q in range(4):
+            a, b = i + half * (q // 2), j + half * (q % 2)
+            four[q] = NO_SUM
+            within = a <= window[1] and b <= window[0]
+            if within and _stands(standing, level - 1, middle, a, b):
+                four[q] = _sum(maxima[level - 1], beams, t, a, b, limits, best)
+        for _ in range(4):  # the best one last: it is taken first
+            q = np.argmin(four)
+            bound, four[q] = four[q], ABOVE_ALL
+            if bound > best:
+                stack[depth, 0], stack[depth, 1] = level - 1, t
+                stack[depth, 2] = i + half * (q // 2)
+                stack[depth, 3] = j + half * (q % 2)
+                tops[depth] = bound
+                depth += 1
 
 
 @kernel
@@ -285,6 +360,20 @@ def _is_excluded(excluded, t, i, j):
         if (j - centres[k, 0]) ** 2 + (i - centres[k, 1]) ** 2 <= radii[t, k]:
             return True
     return False
+
+
+@kernel
+def _descending(values, most):
+    """The order of whole numbers from 0 to `most`, the largest first: a counting sort."""
+    begins = np.zeros(most + 2, np.int64)
+    for value in values:
+        begins[most - value + 1] += 1
+    begins = np.cumsum(begins)
+    order = np.empty(len(values), np.int64)
+    for k in range(len(values)):
+        order[begins[most - values[k]]] = k
+        begins[most - values[k]] += 1
+    return order
 
 
 @kernel
@@ -316,24 +405,32 @@ def _beams(points, turns, middle, wide):
 
 @kernel
 def _sum(maxima, beams, t, i, j, limits, least):
-    """The sum of the maxima at the points, or -inf as soon as it cannot exceed `least`."""
+    """The sum of the maxima at the points, or NO_SUM as soon as it cannot exceed `least`."""
     rows, cols, box, places = beams
     high, wide = maxima.shape
-    inside = box[t, 0] + i >= 0 and box[t, 1] + i < high
-    inside = inside and box[t, 2] + j >= 0 and box[t, 3] + j < wide
     unknown, top = limits
-    total, n = np.float32(0.0), rows.shape[1]
-    flat, shift = maxima.ravel(), np.uint64(i * wide + j)
-    for begin in range(0, n, CHUNK):
-        end = min(begin + CHUNK, n)
-        if inside:
-            for k in range(begin, end):
-                total += flat[places[t, k] + shift]
-        else:
-            for k in range(begin, end):
-                r, c = rows[t, k] + i, cols[t, k] + j
-                known = 0 <= r < high and 0 <= c < wide
-                total += maxima[r, c] if known else unknown
-        if total + np.float32(n - end) * top <= least:
-            return np.float32(-np.inf)
+    inside = box[t, 0] + i >= 0 and box[t, 1] + i < high
+    if inside and box[t, 2] + j >= 0 and box[t, 3] + j < wide:
+        return _sum_inside(maxima.ravel(), places[t], np.uint64(i * wide + j), top, least)
+    total, n = 0, rows.shape[1]
+    for k in range(n):
+        r, c = rows[t, k] + i, cols[t, k] + j
+        total += np.int64(maxima[r, c]) if 0 <= r < high and 0 <= c < wide else unknown
+        if total + (n - 1 - k) * top <= least:
+            return NO_SUM
     return total
+
+
+@kernel
+def _sum_inside(maxima, places, shift, top, least):
+    """The same, of points all of which lie in the array (loops of a fixed length are fast)."""
+    total, n = 0, len(places)
+    whole = n - n % CHUNK
+    for begin in range(0, whole, CHUNK):
+        for k in range(CHUNK):
+            total += maxima[places[np.uint64(begin + k)] + shift]
+        if total + (n - CHUNK - begin) * top <= least:
+            return NO_SUM
+    for k in range(whole, n):
+        total += maxima[places[np.uint64(k)] + shift]
+    return total if total > least else NO_SUM

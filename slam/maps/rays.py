@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.geometry import Array, Pose2
+from slam.grid import TILE
 from slam.kernel import kernel
-from slam.maps.tiles import AREA, MASK, SHIFT, Tiles, next_slot
+from slam.maps.tiles import AREA, SHIFT, Tiles, next_slot
 from slam.scan import Scan
 from slam.validation import positive, within
 
@@ -19,6 +20,8 @@ INDEX_MARGIN = 32  # cells around the scan that `Tiles.index` covers, allocated 
 WINDOW_MARGIN = 2  # cells around the window of a scan, for rounding errors
 FREE, HIT = np.uint8(1), np.uint8(2)
 WORD = 1 << 3  # marks that are tested at once
+ALL_HIT = np.uint64(0x0202020202020202)  # a word of cells that are all HIT
+U_WORDS = np.uint64(TILE // WORD)  # in a row of a tile
 U_1, U_3 = np.uint64(1), np.uint64(3)  # unsigned: numba checks no index for its sign
 
 
@@ -78,8 +81,8 @@ class Tracer:
         col0 = (math.floor((left - x) * scale) - WINDOW_MARGIN) >> SHIFT
         row1 = (math.floor((high - y) * scale) + WINDOW_MARGIN) >> SHIFT
         col1 = (math.floor((right - x) * scale) + WINDOW_MARGIN) >> SHIFT
-        bits = (((col1 - col0 + 1) << SHIFT) - 1).bit_length()
-        size = ((row1 - row0 + 1) << SHIFT) << bits
+        pitch = ((col1 - col0 + 1) | 1) << SHIFT
+        size = ((row1 - row0 + 1) << SHIFT) * pitch
         if size > len(self._marks):
             self._marks = np.zeros(size, np.uint8)
         cells, flags, echoes, taken = _trace(
@@ -90,7 +93,7 @@ class Tracer:
             y,
             scale,
             self._marks,
-            bits,
+            pitch,
             (row0, row1, col0, col1),
             tiles.index,
             tiles.free,
@@ -130,7 +133,7 @@ def _box(sensor, ends):
 
 
 @kernel
-def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, used):
+def _trace(sensor, ends, hit, x, y, scale, marks, pitch, window, index, free, used):
     """Trace every beam, in units of cells from the corner of a window, whose marks are reset to 0.
 
     Returns the cells tile by tile, which of them are hit, the end points of the beams that hit, and
@@ -138,7 +141,8 @@ def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, use
 
     x, y    m, where `index` begins
     scale   cells per m
-    bits    the window has 1 << bits columns
+    pitch   columns of the window, an odd number of tiles: rows apart by a power of two share few
+            lines of the processor's cache
     window  first and last row, first and last column of tiles in `index`
     """
     row0, row1, col0, col1 = window
@@ -147,60 +151,77 @@ def _trace(sensor, ends, hit, x, y, scale, marks, bits, window, index, free, use
     most = 1
     for k in range(len(ends)):
         x1, y1 = (ends[k, 0] - x) * scale - left, (ends[k, 1] - y) * scale - low
-        _follow(marks, bits, x0, y0, x1, y1)
+        _follow(marks, pitch, x0, y0, x1, y1)
         most += abs(int(x1) - int(x0)) + abs(int(y1) - int(y0)) + 1
     echoes = ends[hit]
+    taken = 0
     for k in range(len(echoes)):
         row, col = int((echoes[k, 1] - y) * scale - low), int((echoes[k, 0] - x) * scale - left)
-        marks[np.uint64((row << bits) + col)] = HIT
-    cells, flags = np.empty(most, np.int64), np.empty(most, np.bool_)
+        marks[np.uint64(row * pitch + col)] = HIT
+        taken = _allocate_around(low + row, left + col, index, free, used, taken)
+    cells, flags, n = np.empty(most, np.int64), np.zeros(most, np.bool_), 0
     words = marks.view(np.uint64)
-    n, taken = 0, 0
     for r in range(row0, row1 + 1):
         for c in range(col0, col1 + 1):
-            before, first = n, ((r - row0) << (SHIFT + bits)) + ((c - col0) << SHIFT)
-            for cell in range(0, AREA, WORD):
-                place = np.uint64(first + ((cell >> SHIFT) << bits) + (cell & MASK))
-                if words[place >> U_3]:
-                    for k in range(WORD):
-                        mark = marks[place + np.uint64(k)]
-                        cells[n], flags[n] = cell + k, mark == HIT
-                        n += mark != 0
-                    words[place >> U_3] = 0
-            if n > before:
-                taken = _allocate_around(cells[before:n], flags[before:n], r, c, index, free, used,
-                                     taken)  # fmt: skip
+            first = ((r - row0) * pitch + c - col0) << SHIFT
+            for line in range(0, AREA, TILE):
+                start = np.uint64((first + (line >> SHIFT) * pitch) >> 3)
+                if _any(words[start : start + U_WORDS]):
+                    taken = _allocate(r, c, index, free, used, taken)
+                    n = _collect(marks, words, start, index[r, c] * AREA + line, cells, flags, n)
     return cells[:n], flags[:n], echoes, taken
 
 
 @kernel
-def _allocate_around(cells, hit, row, col, index, free, used, taken):
-    """Allocate the tile of the cells, and all within TILE_MARGIN of the hits; cells become ids.
+def _any(words):
+    """Whether one of U_WORDS words is not zero (a loop of a fixed length, without a branch)."""
+    result = np.uint64(0)
+    for k in range(U_WORDS):
+        result |= words[k]
+    return result != 0
 
-    Returns how many slots were taken so far.
 
-    row, col  of the tile in `index`
-    """
-    if index[row, col] == 0:
-        index[row, col] = next_slot(free, used, taken)
-        taken += 1
-    for k in range(len(cells)):
-        if hit[k]:
-            i, j = (row << SHIFT) + (cells[k] >> SHIFT), (col << SHIFT) + (cells[k] & MASK)
-            for r in ((i - TILE_MARGIN) >> SHIFT, (i + TILE_MARGIN) >> SHIFT):
-                for c in ((j - TILE_MARGIN) >> SHIFT, (j + TILE_MARGIN) >> SHIFT):
-                    if index[r, c] == 0:
-                        index[r, c] = next_slot(free, used, taken)
-                        taken += 1
-        cells[k] += index[row, col] * AREA
+@kernel
+def _collect(marks, words, start, first, cells, flags, n):
+    """Append the marked cells of one row of a tile, whose first cell has the id `first`, and reset
+    their marks; returns the number of cells."""
+    for w in range(U_WORDS):
+        word = start + np.uint64(w)
+        if words[word]:
+            hits = words[word] & ALL_HIT
+            for k in range(WORD):
+                mark = marks[(word << U_3) + np.uint64(k)]
+                cells[n] = first + w * WORD + k
+                if hits:
+                    flags[n] = mark == HIT
+                n += mark != 0
+            words[word] = 0
+    return n
+
+
+@kernel
+def _allocate_around(row, col, index, free, used, taken):
+    """Allocate the tiles within TILE_MARGIN of a cell; returns how many slots were taken so far."""
+    for r in ((row - TILE_MARGIN) >> SHIFT, (row + TILE_MARGIN) >> SHIFT):
+        for c in ((col - TILE_MARGIN) >> SHIFT, (col + TILE_MARGIN) >> SHIFT):
+            taken = _allocate(r, c, index, free, used, taken)
     return taken
 
 
 @kernel
-def _follow(marks, bits, x0, y0, x1, y1):
+def _allocate(row, col, index, free, used, taken):
+    """Allocate a tile, if it is not; returns how many slots were taken so far."""
+    if index[row, col] == 0:
+        index[row, col] = next_slot(free, used, taken)
+        taken += 1
+    return taken
+
+
+@kernel
+def _follow(marks, pitch, x0, y0, x1, y1):
     """Mark the cells of one beam: in each row (or column, along the beam's major axis) the cell
     where it enters and the cell where it leaves."""
-    row = np.uint64(1 << bits)
+    row = np.uint64(pitch)
     if abs(x1 - x0) >= abs(y1 - y0):
         _walk(marks, U_1, row, x0, y0, x1, y1)
     else:

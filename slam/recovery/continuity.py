@@ -24,7 +24,7 @@ class Sight(NamedTuple):
 
     points  (n, 2) m, its echoes in the robot's frame
     angles  (beams,) rad, ascending
-    free    (beams,) m, that is free in each direction
+    free    (beams,) m, that is free in each direction and NEIGHBOURS to each side
     mount   pose of the sensor on the robot
     """
 
@@ -36,7 +36,7 @@ class Sight(NamedTuple):
 
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
-    free = np.where(scan.no_echo, scan.max_range, np.where(scan.hit, scan.ranges, 0.0))
+    free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
     order = -1 if len(free) > 1 and scan.angles[-1] < scan.angles[0] else 1
     angles, free = scan.angles[::order], free[::order]
     return Sight(scan.points, np.ascontiguousarray(angles), np.ascontiguousarray(free), scan.mount)
@@ -56,19 +56,38 @@ def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:
 
 
 @kernel
-def _counts(angles, ranges, points, x, y, theta):
+def _free(ranges, hit, no_echo, max_range):
+    """(beams,) the least free range among each beam and its neighbours."""
+    result = np.zeros(len(ranges))
+    for k in range(NEIGHBOURS, len(ranges) - NEIGHBOURS):
+        nearest = np.inf
+        for m in range(k - NEIGHBOURS, k + NEIGHBOURS + 1):
+            length = ranges[m] if hit[m] else 0.0
+            nearest = min(nearest, max_range if no_echo[m] else length)
+        result[k] = nearest
+    return result
+
+
+@kernel
+def _counts(angles, free, points, x, y, theta):
     """Numbers of points in free space, and of those in view; `angles` ascend."""
     c, s = np.cos(theta), np.sin(theta)
-    free = known = 0
+    inside = known = place = 0
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
-        place = np.searchsorted(angles, np.arctan2(py, px))
-        if place < NEIGHBOURS or place + NEIGHBOURS >= len(angles):
-            continue
-        known += 1
-        nearest = np.inf
-        for m in range(place - NEIGHBOURS, place + NEIGHBOURS + 1):
-            nearest = min(nearest, ranges[m])
-        if np.hypot(px, py) < nearest - MARGIN:
-            free += 1
-    return free, known
+        place = _following(angles, np.arctan2(py, px), place)
+        if NEIGHBOURS <= place < len(angles) - NEIGHBOURS:
+            known += 1
+            inside += np.sqrt(px * px + py * py) < free[place] - MARGIN
+    return inside, known
+
+
+@kernel
+def _following(angles, angle, place):
+    """The place of the first of ascending angles that is not less than `angle`, sought from a
+    place near to it: neighbouring echoes lie in neighbouring beams."""
+    while place > 0 and angles[place - 1] >= angle:
+        place -= 1
+    while place < len(angles) and angles[place] < angle:
+        place += 1
+    return place

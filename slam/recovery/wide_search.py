@@ -11,13 +11,14 @@ from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
-from slam.recovery.places import FARTHEST, TURN_STEP, searched
+from slam.recovery.places import FARTHEST, searched
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive
 
 MARGIN = 0.5  # m, of the map around the echoes
+TURN_STEP = math.radians(1.0)  # between candidates
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,7 @@ class WideSearch:
         around = np.array(narrow.pose[:2])
         size = FARTHEST + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
-        starts = region.candidates(searched(scan), narrow.pose, reach, turn_step=TURN_STEP)
-        start = starts[0] if starts else found
+        start = region.best(searched(scan), narrow.pose, reach, turn_step=TURN_STEP)
         wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)

@@ -103,8 +103,9 @@ class Endpoint:
         h = np.array([field.H_MIN, field.H_MAX]) / 255
         low, high = np.log(self.z_hit * h + self.z_rand).tolist()
         self._span = low, high
-        self._top = max(high, self.unknown)
+        self.top = max(high, self.unknown)
         self.nothing, self.free = low, math.log(self.z_hit * CONTRADICTED_F + self.z_rand)
+        self._explained = math.log(self.z_hit * EXPLAINED_F + self.z_rand)
         self._peaks: Peaks | None = None
         self._means: Means | None = None
 
@@ -122,18 +123,18 @@ class Endpoint:
         tiles = self.tiles
         return self.beta * field.sums(
             poses, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
-            self.unknown, floor / self.beta - ROUNDING, self._top,
+            self.unknown, floor / self.beta - ROUNDING, self.top,
         )  # fmt: skip
 
     def shares(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
         """Shares of the echoes that the map explains (occupied) and contradicts (free)."""
         tiles = self.tiles
-        values = field.at_points(np.array(pose), scan.points, tiles.index, self._field.flat,
-                                 tiles.origin, tiles.resolution, self.unknown)  # fmt: skip
-        limits = np.array([EXPLAINED_F, CONTRADICTED_F])
-        high, low = np.log(self.z_hit * limits + self.z_rand)
-        n = max(len(values), 1)
-        return float((values > high).sum() / n), float((values < low).sum() / n)
+        above, below = field.counts(
+            *pose, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
+            self.free, self._explained,
+        )  # fmt: skip
+        n = max(len(scan.points), 1)
+        return above / n, below / n
 
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
         """(n,) upper bound of the log-likelihood over all poses within `reach` m, in x and in y, of

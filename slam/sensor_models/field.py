@@ -181,20 +181,23 @@ def _row(index, field, i, j, u0, u1, u2):
 
 
 @kernel
-def at_points(pose, points, index, field, origin, resolution, unknown):
-    """(points,) the field in the cell of each point, given in the robot's frame, for one pose."""
+def counts(x, y, theta, points, index, field, origin, resolution, low, high):
+    """Numbers of points, given in the frame of a robot at (x, y, theta), in cells where the field
+    is above `high`, and below `low`."""
     scale = 1.0 / resolution
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    c, s = np.cos(pose[2]) * scale, np.sin(pose[2]) * scale
-    x0, y0 = (pose[0] - origin[0]) * scale, (pose[1] - origin[1]) * scale
-    result = np.empty(len(points))
+    c, s = np.cos(theta) * scale, np.sin(theta) * scale
+    x0, y0 = (x - origin[0]) * scale, (y - origin[1]) * scale
+    above = below = 0
     for k in range(len(points)):
-        x = x0 + c * points[k, 0] - s * points[k, 1]
-        y = y0 + s * points[k, 0] + c * points[k, 1]
-        result[k] = unknown
-        if 0.0 <= x < cols and 0.0 <= y < rows:
-            result[k] = field[cell_at(index, int(y), int(x))]
-    return result
+        col = x0 + c * points[k, 0] - s * points[k, 1]
+        row = y0 + s * points[k, 0] + c * points[k, 1]
+        value = field[0]
+        if 0.0 <= col < cols and 0.0 <= row < rows:
+            value = field[cell_at(index, int(row), int(col))]
+        above += value > high
+        below += value < low
+    return above, below
 
 
 @kernel

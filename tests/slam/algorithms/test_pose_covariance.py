@@ -37,20 +37,19 @@ def test_a_scan_that_says_nothing_leaves_the_prediction() -> None:
 
 ORIGIN = Pose2(1.0, 1.0, 0.0)
 NEAR, FAR = np.array([[0.5, 0.5]]), np.array([[4.0, 4.0]])  # echoes in the first and second tile
-NOWHERE = np.zeros((0, 2))
 
 
 def two_tiles() -> tuple[Tiles, MapUncertainty]:
-    """Tiles of keyframes at (1, 1) and (2, 1) m, without echoes in them since."""
+    """Tiles with echoes of a keyframe each, at (1, 1) and (2, 1) m."""
     tiles = Tiles(0.05)
     ground = MapUncertainty(tiles)
     tiles.extend((0.0, 0.0), (10.0, 10.0))
     tiles.index[0, 0] = 1
     tiles.allocate(2)
-    ground.settle(ORIGIN, SOME, NOWHERE)
+    ground.settle(ORIGIN, SOME, NEAR)
     tiles.index[1, 1] = 2
     tiles.allocate(3)
-    ground.settle(Pose2(2.0, 1.0, 0.0), 3 * SOME, NOWHERE)
+    ground.settle(Pose2(2.0, 1.0, 0.0), 3 * SOME, FAR - (1.0, 0.0))
     return tiles, ground
 
 
