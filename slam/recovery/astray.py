@@ -17,8 +17,8 @@ from slam.scan import Scan
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 40  # keyframes that are matched
 MANY = 150  # echoes that are searched for
-LEAST_EXPLAINED = 0.5  # share of the echoes at a place that is accepted if it contradicts nothing
-WELL_EXPLAINED = 0.7  # the same, if it contradicts as much as the demands allow
+LEAST_EXPLAINED = 0.55  # of the usual share, at a place that is accepted if nothing contradicts it
+WELL_EXPLAINED = 0.78  # the same, if as much contradicts it as the demands allow
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
@@ -34,11 +34,13 @@ class Demands(NamedTuple):
     contradicted  share of the echoes, at most
     sudden        whether a scan that was not continuous preceded: the robot was carried, and is at
                   the believed place only if the map agrees
+    usual         share of the echoes that the map explains in this recording
     """
 
     path: float
     contradicted: float
     sudden: bool
+    usual: float = 0.9
 
 
 SUDDEN = Demands(0.7, 0.2, True)
@@ -111,7 +113,7 @@ class Astray:
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
-        best, here = self._places.best(scan, LEAST_EXPLAINED), self._places.matched(scan, believed)
+        best, here = self._places.best(scan, LEAST_EXPLAINED * self._demands.usual), self._places.matched(scan, believed)
         if best is None:
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
@@ -126,7 +128,8 @@ class Astray:
         if self._path < self._demands.path:
             return False
         explained, contradicted = place.agreement
-        share = (explained - LEAST_EXPLAINED) / (WELL_EXPLAINED - LEAST_EXPLAINED)
+        share = explained / self._demands.usual - LEAST_EXPLAINED
+        share /= WELL_EXPLAINED - LEAST_EXPLAINED
         return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
 
     def _count(self, origin: Pose2 | None) -> None:

@@ -21,7 +21,7 @@ FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW = 60  # echoes
 TURN_STEP = math.radians(2.0)  # between candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
-CANDIDATES = 4  # of a search in its coarse map, of which the most likely in the map is taken
+CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)

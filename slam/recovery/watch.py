@@ -89,8 +89,10 @@ class Watch:
     def demands(self) -> Demands:
         """What is asked of another place, if the robot is lost."""
         demands = SUDDEN if self._jumped else GRADUAL
-        usual = self.belief.contradicted + MORE_CONTRADICTED
-        return demands._replace(contradicted=max(demands.contradicted, usual))
+        return demands._replace(
+            contradicted=max(demands.contradicted, self.belief.contradicted + MORE_CONTRADICTED),
+            usual=self.belief.explained,
+        )
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
