@@ -155,8 +155,8 @@ class MotionModel(Protocol):
         ...
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
-        """Learn from a match: the robot moved `found`, with (3, 3) `covariance`, where the odometry
-        measured `displacement`."""
+        """Learn from a match: the robot moved `found`, with (3, 3) `covariance` in the frame of the
+        pose before, where the odometry measured `displacement`."""
         ...
 
 

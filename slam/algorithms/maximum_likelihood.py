@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, turned
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
@@ -160,6 +160,8 @@ class MaximumLikelihood:
             prediction, information = self._last_match
             found = self.keyframe.pose.between(estimate.pose)
             within = fused(prediction.covariance(), EXACT, information)
+            axes = turned(-self.keyframe.pose.theta)
+            within = axes @ within @ axes.T
             self.motion_model.learn(self._since_keyframe.displacement, found, within)
         self._doubted.append((scan, estimate))
         if self.watch is not None and self.watch.lost:

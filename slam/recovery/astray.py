@@ -113,7 +113,8 @@ class Astray:
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
-        best, here = self._places.best(scan, LEAST_EXPLAINED * self._demands.usual), self._places.matched(scan, believed)
+        best = self._places.best(scan, LEAST_EXPLAINED * self._demands.usual)
+        here = self._places.matched(scan, believed)
         if best is None:
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
