@@ -68,6 +68,7 @@ class Watch:
         self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
         self._before: Sight | None = None
         self._since_check = MotionTrigger(CHECKS)
+        self._moved = False  # whether the wide search found the keyframe far from the prediction
         self._jumped = False  # whether the doubt began with a scan that was not continuous
         self._elsewhere = 0  # checks in a row that spoke against the believed place
         self._unsure = False  # whether the last check left the doubt as it was
@@ -121,6 +122,7 @@ class Watch:
         most = max(MAX_CONTRADICTED, self.belief.contradicted + MORE_CONTRADICTED)
         agrees = explained > AS_USUAL * self.belief.explained and contradicted <= most
         if pose is not estimate.pose and agrees:
+            self._moved = True
             return pose
         if bad_fit:
             self._fits.dismiss()
@@ -151,7 +153,8 @@ class Watch:
         if before is not None and near(last, predicted, *CONTINUOUS):
             changed = change(before, self._before, moved)
         agreement = Agreement(*endpoint.shares(scan, estimate.pose))
-        self.belief.update(agreement, changed)
+        self.belief.update(agreement, changed, self._moved)
+        self._moved = False
         self._since_check.move(moved)
         begins = self.belief.jumped and not self._jumped
         self._jumped = self.doubted and (self._jumped or self.belief.jumped)
