@@ -145,7 +145,7 @@ class MaximumLikelihood:
         if self.watch is None or self._last_match is None:
             return estimate
         prediction, _ = self._last_match
-        pose = self.watch.searched(self._field, scan, prediction, estimate)
+        pose = self.watch.searched(self._field, scan, prediction, estimate, self.keyframe.pose)
         if pose is not estimate.pose:
             likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))

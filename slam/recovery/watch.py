@@ -109,9 +109,17 @@ class Watch:
         return not self.doubted and self._fits.surprising(self._worse(scan, estimate))
 
     def searched(
-        self, endpoint: Endpoint, scan: Scan, prediction: Prediction, estimate: Estimate
+        self,
+        endpoint: Endpoint,
+        scan: Scan,
+        prediction: Prediction,
+        estimate: Estimate,
+        last: Pose2,
     ) -> Pose2:
-        """The pose of the estimate, or a better one farther from the prediction."""
+        """The pose of the estimate, or a better one farther from the prediction; `last` is the pose
+        of the keyframe before."""
+        if not near(last, prediction.pose, *CONTINUOUS):
+            return estimate.pose  # it may see new ground
         error = np.abs(prediction.error(estimate.pose)) / prediction.deviations
         bad_fit = self._fits.surprising(self._worse(scan, estimate))
         far_off = self._errors.surprising(error.max())
