@@ -11,6 +11,7 @@ from slam.motion.gaussian import GaussianMotion
 from slam.validation import instance, positive_number
 
 MIN_DISTANCE = 0.02  # m, at least, that an error of the heading is divided by to give a rate
+STEP = 1.5  # m; errors of longer displacements are those of so many independent steps
 SCALE_DEVIATION = 0.1  # of the distances that the odometry reports, before anything is learned
 SCALE_DRIFT = 0.005  # random walk of their error within a metre
 MIN_SCALE_ERROR = 0.08  # smaller errors are not corrected
@@ -89,8 +90,10 @@ class AdaptiveOdometry:
 
     def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
-        deviations = self.base.deviations(displacement)
-        deviations[2] = self.base.rotation(displacement, self._rotation_per_m)
+        share = min(math.sqrt(STEP / max(math.hypot(displacement.x, displacement.y), STEP)), 1.0)
+        part = Pose2(share * displacement.x, share * displacement.y, displacement.theta)
+        deviations = self.base.deviations(part)
+        deviations[2] = self.base.rotation(part, self._rotation_per_m)
         return deviations
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
