@@ -149,6 +149,9 @@ class MaximumLikelihood:
         if pose is not estimate.pose:
             likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
+            if pose is prediction.pose:
+                covariance = self._carried(self.keyframe, prediction)
+                estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
         last, predicted = self.keyframe.pose, prediction.pose
         self.watch.judge(self._field, scan, estimate, last, predicted, self._surroundings)

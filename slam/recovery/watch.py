@@ -26,6 +26,8 @@ DOUBTED = 0.005  # probability of being lost, above which no keyframe is integra
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 CONTINUOUS = 0.35, math.radians(25.0)  # m, rad, between scans that must be continuous
+GAP = 1.5  # m between keyframes, after which
+LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes is asked of a match
 ELSEWHERE_GAIN = 0.12  # nats a beam by which another place must explain a scan better
 JUMP_GAIN = 0.04  # the same, after a scan that was not continuous
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
@@ -116,10 +118,10 @@ class Watch:
         estimate: Estimate,
         last: Pose2,
     ) -> Pose2:
-        """The pose of the estimate, or a better one farther from the prediction; `last` is the pose
-        of the keyframe before."""
-        if not near(last, prediction.pose, *CONTINUOUS):
-            return estimate.pose  # it may see new ground
+        """The pose of the estimate, a better one farther from the prediction, or the predicted one
+        where the map shows too little to match; `last` is the pose of the keyframe before."""
+        if not near(last, prediction.pose, *CONTINUOUS):  # it may see new ground
+            return self._unless_unmatched(endpoint, scan, prediction, estimate, last)
         error = np.abs(prediction.error(estimate.pose)) / prediction.deviations
         bad_fit = self._fits.surprising(self._worse(scan, estimate))
         far_off = self._errors.surprising(error.max())
@@ -137,6 +139,21 @@ class Watch:
         if far_off:
             self._errors.dismiss()
         return estimate.pose
+
+    def _unless_unmatched(
+        self,
+        endpoint: Endpoint,
+        scan: Scan,
+        prediction: Prediction,
+        estimate: Estimate,
+        last: Pose2,
+    ) -> Pose2:
+        """The pose of the estimate, or the predicted one if, after a gap, the map shows nearly
+        nothing of the scan."""
+        explained, _ = endpoint.shares(scan, estimate.pose)
+        seen = explained > LEAST_EXPLAINED * self.belief.explained
+        gap = math.dist(last[:2], prediction.pose[:2]) > GAP
+        return prediction.pose if gap and not seen else estimate.pose
 
     def _worse(self, scan: Scan, estimate: Estimate) -> float:
         """Nats by which a match fits worse than expected."""
