@@ -17,6 +17,7 @@ from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.recovery.astray import Astray
+from slam.recovery.match import Match
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import FOUND, Watch
 from slam.scan import Scan
@@ -145,7 +146,8 @@ class MaximumLikelihood:
         if self.watch is None or self._last_match is None:
             return estimate
         prediction, _ = self._last_match
-        pose = self.watch.searched(self._field, scan, prediction, estimate, self.keyframe.pose)
+        match = Match(self._field, scan, self.keyframe.pose, prediction, estimate)
+        pose = self.watch.corrected(match)
         if pose is not estimate.pose:
             likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
@@ -153,8 +155,7 @@ class MaximumLikelihood:
                 covariance = self._carried(self.keyframe, prediction)
                 estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
-        last, predicted = self.keyframe.pose, prediction.pose
-        self.watch.judge(self._field, scan, estimate, last, predicted, self._surroundings)
+        self.watch.judge(match._replace(estimate=estimate), self._surroundings)
         return estimate
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:

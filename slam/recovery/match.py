@@ -1,0 +1,41 @@
+"""A matched keyframe, as the parts of the recovery see it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from slam.geometry import Pose2
+from slam.interface import Estimate
+from slam.motion.gaussian import Prediction
+from slam.recovery.lost_belief import Agreement
+from slam.recovery.places import near
+from slam.scan import Scan
+from slam.sensor_models.endpoint import Endpoint
+
+CONTINUOUS = 0.35, math.radians(25.0)  # m, rad, between scans that see much the same
+
+
+class Match(NamedTuple):
+    """A keyframe and its match.
+
+    endpoint    reading of the map that it was matched with
+    last        pose of the keyframe before
+    prediction  of the pose, by the odometry from there
+    estimate    of the pose, by the match
+    """
+
+    endpoint: Endpoint
+    scan: Scan
+    last: Pose2
+    prediction: Prediction
+    estimate: Estimate
+
+    @property
+    def continuous(self) -> bool:
+        """Whether by the odometry it was taken so near to the last one that it sees the same."""
+        return near(self.last, self.prediction.pose, *CONTINUOUS)
+
+    def agreement(self, pose: Pose2) -> Agreement:
+        """The agreement of the map with the scan at a pose."""
+        return Agreement(*self.endpoint.shares(self.scan, pose))

@@ -1,0 +1,88 @@
+"""Other places at which the robot may be, instead of the believed one."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from slam.geometry import Pose2
+from slam.recovery.lost_belief import LostBelief
+from slam.recovery.places import CANDIDATES, Place, Places, agree, matched
+from slam.scan import Scan
+from slam.sensor_models.endpoint import Endpoint
+
+MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
+MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
+
+
+class Proof(NamedTuple):
+    """What is asked of another place before it speaks against the believed one.
+
+    gain          nats a beam by which it must explain a scan better
+    explained     of the usual share of explained echoes, at least
+    spreads       usual deviations of that share by which it must explain more
+    contradicted  share of the echoes, at most
+    candidates    of a search
+    """
+
+    gain: float
+    explained: float
+    spreads: float
+    contradicted: float
+    candidates: int
+
+
+AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, CANDIDATES)  # after a scan that was not continuous
+WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 1)
+
+
+class Rivals:
+    """Searches the whole map for another place, and counts the scans in a row that speak for it.
+
+    votes  scans in a row
+    """
+
+    def __init__(self) -> None:
+        self.votes = 0
+        self._searches = float(MAX_SEARCHES)  # that may be made now
+        self._way: Pose2 | None = None  # from the believed place to the other, by the last one
+
+    def keyframe(self) -> None:
+        """Count a keyframe: searches of the whole map are rationed."""
+        self._searches = min(self._searches + 1.0 / SEARCH_SPACING, MAX_SEARCHES)
+
+    def vote(
+        self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief, proof: Proof
+    ) -> bool:
+        """Whether a place other than `here` explains the scan much better. It counts in a row only
+        if the scan before was for the same one."""
+        other = self._other(endpoint, scan, here, belief, proof)
+        if other is None:
+            return False
+        before, self._way = self._way, other.pose @ here.pose.inverse()
+        same = before is not None and agree(self._way @ here.pose, before @ here.pose)
+        self.votes = self.votes + 1 if same else 1
+        return True
+
+    def _other(
+        self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief, proof: Proof
+    ) -> Place | None:
+        """The place that the last scan was for, or another one of the whole map."""
+        gain = proof.gain * len(scan.points)
+        more = here.agreement.explained + max(MORE_EXPLAINED, proof.spreads * belief.spread)
+        if self.votes and self._way is not None:
+            before = matched(endpoint, scan, self._way @ here.pose)
+            if before.value > here.value + gain and _meets(before, more, proof):
+                return before
+        if self._searches < 1.0:
+            return None
+        self._searches -= 1.0
+        least = max(proof.explained * belief.explained, more)
+        places = Places(endpoint, here.pose, candidates=proof.candidates)
+        other = places.better_than(scan, here, gain, least)
+        return other if other is not None and _meets(other, least, proof) else None
+
+
+def _meets(place: Place, explained: float, proof: Proof) -> bool:
+    """Whether the map explains so much of the scan at a place, and contradicts little of it."""
+    agreement = place.agreement
+    return agreement.explained > explained and agreement.contradicted <= proof.contradicted
