@@ -17,6 +17,7 @@ SCALE_DRIFT = 0.005  # random walk of their error within a metre
 MIN_SCALE_ERROR = 0.08  # smaller errors are not corrected
 SIGNIFICANT = 3.0  # standard deviations; less certain ones neither
 MAX_SCALE_ERROR = 0.5  # of a single displacement; larger ones are slips
+MIN_VARIANCE = 1e-9  # m^2, of a distance
 MIN_INFORMATION_SHARE = 0.1  # of the prediction, that a scan adds about a distance to learn from
 
 
@@ -121,7 +122,7 @@ class AdaptiveOdometry:
         if driven < MIN_DISTANCE:
             return
         along = np.array(displacement[:2]) / driven
-        variance = float(along @ covariance[:2, :2] @ along)
+        variance = max(float(along @ covariance[:2, :2] @ along), MIN_VARIANCE)
         before = float(self.deviations(displacement)[0]) ** 2
         information = 1.0 / variance - 1.0 / before
         if information * before < MIN_INFORMATION_SHARE:

@@ -53,7 +53,7 @@ class Places:
         candidates: int = CANDIDATES,
     ):
         """A search takes the best of so many `candidates`, by at most so many `echoes`."""
-        self._endpoint, self._echoes, self._candidates = endpoint, echoes, candidates
+        self._endpoint, self._echoes, self._most = endpoint, echoes, candidates
         if around is None:
             self._search = GlobalSearch(endpoint)
         else:
@@ -78,7 +78,7 @@ class Places:
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
         best = None
         for start in region.candidates(
-            points, centre, reach, but, TURN_STEP, least, self._candidates
+            points, centre, reach, but, TURN_STEP, least, self._most
         ):
             place = self.matched(scan, start)
             if any(same_place(place.pose, other) for other in but):

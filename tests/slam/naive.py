@@ -61,10 +61,13 @@ def beams(scan: Scan, pose: Pose2, reach: float, no_echo_reach: float):
     """The sensor, and (end, hit) of each beam that is believed."""
     sensor = pose @ scan.mount
     result = []
-    for r, angle in zip(scan.ranges, scan.angles, strict=True):
+    for k, (r, angle) in enumerate(zip(scan.ranges, scan.angles, strict=True)):
         if math.isnan(r) or r < scan.min_range or r <= 0:
             continue
         if r >= scan.max_range:
+            beside = scan.ranges[max(k - 1, 0) : k + 2]
+            if not all(other >= scan.max_range for other in beside):
+                continue
             length, hit = min(no_echo_reach, scan.max_range), False
         else:
             length, hit = min(r, reach), r <= reach

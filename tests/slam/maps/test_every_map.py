@@ -57,7 +57,7 @@ def test_all_that_changes_was_seen_and_is_told(model) -> None:
     grid = model()
     tiles = grid.cells.tiles
     before: dict[tuple[int, int], float] = {}
-    for scan, pose in drive(8):
+    for scan, pose in drive(9):
         changed = grid.integrate(scan, pose)
         cells = lattice(tiles, changed)
         assert len(set(cells)) == len(cells)

@@ -55,7 +55,7 @@ def test_a_cell_is_the_chain_of_the_reference(of, prior) -> None:
         assert h(grid, cell) == pytest.approx(chain.p, abs=1e-3)  # times are kept in float32
         if min(abs(chain.p - 0.2), abs(chain.p - 0.8)) > 1e-3:
             assert value(grid, grid.state, cell) == DECIDED[chain.state]
-            assert rates(grid, cell) == pytest.approx(chain.rates, rel=1e-3)
+            assert rates(grid, cell) == pytest.approx(chain.rates, rel=2e-3)
 
 
 @pytest.mark.parametrize("seed", range(3))

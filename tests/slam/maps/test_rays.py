@@ -107,6 +107,8 @@ def test_ends_of_every_kind_of_reading(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ranges = rng.uniform(0.0, 7.0, 40)
     ranges[::5] = rng.choice([math.nan, math.inf, -1.0, 0.0], 8)
+    ranges[20:28] = math.inf
+    ranges[24] = rng.choice([math.nan, math.inf, 2.0])
     scan = Scan(ranges, rng.uniform(-3, 3, 40), 6.0, 0.5, mount=Pose2(*rng.normal(size=3)))
     pose = Pose2(*rng.normal(size=3))
     sensor, ends, hit = Rays(reach=4.0, no_echo_reach=3.0).ends(scan, pose)
