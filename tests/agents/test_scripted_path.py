@@ -137,3 +137,15 @@ def test_of_a_path_there_and_back_it_goes_on_with_the_present_leg():
     for _ in range(30):
         car.drive(path.predict()[0])
     assert car.pose.x < 0.6
+
+
+def test_a_robot_that_was_carried_goes_on_from_the_first_segment_near_it() -> None:
+    place = [Pose2(0.5, 0.0, 0.0)]
+    there_and_back = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (4.0, 0.04), (0.0, 0.04)])
+    driver = ScriptedPath(there_and_back, lambda: place[0])
+    driver.predict()
+    place[0] = Pose2(4.0, 2.0, math.pi / 2)
+    assert driver.predict()[0][0] > 0.0  # upwards, as on the first of the two ways
+    place[0] = Pose2(1.0, 0.04, 0.0)
+    assert driver.predict()[0][0] > 0.0  # not back along the last one, which ends here
+    assert abs(driver.predict()[0][1]) < 0.3

@@ -6,7 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.global_search import CANDIDATE_CELL, MAX_POINTS, MAX_UNITS, TURN_STEP, GlobalSearch
+from slam.graph.global_search import (
+    CANDIDATE_CELL,
+    MAX_POINTS,
+    MAX_UNITS,
+    OTHER_DISTANCE,
+    TURN_STEP,
+    GlobalSearch,
+)
 from slam.maps.static import Static
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -124,3 +131,29 @@ def test_a_view_of_the_room_is_found(off) -> None:
     found = GlobalSearch(reading).best(points, around, np.array([2.0, 2.0, 0.7]))
     assert np.hypot(found.x - truth.x, found.y - truth.y) < 0.1
     assert abs(found.theta - truth.theta) < math.radians(1.5)
+
+
+@settings(max_examples=10)
+@given(seeds)
+def test_the_candidates_are_those_of_one_search_after_another(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    _, reading = random_map(rng)
+    points, reach = rng.uniform(-2.5, 2.5, (12, 2)), np.array([2.0, 2.0, 0.1])
+    search, side = GlobalSearch(reading), 0.1
+    found = search.candidates(points, Pose2(), reach, most=3)
+    assert found[0] == search.best(points, Pose2(), reach)
+    for k, one in enumerate(found):
+        for other in found[:k]:
+            assert math.dist(one[:2], other[:2]) > OTHER_DISTANCE - side
+    excluded = search.candidates(points, Pose2(), reach, but=[found[0]])
+    assert math.dist(excluded[0][:2], found[0][:2]) > OTHER_DISTANCE - side
+    assert math.dist(excluded[0][:2], found[1][:2]) < 2 * OTHER_DISTANCE
+
+
+def test_no_candidate_is_below_the_least() -> None:
+    rng = np.random.default_rng(2)
+    _, reading = random_map(rng)
+    points, reach = rng.uniform(-2.5, 2.5, (12, 2)), np.array([1.0, 1.0, 0.1])
+    search = GlobalSearch(reading)
+    assert search.candidates(points, Pose2(), reach, least=reading.top) == []
+    assert len(search.candidates(points, Pose2(), reach, most=3, least=reading.nothing)) == 3

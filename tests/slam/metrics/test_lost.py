@@ -17,6 +17,7 @@ from slam.metrics.lost import (
     false_alarms,
     is_wrong,
     losses,
+    may_be_drawn,
     pooled,
     rank_counts,
     reliability,
@@ -75,6 +76,15 @@ def test_scans_that_follow_one_another_slowly_are_one_loss():
 )
 def test_told_in_time_is_within_five_seconds(told, in_time):
     assert told_in_time(Loss(1.0, None, told)) is in_time
+
+
+def test_what_a_slam_may_have_withheld_is_no_reference():
+    times = np.arange(20.0)
+    lost = np.zeros(20)
+    lost[12] = 0.9  # told at 12 s
+    lost[3] = 0.3  # doubted
+    assert np.flatnonzero(~may_be_drawn(times, lost)).tolist() == [3, 7, 8, 9, 10, 11, 12]
+    assert may_be_drawn(times, np.zeros(20)).all()
 
 
 def test_false_alarms_are_counted_once_and_only_where_all_was_right():

@@ -6,7 +6,7 @@ import pytest
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.motion.adaptive import AdaptiveOdometry
+from slam.motion.adaptive import STEP, AdaptiveOdometry
 from slam.motion.gaussian import GaussianMotion
 
 EXACT = np.zeros((3, 3))
@@ -57,6 +57,39 @@ def test_the_rate_is_that_of_the_errors_between_the_limits() -> None:
     found = math.sqrt((math.radians(15.0) ** 2 - floor**2) / 0.25)
     assert model.rate == pytest.approx(found, rel=1e-3)
     assert rate(model) == pytest.approx(2.0 * found, rel=1e-3)
+
+
+def scaled(error: float, step: float = 0.2, way: float = 4.0, deviation: float = 0.01):
+    """A model that was taught distances that are wrong by `error`, in a direction of its own."""
+    model, rng = AdaptiveOdometry(), np.random.default_rng(0)
+    covariance = np.diag([deviation, deviation, 0.01]) ** 2
+    for _ in range(round(way / step)):
+        measured = (1.0 + error) * step + rng.normal(0.0, deviation)
+        model.learn(Pose2(0.0, step, 0.0), Pose2(0.0, measured, 0.0), covariance)
+    return model
+
+
+@pytest.mark.parametrize("error", [-0.17, 0.2])
+def test_wrong_distances_are_corrected_once_they_are_certain(error: float) -> None:
+    corrected = scaled(error).corrected(Pose2(1.0, 2.0, 0.3))
+    assert corrected == pytest.approx((1.0 + error, 2.0 + 2.0 * error, 0.3), abs=0.05)
+    assert scaled(error, way=0.2).corrected(Pose2(1.0, 0.0, 0.0)) == Pose2(1.0, 0.0, 0.0)
+
+
+def test_small_errors_of_distances_and_slips_are_not() -> None:
+    assert scaled(0.03).corrected(Pose2(1.0, 0.0, 0.0)) == Pose2(1.0, 0.0, 0.0)
+    assert scaled(-0.9).scale.error == 0.0
+
+
+def test_no_scale_is_learned_where_the_scan_tells_nothing() -> None:
+    model = scaled(0.2, deviation=float(GaussianMotion().deviations(Pose2(0.0, 0.2, 0.0))[0]))
+    assert model.scale.error == 0.0
+
+
+def test_errors_of_a_long_displacement_grow_with_its_square_root() -> None:
+    model = AdaptiveOdometry()
+    one, four = (model.deviations(Pose2(d, 0.0, 0.0)) for d in (STEP, 4.0 * STEP))
+    assert four == pytest.approx(2.0 * one, rel=0.02)
 
 
 def test_no_displacement_is_corrected_and_turns_on_the_spot_teach_nothing() -> None:
