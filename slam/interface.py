@@ -117,7 +117,7 @@ class SensorModel(Protocol):
         ...
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
-        """The log-likelihood around a pose, at one of the resolutions."""
+        """The log-likelihood around a pose, at one of the resolutions, in new arrays."""
         ...
 
 
@@ -138,9 +138,9 @@ class Posterior:
 
     def slope(self, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature, with the likelihood at one of the resolutions."""
-        scan = self.sensor_model.slope(self.scan, pose, level)
-        value, gradient, curvature = self.prediction.slope(pose)
-        return Slope(scan.value + value, scan.gradient + gradient, scan.curvature + curvature)
+        value, gradient, curvature = self.sensor_model.slope(self.scan, pose, level)
+        value += self.prediction.add_slope(pose, gradient, curvature)
+        return Slope(value, gradient, curvature)
 
 
 class MotionModel(Protocol):

@@ -12,6 +12,8 @@ from slam.maps.log_odds import Evidence
 from slam.maps.rays import ObservedCells, Rays
 from slam.scan import Scan
 
+NO_DOUBT = np.float32(-16.0)  # log-odds of a cell that is free: below, h is not updated (2e-7)
+
 
 class Static:
     """Assumes a static world: a cell observed a hundred times in one state needs as many to change.
@@ -57,4 +59,5 @@ def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidenc
         i = cells[k]
         sum_ = log_odds[i] + (hit_evidence if hit[k] else free_evidence)
         log_odds[i] = min(max(sum_, -limit), limit)
-        occupied[i] = one / (one + np.exp(-log_odds[i]))
+        if log_odds[i] > NO_DOUBT:
+            occupied[i] = one / (one + np.exp(-log_odds[i]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -88,7 +89,12 @@ def _exhaustive(posterior: Posterior, axes: Axes) -> Pose2:
 
 def _ticks(reach: float, step: float) -> Array:
     """Multiples of `step`: every place within `reach` of zero is at most step / 2 from one."""
-    n = max(math.ceil(reach / step - 0.5), 0)
+    return _multiples(max(math.ceil(reach / step - 0.5), 0), step)
+
+
+@lru_cache
+def _multiples(n: int, step: float) -> Array:
+    """The multiples of `step` from -n to n; not to be written to."""
     return np.arange(-n, n + 1, dtype=np.float64) * step
 
 
