@@ -53,6 +53,15 @@ class Slam(Protocol):
 
 
 @runtime_checkable
+class Sampled(Slam, Protocol):
+    """A SLAM whose map can be read at some places without a copy of all of it."""
+
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, world, and whether they were observed."""
+        ...
+
+
+@runtime_checkable
 class Revising(Slam, Protocol):
     """A SLAM that may revise earlier poses, as when a loop closes."""
 
