@@ -18,7 +18,6 @@ from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive
 
 MARGIN = 0.5  # m, of the map around the echoes
-TURN_STEP = math.radians(1.0)  # between candidates
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class WideSearch:
         around = np.array(narrow.pose[:2])
         size = FARTHEST + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
-        start = region.better(searched(scan), narrow.pose, reach, None, TURN_STEP) or narrow.pose
+        start = region.best(searched(scan), narrow.pose, reach)
         wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
