@@ -14,9 +14,10 @@ import slam as slam_library
 from dynslam_env.drawing.scene import Belief
 from dynslam_env.env import DoorWorldEnv, Observation
 from slam.errors import InputError
-from slam.geometry import Array, Pose2, transform_points
+from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Builder, Estimate, Revising, Slam
+from slam.interface import Builder, Estimate, Revising, Sampled, Slam
+from slam.kernel import kernel
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
 from slam.validation import positive_number, whole_number
@@ -208,7 +209,8 @@ class SlamWrapper(
     def _observed(self, observation: Observation, pose: Pose2) -> Observation:
         extra: Observation = {}
         if self._crop is not None:
-            extra["map"] = crop_map(self.slam.map(), pose, self._crop)[None]
+            source = self.slam if isinstance(self.slam, Sampled) else self.slam.map()
+            extra["map"] = crop_map(source, pose, self._crop)[None]
         if self._with_pose:
             wrapped = math.remainder(pose.theta, math.tau)
             clipped = np.clip((pose.x, pose.y), -MAX_POSITION, MAX_POSITION)
@@ -224,16 +226,30 @@ class SlamWrapper(
         return Belief(self._slam.map(), self._slam.pose, self._trail, title)
 
 
-def crop_map(grid: OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
+def crop_map(source: Sampled | OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
     """The map at `points` (n, n, 2), m, robot frame: 0 free, 255 occupied, 128 unknown."""
-    cells = grid.spec.cells(transform_points(pose, points).reshape(-1, 2))
-    rows, cols = cells.T
-    inside = (rows >= 0) & (rows < grid.spec.rows) & (cols >= 0) & (cols < grid.spec.cols)
-    rows, cols = rows[inside], cols[inside]
-    shades = np.full(len(cells), 128, dtype=np.uint8)
-    known = np.clip(grid.occupied[rows, cols], 0.0, 1.0) * 255
-    shades[inside] = np.where(grid.observed[rows, cols], known.astype(np.uint8), 128)
-    return shades.reshape(points.shape[:2])
+    occupied, observed = source.sample(_in_world(points.reshape(-1, 2), *pose))
+    return _shades(occupied, observed).reshape(points.shape[:2])
+
+
+@kernel
+def _in_world(points, x, y, theta):
+    """Points (n, 2) in the robot's frame, in the world."""
+    c, s, result = np.cos(theta), np.sin(theta), np.empty_like(points)
+    for k in range(len(points)):
+        result[k, 0] = x + c * points[k, 0] - s * points[k, 1]
+        result[k, 1] = y + s * points[k, 0] + c * points[k, 1]
+    return result
+
+
+@kernel
+def _shades(occupied, observed):
+    """(n,) uint8 of P(occupied), 128 where nothing was observed."""
+    result = np.full(len(occupied), 128, np.uint8)
+    for k in range(len(occupied)):
+        if observed[k]:
+            result[k] = np.uint8(min(max(occupied[k], 0.0), 1.0) * 255.0)
+    return result
 
 
 def crop_points(side: float, cell: float) -> Array:

@@ -106,6 +106,16 @@ class OccupancyGrid:
     occupied: np.ndarray
     observed: np.ndarray
 
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, and whether they were observed; False
+        outside of the grid, where h is 0."""
+        cells = self.spec.cells(points)
+        inside = ((cells >= 0) & (cells < self.spec.shape)).all(axis=1)
+        rows, cols = cells[inside].T
+        occupied, observed = np.zeros(len(cells)), np.zeros(len(cells), np.bool_)
+        occupied[inside], observed[inside] = self.occupied[rows, cols], self.observed[rows, cols]
+        return occupied, observed
+
 
 def moved(grid: OccupancyGrid, frame: Pose2) -> OccupancyGrid:
     """A map whose frame has the pose `frame` in the world, resampled on the world's lattice by

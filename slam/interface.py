@@ -53,6 +53,15 @@ class Slam(Protocol):
 
 
 @runtime_checkable
+class Sampled(Slam, Protocol):
+    """A SLAM whose map can be read at some places without a copy of all of it."""
+
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, world, and whether they were observed."""
+        ...
+
+
+@runtime_checkable
 class Revising(Slam, Protocol):
     """A SLAM that may revise earlier poses, as when a loop closes."""
 
@@ -117,7 +126,7 @@ class SensorModel(Protocol):
         ...
 
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
-        """The log-likelihood around a pose, at one of the resolutions."""
+        """The log-likelihood around a pose, at one of the resolutions, in new arrays."""
         ...
 
 
@@ -138,9 +147,9 @@ class Posterior:
 
     def slope(self, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature, with the likelihood at one of the resolutions."""
-        scan = self.sensor_model.slope(self.scan, pose, level)
-        value, gradient, curvature = self.prediction.slope(pose)
-        return Slope(scan.value + value, scan.gradient + gradient, scan.curvature + curvature)
+        value, gradient, curvature = self.sensor_model.slope(self.scan, pose, level)
+        value += self.prediction.add_slope(pose, gradient, curvature)
+        return Slope(value, gradient, curvature)
 
 
 class MotionModel(Protocol):

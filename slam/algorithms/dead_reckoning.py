@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate
 from slam.maps.static import Static
@@ -33,3 +33,7 @@ class DeadReckoning:
     def map(self) -> OccupancyGrid:
         """The map of the keyframes at their odometry poses."""
         return self._map_model.cells.grid()
+
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, and whether they were observed."""
+        return self._map_model.cells.sample(points)

@@ -172,6 +172,11 @@ class GraphSlam:
         """The scans of all local maps, integrated at their current pose estimates."""
         return self._whole.map(self.places, self.graph.poses)
 
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, and whether they were observed."""
+        self._whole.update(self.places, self.graph.poses)
+        return self._whole.map_model.cells.sample(points)
+
     @property
     def nbytes(self) -> int:
         """Bytes of the maps in memory: the current local map, those cached for matching, the

@@ -256,3 +256,7 @@ class MaximumLikelihood:
     def map(self) -> OccupancyGrid:
         """The current occupancy h of every cell."""
         return self.map_model.cells.grid()
+
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, and whether they were observed."""
+        return self.map_model.cells.sample(points)

@@ -16,6 +16,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, compose, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, SensorModel, Slope
+from slam.maps.cells import Cells
 from slam.maps.static import Static
 from slam.maps.tiles import TileIndex
 from slam.motion.adaptive import AdaptiveOdometry
@@ -127,10 +128,18 @@ class ParticleFilter:
 
     def map(self) -> OccupancyGrid:
         """The map of the best particle."""
-        tiles = self.map_model.cells.tiles
+        return self._best_cells().grid()
+
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the best particle's cells that hold points (n, 2), m, and whether they were
+        observed."""
+        return self._best_cells().sample(points)
+
+    def _best_cells(self) -> Cells:
+        """The cells, those of the best particle."""
         if self._maps:
-            tiles.switch(self._maps[self._best])
-        return self.map_model.cells.grid()
+            self.map_model.cells.tiles.switch(self._maps[self._best])
+        return self.map_model.cells
 
     # ------------------------------------------------------------------------------------------
 

@@ -12,14 +12,10 @@ from slam.graph.local_map import LocalMap
 from slam.grid import OccupancyGrid
 from slam.interface import MapModel
 from slam.maps.static import Static
-from slam.motion.threshold import MotionThreshold, MotionTrigger
-from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
 SEARCHED_SHIFT, SEARCHED_TURN = 0.1, math.radians(1.0)  # the same, of a map that is searched
-EVERY = MotionThreshold(distance=0.0, turn=0.0, time=0.0)  # between keyframes that are drawn
-SEARCHED_EVERY = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=math.inf)
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 
 
@@ -27,7 +23,6 @@ class WholeMap:
     """One map of any model: extended while the local maps keep their poses, else built anew.
 
     max_shift, max_turn  m, rad, by which a local map may move before the map is built anew
-    every                spacing of the keyframes that are drawn
     """
 
     def __init__(
@@ -35,17 +30,14 @@ class WholeMap:
         map_model: Callable[[], MapModel],
         max_shift: float = MAX_SHIFT,
         max_turn: float = MAX_TURN,
-        every: MotionThreshold = EVERY,
     ):
         self._make, self._max_shift, self._max_turn = map_model, max_shift, max_turn
-        self._every = every
         self._begin()
 
     def _begin(self) -> None:
         self.map_model = self._make()
         self._poses = np.zeros((0, 3))  # at which local maps were integrated
-        self._keyframes: list[int] = []  # number of keyframes of each that were considered
-        self._since_drawn = MotionTrigger(self._every)
+        self._keyframes: list[int] = []  # number of keyframes integrated of each
 
     @property
     def nbytes(self) -> int:
@@ -71,27 +63,16 @@ class WholeMap:
         for number in range(max(new - 1, 0), len(places)):
             frame = Pose2.of(self._poses[number])
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
-                changed.append(self._drawn(scan, frame @ pose))
+                changed.append(self.map_model.integrate(scan, frame @ pose))
             self._keyframes[number] = len(places[number].keyframes)
         return np.concatenate(changed)
 
-    def _drawn(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """Draw the keyframe, if it is far enough from the one drawn before; the changed cells."""
-        self._since_drawn.move_to(pose)
-        if not self._since_drawn.due(scan.time):
-            return NO_CELLS
-        self._since_drawn.restart(scan.time, pose)
-        return self.map_model.integrate(scan, pose)
-
 
 class SearchedMap:
-    """The whole map as the likelihood field in which a lost robot is searched for.
-
-    It is made of fewer keyframes than the map: each wall is seen from many of them.
-    """
+    """The whole map as the likelihood field in which a lost robot is searched for."""
 
     def __init__(self) -> None:
-        self._whole = WholeMap(Static, SEARCHED_SHIFT, SEARCHED_TURN, SEARCHED_EVERY)
+        self._whole = WholeMap(Static, SEARCHED_SHIFT, SEARCHED_TURN)
         self._endpoint = Endpoint()
 
     @property

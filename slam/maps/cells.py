@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.kernel import kernel
 from slam.maps.centroids import Centroids
 from slam.maps.rays import TILE_MARGIN, ObservedCells, Rays, Tracer
-from slam.maps.tiles import Tiles
+from slam.maps.tiles import AREA, MASK, SHIFT, Tiles
 from slam.scan import Scan
 from slam.validation import positive_number
 
@@ -54,6 +54,25 @@ class Cells:
         """A copy of the current map."""
         tiles = self.tiles
         return OccupancyGrid(tiles.spec, tiles.dense(self.occupied), tiles.dense(self.observed))
+
+    def sample(self, points: Array) -> tuple[Array, np.ndarray]:
+        """(n,) h of the cells that hold points (n, 2), m, and whether they were observed."""
+        tiles = self.tiles
+        return _sample(points, tiles.index, tiles.row0, tiles.col0, tiles.resolution,
+                       self.occupied.flat, self.observed.flat)  # fmt: skip
+
+
+@kernel
+def _sample(points, index, row0, col0, resolution, occupied, observed):
+    rows, cols, scale = index.shape[0] << SHIFT, index.shape[1] << SHIFT, 1.0 / resolution
+    h, known = np.zeros(len(points), np.float32), np.zeros(len(points), np.bool_)
+    for k in range(len(points)):
+        x, y = points[k, 0] * scale - col0, points[k, 1] * scale - row0
+        if 0.0 <= x < cols and 0.0 <= y < rows:
+            row, col = int(y), int(x)
+            cell = index[row >> SHIFT, col >> SHIFT] * AREA + ((row & MASK) << SHIFT) + (col & MASK)
+            h[k], known[k] = occupied[cell], observed[cell]
+    return h, known
 
 
 @kernel

@@ -12,6 +12,8 @@ from slam.maps.log_odds import Evidence
 from slam.maps.rays import ObservedCells, Rays
 from slam.scan import Scan
 
+NO_DOUBT = np.float32(-16.0)  # log-odds of a cell that is free: below, h is not updated (2e-7)
+
 
 class Static:
     """Assumes a static world: a cell observed a hundred times in one state needs as many to change.
@@ -37,24 +39,28 @@ class Static:
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the observed cells (equations 3 and 4)."""
-        observed = self.cells.trace(scan, pose)
-        _add(
-            observed,
+        return _add(
+            self.cells.trace(scan, pose),
             self.log_odds.flat,
             self.cells.occupied.flat,
             np.float32(self.evidence.hit),
             np.float32(self.evidence.free),
             np.float32(self.limit),
         )
-        return observed.cells
 
 
 @kernel
 def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidence, limit):
+    """Add the evidence; returns the cells whose h or centroid may have changed."""
     cells, hit = observed.cells, observed.hit
     one = np.float32(1.0)
+    changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
         i = cells[k]
         sum_ = log_odds[i] + (hit_evidence if hit[k] else free_evidence)
         log_odds[i] = min(max(sum_, -limit), limit)
-        occupied[i] = one / (one + np.exp(-log_odds[i]))
+        if hit[k] or log_odds[i] > NO_DOUBT:
+            occupied[i] = one / (one + np.exp(-log_odds[i]))
+            changed[n] = i
+            n += 1
+    return changed[:n]

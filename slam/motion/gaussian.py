@@ -104,7 +104,12 @@ class Prediction:
 
     def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
         """Value, gradient (3,) and (Gauss-Newton) curvature (3, 3) of the log density."""
-        return _slope(*pose, self._centre, self._moved, self.deviations)
+        gradient, curvature = np.zeros(3), np.zeros((3, 3))
+        return self.add_slope(pose, gradient, curvature), gradient, curvature
+
+    def add_slope(self, pose: Pose2, gradient: Array, curvature: Array) -> float:
+        """The value of the log density; its gradient and curvature are added to those given."""
+        return _add_slope(*pose, self._centre, self._moved, self.deviations, gradient, curvature)
 
 
 @kernel
@@ -152,7 +157,7 @@ def _covariance(centre, moved, deviations):
 
 
 @kernel
-def _slope(x, y, theta, centre, moved, deviations):
+def _add_slope(x, y, theta, centre, moved, deviations, g, H):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y, theta = _error((x, y, theta), centre, moved)
     hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)
@@ -162,7 +167,7 @@ def _slope(x, y, theta, centre, moved, deviations):
         [0.0, 0.0, 1.0],
     ])  # fmt: skip
     e = np.array([x, y, theta])
-    value, g, H = 0.0, np.zeros(3), np.zeros((3, 3))
+    value = 0.0
     for k in range(3):
         weight = 1.0 / (deviations[k] * deviations[k])
         value -= 0.5 * weight * e[k] * e[k]
@@ -170,4 +175,4 @@ def _slope(x, y, theta, centre, moved, deviations):
             g[a] -= weight * e[k] * J[k, a]
             for b in range(3):
                 H[a, b] -= weight * J[k, a] * J[k, b]
-    return value, g, H
+    return value

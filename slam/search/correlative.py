@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from slam.kernel import kernel
 from slam.search.gauss_newton import GaussNewton
 from slam.validation import positive
 
+FEW = 3  # candidates of which all are evaluated in full
 MAX_EXHAUSTIVE = 100  # candidates up to which all are evaluated, without bounds
 NODE_SIDE = 2  # candidates along the side of a node, which share a bound
 FIRST_BATCH = 2  # nodes evaluated at first; then twice as many, and so on
@@ -83,12 +85,19 @@ class Correlative:
 
 def _exhaustive(posterior: Posterior, axes: Axes) -> Pose2:
     poses = posterior.prediction.poses(_grid(*axes))
-    return Pose2.of(poses[posterior(poses).argmax()])
+    middle = len(poses) // 2
+    floor = posterior(poses[middle : middle + 1])[0] if len(poses) > FEW else -math.inf
+    return Pose2.of(poses[posterior(poses, floor).argmax()])
 
 
 def _ticks(reach: float, step: float) -> Array:
     """Multiples of `step`: every place within `reach` of zero is at most step / 2 from one."""
-    n = max(math.ceil(reach / step - 0.5), 0)
+    return _multiples(max(math.ceil(reach / step - 0.5), 0), step)
+
+
+@lru_cache
+def _multiples(n: int, step: float) -> Array:
+    """The multiples of `step` from -n to n; not to be written to."""
     return np.arange(-n, n + 1, dtype=np.float64) * step
 
 

@@ -17,7 +17,7 @@ H_MIN, H_MAX = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
 MIN_CENTROID_CHANGE = 12  # 1/256 of a cell; smaller changes of a centroid are ignored
 MIN_H_CHANGE = 6  # of 255; smaller changes of h are ignored, except at the limits
 U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numba checks no index
-U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # for its sign
+U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
 
@@ -88,8 +88,9 @@ def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log
     table    (n,) log(z_hit F + z_rand), evenly spaced in log F from its maximum to its minimum
     """
     sources = np.empty(((BLOCK + 2 * radius) ** 2, 3), np.float32)
-    best, apart = np.empty((BLOCK, BLOCK), np.float32), np.empty(BLOCK, np.float32)
+    best, aside = np.empty(BLOCK * BLOCK, np.float32), np.empty(BLOCK, np.float32)
     top, steps = log_h[255], np.float32((len(table) - 1) / (log_h[255] - log_h[0]))
+    reach = np.sqrt((top - log_h[0]) / falloff)  # cells, beyond which no echo counts
     for k in range(len(blocks)):
         row, col = blocks[k, 0] * BLOCK, blocks[k, 1] * BLOCK
         stale[index[row >> SHIFT, col >> SHIFT],
@@ -104,24 +105,34 @@ def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log
                     sources[n, 0] = log_h[h_level[cell]]
                     sources[n, 1] = c - col + centroid[cell, U_0] / np.float32(256.0)
                     sources[n, 2] = r - row + centroid[cell, U_1] / np.float32(256.0)
-                    n += 1
+                    n += -reach < sources[n, 1] < BLOCK - 1 + reach
         first = cell_at(index, row, col)
         for r in range(BLOCK):
             for c in range(BLOCK):
                 cell = first + r * TILE + c
                 free = centroid[cell, 0] == NO_CENTROID
-                best[r, c] = log_h[h_level[cell] if free else np.uint8(0)]
+                best[r * BLOCK + c] = log_h[h_level[cell] if free else np.uint8(0)]
         for m in range(n):
             for c in range(BLOCK):
-                apart[c] = sources[m, 0] - falloff * (sources[m, 1] - np.float32(c)) ** 2
-            for r in range(BLOCK):
-                down = falloff * (sources[m, 2] - np.float32(r)) ** 2
-                for c in range(BLOCK):
-                    best[r, c] = max(best[r, c], apart[c] - down)
+                dx = sources[m, 1] - np.float32(c)
+                aside[c] = sources[m, 0] - falloff * (dx * dx)
+            _raise(best, aside, sources[m, 2], falloff, reach)
         for r in range(BLOCK):
             for c in range(BLOCK):
-                place = np.int64((top - best[r, c]) * steps + HALF)
+                place = np.int64((top - best[r * BLOCK + c]) * steps + HALF)
                 field[first + r * TILE + c] = table[place]
+
+
+@kernel
+def _raise(best, aside, y, falloff, reach):
+    """Raise log F in the cells (BLOCK^2,) of a block to that by an echo at row y, which has the
+    values `aside` in its own row."""
+    for r in range(max(int(np.ceil(y - reach)), 0), min(int(np.floor(y + reach)) + 1, BLOCK)):
+        dy = y - np.float32(r)
+        down = falloff * (dy * dy)
+        for c in range(U_BLOCK):
+            value, cell = aside[c] - down, np.uint64(r) * U_BLOCK + c
+            best[cell] = value if value > best[cell] else best[cell]
 
 
 @kernel

@@ -12,6 +12,8 @@ from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
 from slam.sensor_models.blocks import BLOCK, BLOCKS, DirtyBlocks, all_blocks, cell_at
 
 PEAK_RADIUS = 2  # cells around a square whose samples its peak is the maximum of
+SQUARES = BLOCK // 2 + PEAK_RADIUS  # along a side, whose peaks depend on a block
+WINDOW = BLOCK + 4 * PEAK_RADIUS  # cells along a side that these peaks depend on
 U_1, U_MASK, U_SHIFT = np.uint64(1), np.uint64(MASK), np.uint64(SHIFT)  # no index is sign-checked
 LEVELS = 3  # fields of cells 1, 2 and 4 times as wide as the map's
 
@@ -91,29 +93,36 @@ def _pool_block(first, field, half, quarter):
 @kernel
 def _update_peaks(blocks, index, field, peaks, low, scale):
     """Update the peaks that depend on the field in the blocks."""
-    side = BLOCK + 4 * PEAK_RADIUS
-    rows = np.empty((side, side - 4), np.float32)
+    window, high = np.empty((WINDOW, WINDOW), np.float32), np.empty((SQUARES, WINDOW), np.float32)
     for b in range(len(blocks)):
         row, col = blocks[b, 0] * BLOCK - 2 * PEAK_RADIUS, blocks[b, 1] * BLOCK - 2 * PEAK_RADIUS
-        for r in range(side):
-            window = np.empty(side, np.float32)
-            for c in range(side):
-                window[c] = field[cell_at(index, row + r, col + c)]
-            for c in range(0, side - 4, 2):
-                top = window[c]
-                for k in range(c + 1, min(c + 2 + 2 * PEAK_RADIUS, side)):
-                    top = max(top, window[k])
-                rows[r, c] = top
-        for r in range(0, side - 4, 2):
-            for c in range(0, side - 4, 2):
-                top = rows[r, c]
-                for k in range(r + 1, min(r + 2 + 2 * PEAK_RADIUS, side)):
-                    top = max(top, rows[k, c])
-                i, j = row + r + PEAK_RADIUS, col + c + PEAK_RADIUS
-                slot = index[i >> SHIFT, j >> SHIFT]
+        _look(index, field, row, col, window)
+        for i in range(SQUARES):
+            high[i] = window[2 * i]
+            for r in range(2 * i + 1, 2 * i + 2 + 2 * PEAK_RADIUS):
+                for c in range(WINDOW):
+                    high[i, c] = window[r, c] if window[r, c] > high[i, c] else high[i, c]
+        for i in range(SQUARES):
+            for j in range(SQUARES):
+                top = high[i, 2 * j]
+                for c in range(2 * j + 1, 2 * j + 2 + 2 * PEAK_RADIUS):
+                    top = high[i, c] if high[i, c] > top else top
+                r, c = row + 2 * i + PEAK_RADIUS, col + 2 * j + PEAK_RADIUS
+                slot = index[r >> SHIFT, c >> SHIFT]
                 if slot:
-                    place = ((i & MASK) >> 1) * (TILE // 2) + ((j & MASK) >> 1)
+                    place = ((r & MASK) >> 1) * (TILE // 2) + ((c & MASK) >> 1)
                     peaks[slot, place] = np.uint8(min(np.ceil((top - low) * scale), 255.0))
+
+
+@kernel
+def _look(index, field, row, col, window):
+    """Copy the field from a row and a column on, of at most two tiles in a row, to a window."""
+    border = ((col >> SHIFT) + 1) << SHIFT
+    for r in range(WINDOW):
+        left = cell_at(index, row + r, col)
+        right = cell_at(index, row + r, col + WINDOW - 1) - (WINDOW - 1)
+        for c in range(WINDOW):
+            window[r, c] = field[np.uint64((left if col + c < border else right) + c)]
 
 
 @kernel

@@ -11,6 +11,7 @@ from dynslam_env import Doors, DoorWorldEnv, Gap, Laser, Odometry, SlamWrapper, 
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_wrapper import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
+from slam.interface import Sampled
 from slam.metrics.change import TrueOccupancy
 
 FORWARD = np.array([0.5, 0.02], dtype=np.float32)
@@ -243,6 +244,20 @@ def test_in_the_crop_ahead_is_up_and_left_is_left():
     left = crop_map(grid, Pose2(0, 0, -math.pi / 2), points)
     assert (left[:, 10] == 255).all()
     assert (left[:, :10] == 128).all()
+
+
+@pytest.mark.parametrize(
+    "slam", ["odometry", "static-ml", "dynamic-ml", "dynamic-graph", "static-pf"]
+)
+def test_the_crop_is_that_of_the_whole_map(slam):
+    env = wrapped(slam, map_crop=6.0, pose_estimate=True)
+    observation, _ = env.reset(seed=0)
+    for _ in range(6):
+        observation = env.step(FORWARD)[0]
+    assert isinstance(env.slam, Sampled)
+    expected = crop_map(env.slam.map(), env.slam.pose, crop_points(6.0, 0.05))
+    assert (expected != 128).mean() > 0.1
+    assert (observation["map"][0] == expected).mean() > 0.999  # points on the borders of cells
 
 
 def test_checkers_have_no_complaint():

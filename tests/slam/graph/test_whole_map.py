@@ -1,5 +1,3 @@
-import math
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -10,7 +8,6 @@ from slam.graph.local_map import LocalMap
 from slam.graph.whole_map import WholeMap
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.motion.threshold import MotionThreshold
 from tests.slam.worlds import loop, scan_at
 
 POSES = [Pose2.of(pose) for pose in loop(30)]
@@ -101,14 +98,3 @@ def test_the_map_is_a_copy_and_of_nothing_there_is_none() -> None:
     course.grow()
     whole.map(course.places, course.poses)
     np.testing.assert_array_equal(first.occupied, kept)
-
-
-def test_a_map_of_fewer_keyframes_is_that_of_those_far_enough_apart() -> None:
-    place = LocalMap((), scan_at(Pose2()))
-    for k in range(1, 8):
-        place.add(scan_at(Pose2(0.1 * k)), Pose2(0.1 * k))
-    every = MotionThreshold(distance=0.25, turn=math.inf, time=math.inf)
-    whole, expected = WholeMap(Static, every=every), Static()
-    for k in (0, 3, 6):
-        expected.integrate(*place.keyframes[k])
-    assert_same(whole.map([place], np.zeros((1, 3))), expected.cells.grid())

@@ -119,6 +119,18 @@ def test_the_same_history_gives_the_same_map_however_it_grew(model) -> None:
 
 
 @every_model
+def test_samples_are_those_of_the_whole_map(model) -> None:
+    driven, rng = model(), np.random.default_rng(3)
+    for pose in loop(8):
+        driven.integrate(scan_at(Pose2.of(pose)), Pose2.of(pose))
+    points = rng.uniform(-3.5, 3.5, (5000, 2))
+    found, expected = driven.cells.sample(points), driven.cells.grid().sample(points)
+    assert expected[1].mean() > 0.1
+    np.testing.assert_array_equal(found[1], expected[1])
+    np.testing.assert_array_equal(found[0][found[1]], expected[0][found[1]])
+
+
+@every_model
 def test_a_map_that_was_handed_out_is_left_alone(model) -> None:
     history = drive()
     grid = integrated(model(), history[:4])
