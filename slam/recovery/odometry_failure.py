@@ -15,6 +15,7 @@ from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 
 WORSE = 8.0  # nats by which a scan fits worse than expected: a wide window is searched
+MUCH_WORSE = 16.0  # nats; such a match is judged at once
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
@@ -35,9 +36,14 @@ class OdometryFailure:
         self.wide, self._belief, self.moved = wide, belief, False
         self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
 
-    def suspected(self, scan: Scan, estimate: Estimate) -> bool:
-        """Whether a match fits so much worse than expected that the odometry may have failed."""
-        return self._fits.surprising((self._belief.score - estimate.score) * len(scan.points))
+    def evident(self, scan: Scan, estimate: Estimate) -> bool:
+        """Whether a match fits much worse than expected, and not as often before."""
+        worse = self._worse(scan, estimate)
+        return worse > MUCH_WORSE and self._fits.surprising(worse)
+
+    def _worse(self, scan: Scan, estimate: Estimate) -> float:
+        """Nats by which a match fits worse than expected."""
+        return (self._belief.score - estimate.score) * len(scan.points)
 
     def corrected(self, match: Match) -> Pose2:
         """The pose of a match, a better one farther from the prediction, or the predicted one if,
@@ -48,7 +54,7 @@ class OdometryFailure:
     def _searched(self, match: Match) -> Pose2:
         """The pose of the match, or a better one of the wide window."""
         found, prediction = match.estimate.pose, match.prediction
-        suspected = self.suspected(match.scan, match.estimate)
+        suspected = self._fits.surprising(self._worse(match.scan, match.estimate))
         error = np.abs(prediction.error(found)) / prediction.deviations
         far_off = self._errors.surprising(error.max())
         if not (suspected or far_off):

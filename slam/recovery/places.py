@@ -77,9 +77,7 @@ class Places:
         region, least = self._search, self._least(explained)
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
         best = None
-        for start in region.candidates(
-            points, centre, reach, but, TURN_STEP, least, self._most
-        ):
+        for start in region.candidates(points, centre, reach, but, TURN_STEP, least, self._most):
             place = self.matched(scan, start)
             if any(same_place(place.pose, other) for other in but):
                 place = at(self._endpoint, scan, start)

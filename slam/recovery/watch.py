@@ -87,8 +87,8 @@ class Watch:
         self._jumped, self._rivals.votes, self._before = False, 0, None
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
-        """Whether a match fits so much worse than expected that it must be judged at once."""
-        return not self.doubted and self.odometry.suspected(scan, estimate)
+        """Whether a match fits so much worse than expected that it is judged at once."""
+        return not self.doubted and self.odometry.evident(scan, estimate)
 
     def corrected(self, match: Match) -> Pose2:
         """The pose of a match, or a better one if the odometry failed."""
