@@ -44,7 +44,7 @@ class Demands(NamedTuple):
 
 
 SUDDEN = Demands(0.7, 0.2, True)
-GRADUAL = Demands(3.0, 0.1, False)
+GRADUAL = Demands(1.0, 0.1, False)
 
 
 class Astray:
