@@ -63,8 +63,8 @@ class LocalizationOnly:
     """Localization in the true map: the ceiling to compare with the Cramer-Rao bound.
 
     The map holds walls and doors as they stand at each scan, and is never updated from scans. The
-    pose is found by the same search as in maximum likelihood SLAM, without registration: the surfaces
-    are of a map's own scans.
+    pose is found by the same search as in maximum likelihood SLAM, without registration, which
+    needs surfaces drawn by a robot's own scans.
 
     matcher  starts at the true pose; its `map_model` is a `TrueMap`
     """

@@ -24,7 +24,7 @@ from slam.recovery.watch import FOUND, Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
-from slam.search.registration import Registration
+from slam.search.registration import SURFACES, Registration
 from slam.sensor_models.endpoint import Endpoint
 
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
@@ -60,7 +60,7 @@ class MaximumLikelihood:
         search: Search | None = None,
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
-        registration: Registration | None = Registration(),
+        registration: Registration | None = SURFACES,
         watch: Watch | None = None,
         surroundings: Callable[[], Surroundings] | None = None,
     ):

@@ -9,8 +9,8 @@ paper, `/gauss-newton` that of Hector SLAM, `/learned-odometry` corrects a syste
 odometry, `/no-registration` ends with the search, and `/no-recovery` does not notice that the robot
 is lost.
 
-`MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration` and `MAP-graph` notice that the robot is lost, and find it
-again; the other variants do not. `MAP-pf` is a particle filter over these maps, `MAP-graph` a graph
+`MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration` and `MAP-graph` notice that the robot
+is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over these maps, `MAP-graph` a graph
 of local maps: both close loops.
 """
 
@@ -42,7 +42,7 @@ from slam.recovery.watch import Watch
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.random_restart import RandomRestart
-from slam.search.registration import Registration
+from slam.search.registration import SURFACES, Registration
 from slam.sensor_models.beam import Beam
 from slam.sensor_models.endpoint import Endpoint
 from slam.sensor_models.literal import Literal
@@ -75,7 +75,7 @@ def maximum_likelihood(
     sensor_model: Callable[[], SensorModel] = Endpoint,
     motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
-    registration: Registration | None = Registration(),
+    registration: Registration | None = SURFACES,
     watch: Callable[[], Watch | None] = Watch,
 ) -> Builder:
     """A builder of maximum likelihood SLAM; parts not given are those of `MAP-ml`."""

@@ -34,8 +34,8 @@ class EchoModel(NamedTuple):
     z_hit        share of echoes that the map explains
     z_rand       likelihood of an echo that it does not explain, by that of one on its wall: the
                  larger, the closer an echo must lie to count
-    new          echoes: a surface of n echoes counts as n / (n + new) of one long known, so that the
-                 leaf of a door that moves does not take the robot along
+    new          echoes: a surface of n echoes counts as n / (n + new) of one long known, so that
+                 the leaf of a door that moves does not take the robot along
     """
 
     sigma: float = 0.02
@@ -45,6 +45,9 @@ class EchoModel(NamedTuple):
     z_hit: float = 0.9
     z_rand: float = 0.3
     new: float = 3.0
+
+
+ECHO = EchoModel()
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ class Registration:
     farthest   m from the start; beyond it, the start is returned
     """
 
-    model: EchoModel = EchoModel()
+    model: EchoModel = ECHO
     rounds: int = 5
     steps: int = 2
     precision: float = 0.0005
@@ -110,6 +113,9 @@ class Registration:
         where = np.array([*tiles.origin, tiles.resolution])
         return _paired(outline, np.array(pose), where, tiles.index, cells.occupied.flat,
                        surfaces.first.flat, surfaces.table, surfaces.next, self.model)  # fmt: skip
+
+
+SURFACES = Registration()  # the default
 
 
 def _plus(pose: Pose2, step: Array) -> Pose2:
