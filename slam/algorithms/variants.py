@@ -10,8 +10,8 @@ odometry, `/no-registration` ends with the search, and `/no-recovery` does not n
 is lost.
 
 `MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration` and `MAP-graph` notice that the robot
-is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over these maps, `MAP-graph` a graph
-of local maps: both close loops.
+is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over these
+maps, `MAP-graph` a graph of local maps: both close loops.
 """
 
 from __future__ import annotations
