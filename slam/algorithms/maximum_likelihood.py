@@ -42,7 +42,7 @@ class MaximumLikelihood:
     the last keyframe and not integrated, since each integrated scan adds its pose error to the map.
 
     The pose that the search finds is refined by `registration` on the surfaces that keyframes leave
-    in the map; with None it is taken as it is.
+    in the map; with None, or with another sensor model than `Endpoint`, it is taken as it is.
 
     keyframe  the estimate at the last integrated scan
     watch     tells whether the robot is lost; None: nobody does
@@ -70,12 +70,12 @@ class MaximumLikelihood:
         self.sensor_model = Endpoint() if sensor_model is None else sensor_model
         self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
-        self.registration = registration
+        self.registration = registration if isinstance(self.sensor_model, Endpoint) else None
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
         self._map_uncertainty = MapUncertainty(self.map_model.cells.tiles)
-        self._surfaces = Surfaces(self.map_model.cells.tiles) if registration else None
+        self._surfaces = Surfaces(self.map_model.cells.tiles) if self.registration else None
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
@@ -154,15 +154,16 @@ class MaximumLikelihood:
         self, scan: Scan, prediction: Prediction, pose: Pose2
     ) -> tuple[Pose2, float, Array]:
         """The pose refined on the map's surfaces; log-likelihood and (3, 3) information there."""
-        if self.registration is None or self._surfaces is None:
-            return pose, *laplace(self.sensor_model, scan, pose)
-        found, information = self.registration(
-            self._outline(scan), self._surfaces, self.map_model.cells, prediction, pose
-        )
-        before, after = self.sensor_model.log_likelihood(scan, np.array([pose, found])).tolist()
-        if after < before - MAX_LOSS:
-            return pose, *laplace(self.sensor_model, scan, pose)
-        return found, after, information
+        if self.registration is not None and self._surfaces is not None:
+            found = self.registration(
+                self._outline(scan), self._surfaces, self.map_model.cells, prediction, pose
+            )
+            if found is not None:
+                poses = np.array([pose, found[0]])
+                before, after = self.sensor_model.log_likelihood(scan, poses).tolist()
+                if after >= before - MAX_LOSS:
+                    return found[0], after, found[1]
+        return pose, *laplace(self.sensor_model, scan, pose)
 
     def _outline(self, scan: Scan) -> Outline:
         """The outline of a scan; a keyframe's is needed twice."""

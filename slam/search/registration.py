@@ -21,6 +21,8 @@ from slam.validation import positive, whole
 CUT = 3.0  # standard deviations beyond which a surface is not an echo's
 AROUND = 1  # cells around that of an echo whose surfaces may be its own
 H_MIN, H_MAX = 0.02, 0.98  # limits of h
+SHARPER = 1.5  # the information of echoes, by the curvature of their likelihood: chosen such that
+# errors in the built-in worlds are as large as claimed, with `pose_covariance.SHARPNESS`
 PLANE, SPOT = 1.0, 2.0  # what an echo is compared with
 
 
@@ -65,7 +67,9 @@ class Registration:
     rounds     maximum; in each, echoes are paired anew with surfaces
     steps      maximum of a round
     precision  m and rad; a shorter step is the last
-    farthest   m from the start; beyond it, the start is returned
+    farthest   m from the start, beyond which a result is refused
+    paired     least share of the echoes that must lie on known walls: where a map has few echoes,
+               as of a robot that scans each metre, most of the scan would not count
     """
 
     model: EchoModel = ECHO
@@ -73,10 +77,11 @@ class Registration:
     steps: int = 2
     precision: float = 0.0005
     farthest: float = 0.1
+    paired: float = 0.7
 
     def __post_init__(self) -> None:
         positive(self.model, *EchoModel._fields)
-        positive(self, "precision", "farthest")
+        positive(self, "precision", "farthest", "paired")
         whole(self, "rounds", 1)
         whole(self, "steps", 1)
 
@@ -87,14 +92,17 @@ class Registration:
         cells: Cells,
         prediction: Prediction,
         start: Pose2,
-    ) -> tuple[Pose2, Array]:
-        """The pose, and the information (3, 3) of the echoes about it: x, y and theta, world.
+    ) -> tuple[Pose2, Array] | None:
+        """The pose, and the information (3, 3) of the echoes about it: x, y and theta, world; None
+        if it cannot be told from them.
 
         `cells` are those of the map that the surfaces belong to.
         """
         pose, information = start, np.zeros((3, 3))
         for _ in range(self.rounds):
             pairs = self.pairs(outline, surfaces, cells, pose)
+            if (pairs[:, 0] == PLANE).sum() < self.paired * len(pairs):
+                return None
             _, slope, bend = prediction.slope(pose)
             moved, information = _climbed(outline.points, pairs, np.array(pose), slope, bend,
                                           self.model, self.steps, self.precision)  # fmt: skip
@@ -102,9 +110,8 @@ class Registration:
             pose = _plus(pose, moved)
             if short:
                 break
-        if math.dist(pose[:2], start[:2]) > self.farthest:
-            return start, information
-        return pose, information
+        near = math.dist(pose[:2], start[:2]) <= self.farthest
+        return (pose, SHARPER * information) if near else None
 
     def pairs(self, outline: Outline, surfaces: Surfaces, cells: Cells, pose: Pose2) -> Array:
         """(n, 5) what each echo is compared with: PLANE, its normal (2,), its distance from the

@@ -11,7 +11,7 @@ from slam.maps.static import Static
 from slam.maps.surfaces import Surfaces
 from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton
-from slam.search.registration import PLANE, SPOT, EchoModel, Registration
+from slam.search.registration import ECHO, PLANE, SPOT, EchoModel, Registration
 from slam.sensor_models.endpoint import Endpoint
 from tests.slam import naive
 from tests.slam.worlds import FAN, ROOM, loop, scan_at
@@ -33,6 +33,13 @@ def drawn(poses, walls=ROOM, angles=FAN, noise=0.0):
     return grid, surfaces, endpoint
 
 
+def registered(seen, surfaces, cells, guess, start, model=ECHO, **parameters):
+    """Pose and information by a registration that takes every scan."""
+    found = Registration(model, paired=0.01, **parameters)(seen, surfaces, cells, guess, start)
+    assert found is not None
+    return found
+
+
 @pytest.fixture(scope="module")
 def room():
     return drawn(loop(25), noise=0.005)
@@ -52,7 +59,7 @@ def moved(truth: Pose2, x: float, y: float, degrees: float) -> Pose2:
 def test_the_pose_is_found_to_a_millimetre(error, room) -> None:
     grid, surfaces, _ = room
     seen, start = outline(scan_at(TRUTH).points), moved(TRUTH, *error)
-    pose, _ = Registration()(seen, surfaces, grid.cells, prediction(start), start)
+    pose, _ = registered(seen, surfaces, grid.cells, prediction(start), start)
     assert math.dist(pose[:2], TRUTH[:2]) < 0.002
     assert pose.theta == pytest.approx(TRUTH.theta, abs=math.radians(0.1))
 
@@ -73,8 +80,8 @@ def test_a_step_climbs_the_likelihood_of_the_pairs(room) -> None:
     grid, surfaces, _ = room
     seen = outline(scan_at(TRUTH).points)
     start = moved(TRUTH, 0.005, -0.004, 0.2)
-    pose, information = Registration(rounds=20, precision=1e-9)(
-        seen, surfaces, grid.cells, prediction(start), start
+    pose, information = registered(
+        seen, surfaces, grid.cells, prediction(start), start, rounds=20, precision=1e-9
     )
     pairs = Registration().pairs(seen, surfaces, grid.cells, pose)
 
@@ -99,7 +106,7 @@ def test_a_wall_at_a_grazing_angle_does_not_draw_the_robot_along_itself() -> Non
     scan = scan_at(ahead, angles=angles, walls=PASSAGE)
     guess = prediction(ahead, np.array([0.02, 0.02, 0.02]))
     drawn_back = GaussNewton(levels=1).climb(Posterior(endpoint, scan, guess), ahead)
-    stays, information = Registration()(outline(scan.points), surfaces, grid.cells, guess, ahead)
+    stays, information = registered(outline(scan.points), surfaces, grid.cells, guess, ahead)
     assert abs(drawn_back.x - ahead.x) > 0.002
     assert abs(stays.x - ahead.x) < 0.0005
     assert abs(stays.y) < 0.0005
@@ -109,11 +116,11 @@ def test_a_wall_at_a_grazing_angle_does_not_draw_the_robot_along_itself() -> Non
 def test_what_does_not_stand_any_more_has_no_effect(room) -> None:
     """h weighs surfaces: the same ones in free cells give a hundredth of the information."""
     grid, surfaces, _ = room
-    seen, registration = outline(scan_at(TRUTH).points), Registration()
-    _, before = registration(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
+    seen = outline(scan_at(TRUTH).points)
+    _, before = registered(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
     kept = grid.cells.occupied.flat.copy()
     grid.cells.occupied.flat[:] = 0.0
-    _, after = registration(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
+    _, after = registered(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
     grid.cells.occupied.flat[:] = kept
     assert after[0, 0] < 0.15 * before[0, 0]
 
@@ -121,31 +128,35 @@ def test_what_does_not_stand_any_more_has_no_effect(room) -> None:
 def test_surfaces_of_few_echoes_count_less(room) -> None:
     grid, surfaces, _ = room
     seen = outline(scan_at(TRUTH).points)
-    _, known = Registration()(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
-    shy = Registration(EchoModel(new=300.0))
-    _, unknown = shy(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
+    _, known = registered(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
+    guess, shy = prediction(TRUTH), EchoModel(new=300.0)
+    _, unknown = registered(seen, surfaces, grid.cells, guess, TRUTH, shy)
     assert unknown[0, 0] < 0.3 * known[0, 0]
 
 
-def test_without_surfaces_the_pose_is_the_predictions() -> None:
+def test_without_surfaces_nothing_is_told() -> None:
     grid = Static()
     surfaces = Surfaces(grid.cells.tiles)
     grid.integrate(scan_at(TRUTH), TRUTH)
-    start = moved(TRUTH, 0.01, 0.0, 0.0)
-    pose, information = Registration()(
-        outline(scan_at(TRUTH).points), surfaces, grid.cells, prediction(TRUTH), start
-    )
-    assert pose[:2] == pytest.approx(TRUTH[:2], abs=1e-6)
-    assert not information.any()
+    seen = outline(scan_at(TRUTH).points)
+    assert Registration()(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH) is None
+
+
+def test_a_scan_of_which_the_map_knows_too_little_is_left_as_it_is(room) -> None:
+    grid, surfaces, _ = room
+    seen = outline(scan_at(TRUTH).points)
+    share = (Registration().pairs(seen, surfaces, grid.cells, TRUTH)[:, 0] == PLANE).mean()
+    for paired, told in ((share - 0.02, True), (share + 0.02, False)):
+        found = Registration(paired=paired)(seen, surfaces, grid.cells, prediction(TRUTH), TRUTH)
+        assert (found is not None) == told
 
 
 def test_a_pose_too_far_from_the_start_is_not_taken(room) -> None:
     grid, surfaces, _ = room
     start = moved(TRUTH, 0.02, 0.0, 0.0)
-    pose, _ = Registration(farthest=0.01)(
-        outline(scan_at(TRUTH).points), surfaces, grid.cells, prediction(start), start
-    )
-    assert pose == start
+    seen = outline(scan_at(TRUTH).points)
+    near = Registration(farthest=0.01, paired=0.3)
+    assert near(seen, surfaces, grid.cells, prediction(start), start) is None
 
 
 @pytest.mark.parametrize("wrong", [{"sigma": 0.0}, {"z_rand": -1.0}, {"new": math.inf}])
