@@ -63,7 +63,8 @@ class LocalizationOnly:
     """Localization in the true map: the ceiling to compare with the Cramer-Rao bound.
 
     The map holds walls and doors as they stand at each scan, and is never updated from scans. The
-    pose is found by the same matcher as in maximum likelihood SLAM.
+    pose is found by the same search as in maximum likelihood SLAM, without registration, which
+    needs surfaces drawn by a robot's own scans.
 
     matcher  starts at the true pose; its `map_model` is a `TrueMap`
     """
@@ -72,6 +73,8 @@ class LocalizationOnly:
         if not isinstance(matcher.map_model, TrueMap):
             wrong = matcher.map_model
             raise InputError(f"LocalizationOnly needs a matcher on a TrueMap, got {wrong}")
+        if matcher.registration is not None:
+            raise InputError("LocalizationOnly needs a matcher with registration=None")
         self.matcher = matcher
         self.pose = matcher.pose
         self._map_model = matcher.map_model
@@ -96,7 +99,8 @@ def mapping_only(map_model: Callable[[], MapModel]) -> ShownTruth:
 def localization_only(truth: Truth, rng: np.random.Generator) -> Slam:
     """`LocalizationOnly` with the default sensor model, motion model and search."""
     start = Pose2.of(truth.poses[0])
-    return LocalizationOnly(MaximumLikelihood(start, rng, map_model=TrueMap(truth)))
+    matcher = MaximumLikelihood(start, rng, map_model=TrueMap(truth), registration=None)
+    return LocalizationOnly(matcher)
 
 
 CEILINGS: dict[str, ShownTruth] = {

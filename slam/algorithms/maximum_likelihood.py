@@ -12,7 +12,9 @@ from slam.geometry import Array, Pose2, turned
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
+from slam.maps.outline import Outline, outline
 from slam.maps.static import Static
+from slam.maps.surfaces import Surfaces
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
@@ -23,9 +25,11 @@ from slam.recovery.watch import FOUND, Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
+from slam.search.registration import SURFACES, Registration
 from slam.sensor_models.endpoint import Endpoint
 
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
+MAX_LOSS = 3.0  # nats of the log-likelihood by which a registered pose may be worse than before
 BEFORE_ALL = -1e12  # s: earlier than any scan
 EXACT = np.zeros((3, 3))  # covariance of a known pose
 FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
@@ -37,6 +41,9 @@ class MaximumLikelihood:
     Static and dynamic SLAM differ only in `map_model`: what it stores of each cell's history.
     Scans are integrated at `keyframes`. Scans between them, at `matches`, are matched relative to
     the last keyframe and not integrated, since each integrated scan adds its pose error to the map.
+
+    The pose that the search finds is refined by `registration` on the surfaces that keyframes leave
+    in the map; with None, or with another sensor model than `Endpoint`, it is taken as it is.
 
     keyframe  the estimate at the last integrated scan
     watch     tells whether the robot is lost; None: nobody does
@@ -54,6 +61,7 @@ class MaximumLikelihood:
         search: Search | None = None,
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
+        registration: Registration | None = SURFACES,
         watch: Watch | None = None,
         surroundings: Callable[[], Surroundings] | None = None,
     ):
@@ -63,15 +71,18 @@ class MaximumLikelihood:
         self.sensor_model = Endpoint() if sensor_model is None else sensor_model
         self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
+        self.registration = registration if isinstance(self.sensor_model, Endpoint) else None
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
         self._map_uncertainty = MapUncertainty(self.map_model.cells.tiles)
+        self._surfaces = Surfaces(self.map_model.cells.tiles) if self.registration else None
         self.keyframe = self._matched = Estimate(start, np.zeros((3, 3)), 0.0, False)
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
         self._frozen = False
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
+        self._last_outline: tuple[Scan, Outline] | None = None
         self.watch = watch
         self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
         self._surroundings = self._own if surroundings is None else surroundings
@@ -132,7 +143,7 @@ class MaximumLikelihood:
             estimate = Estimate(prediction.pose, self.keyframe.covariance, 0.0, True)
         else:
             pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
-            likelihood, information = laplace(self.sensor_model, scan, pose)
+            pose, likelihood, information = self._registered(scan, prediction, pose)
             before = self._carried(self.keyframe, prediction)
             covariance = self._map_uncertainty.matched(before, pose, scan.points, information)
             self._last_match = prediction, information
@@ -140,6 +151,27 @@ class MaximumLikelihood:
         self._matched = estimate
         self._since_match.restart(scan.time)
         return estimate
+
+    def _registered(
+        self, scan: Scan, prediction: Prediction, pose: Pose2
+    ) -> tuple[Pose2, float, Array]:
+        """The pose refined on the map's surfaces; log-likelihood and (3, 3) information there."""
+        if self.registration is not None and self._surfaces is not None:
+            found = self.registration(
+                self._outline(scan), self._surfaces, self.map_model.cells, prediction, pose
+            )
+            if found is not None:
+                poses = np.array([pose, found[0]])
+                before, after = self.sensor_model.log_likelihood(scan, poses).tolist()
+                if after >= before - MAX_LOSS:
+                    return found[0], after, found[1]
+        return pose, *laplace(self.sensor_model, scan, pose)
+
+    def _outline(self, scan: Scan) -> Outline:
+        """The outline of a scan; a keyframe's is needed twice."""
+        if self._last_outline is None or self._last_outline[0] is not scan:
+            self._last_outline = scan, outline(scan.points)
+        return self._last_outline[1]
 
     def _checked(self, scan: Scan, estimate: Estimate) -> Estimate:
         """The estimate of a keyframe, corrected if the odometry failed, with `lost`."""
@@ -229,6 +261,8 @@ class MaximumLikelihood:
         changed = NO_CELLS
         if not self._frozen:
             changed = self.map_model.integrate(scan, estimate.pose)
+            if self._surfaces is not None:
+                self._surfaces.add(self._outline(scan), estimate.pose)
             self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)

@@ -2,14 +2,16 @@
 
 `MAP-ml` is maximum likelihood SLAM on that map model, `MAP-ml/SENSOR` the same with another sensor
 model for p(z | s, h). `/beta1` has the paper's weight: every beam counts in full, as if independent
-of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. Four
-variants replace or leave out another part: `/random-restart` uses the search of the paper,
-`/gauss-newton` that of Hector SLAM, `/learned-odometry` corrects a systematic error of the
-odometry, and `/no-recovery` does not notice that the robot is lost.
+of the others; `/beam` and `/literal` are the two other sensor models that the paper allows. These
+three take the pose of the search as it is; all others register the scan with the surfaces of the
+map. Five variants replace or leave out another part: `/random-restart` uses the search of the
+paper, `/gauss-newton` that of Hector SLAM, `/learned-odometry` corrects a systematic error of the
+odometry, `/no-registration` ends with the search, and `/no-recovery` does not notice that the robot
+is lost.
 
-`MAP-ml`, `MAP-ml/learned-odometry` and `MAP-graph` notice that the robot is lost, and find it
-again; the other variants do not. `MAP-pf` is a particle filter over these maps, `MAP-graph` a graph
-of local maps: both close loops.
+`MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration` and `MAP-graph` notice that the robot
+is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over these
+maps, `MAP-graph` a graph of local maps: both close loops.
 """
 
 from __future__ import annotations
@@ -40,6 +42,7 @@ from slam.recovery.watch import Watch
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.random_restart import RandomRestart
+from slam.search.registration import SURFACES, Registration
 from slam.sensor_models.beam import Beam
 from slam.sensor_models.endpoint import Endpoint
 from slam.sensor_models.literal import Literal
@@ -72,6 +75,7 @@ def maximum_likelihood(
     sensor_model: Callable[[], SensorModel] = Endpoint,
     motion_model: Callable[[], MotionModel] = AdaptiveOdometry,
     search: Callable[[], Search] = Correlative,
+    registration: Registration | None = SURFACES,
     watch: Callable[[], Watch | None] = Watch,
 ) -> Builder:
     """A builder of maximum likelihood SLAM; parts not given are those of `MAP-ml`."""
@@ -84,6 +88,7 @@ def maximum_likelihood(
             sensor_model=sensor_model(),
             motion_model=motion_model(),
             search=search(),
+            registration=registration,
             watch=watch(),
         )
 
@@ -124,7 +129,9 @@ def map_variants(
     """
     builders = {f"{name}-ml": maximum_likelihood(map_model)}
     for suffix, sensor_model in SENSOR_MODELS.items():
-        builders[f"{name}-ml{suffix}"] = maximum_likelihood(map_model, sensor_model, watch=nobody)
+        builders[f"{name}-ml{suffix}"] = maximum_likelihood(
+            map_model, sensor_model, registration=None, watch=nobody
+        )
     if particle_map is not None:
         builders[f"{name}-pf"] = particle_filter(particle_map)
     builders[f"{name}-graph"] = graph_slam(map_model)
@@ -140,6 +147,7 @@ for _name in ("static", "dynamic"):
         f"{_name}-ml/random-restart": _ml(search=RandomRestart, watch=nobody),
         f"{_name}-ml/gauss-newton": _ml(search=GaussNewton, watch=nobody),
         f"{_name}-ml/learned-odometry": _ml(motion_model=LearnedOdometry),
+        f"{_name}-ml/no-registration": _ml(registration=None),
         f"{_name}-ml/no-recovery": _ml(watch=nobody),
         f"{_name}-graph/no-recovery": graph_slam(MAPS[_name], watch=nobody),
     }

@@ -368,3 +368,96 @@ def literal_reading(reading, grid, scan: Scan, pose: Pose2) -> float:
         h = min(max(float(occupied[r, c]) if inside else grid.cells.prior, 0.02), 0.98)
         total += math.log(h if hit else 1 - h)
     return reading.beta * total
+
+
+def outline(points) -> tuple[np.ndarray, np.ndarray]:
+    """Tangents and kinds (0 nothing, 1 point, 2 line) of the echoes of a scan, one by one."""
+    n = len(points)
+    tangents, kinds = np.zeros((n, 2)), np.zeros(n, int)
+
+    def apart(i: int, k: int) -> float:
+        return math.dist(points[i], points[k]) if 0 <= i < n and 0 <= k < n else math.inf
+
+    def end(i: int, step: int) -> int:
+        k = i
+        while apart(k, k + step) <= 0.5 and (k == i or apart(i, k + step) <= 0.1):
+            k += step
+        return k
+
+    for i in range(n):
+        low, high = end(i, -1), end(i, 1)
+        found = []
+        for first, last in ((low, high), (low, i), (i, high)):
+            if last - first < 2 or apart(first, last) < 0.08:
+                continue
+            centred = points[first : last + 1] - np.mean(points[first : last + 1], axis=0)
+            _, size, axes = np.linalg.svd(centred)
+            residual = size[1] / math.sqrt(last - first - 1)
+            if residual <= 0.02:
+                found.append((residual * (0.7 if first < i < last else 1.0), -first, axes[0]))
+        if found:
+            tangents[i], kinds[i] = min(found, key=lambda one: one[0])[2], 2
+        elif min(apart(i, i - 1), apart(i, i + 1)) <= 0.3:
+            kinds[i] = 1
+        elif 0 < i < n - 1:
+            away = [math.hypot(*points[k]) for k in (i - 1, i, i + 1)]
+            kinds[i] = int(away[1] < min(away[0], away[2]))
+    return tangents, kinds
+
+
+def pairs(seen, surfaces, cells, pose: Pose2, model) -> np.ndarray:
+    """What each echo of an outline is compared with: see `Registration.pairs`."""
+    tiles, result = cells.tiles, np.zeros((len(seen.points), 5))
+    first, occupied = tiles.dense(surfaces.first), tiles.dense(cells.occupied)
+    turn = transform_points(Pose2(0.0, 0.0, pose.theta), seen.tangents)
+    for k, point in enumerate(transform_points(pose, seen.points)):
+        row, col = cell(point, tiles.resolution)
+        walls, spots = [], []
+        for r in range(row - 1 - tiles.row0, row + 2 - tiles.row0):
+            for c in range(col - 1 - tiles.col0, col + 2 - tiles.col0):
+                number = first[r, c]
+                while number:
+                    x, y, ux, uy, _, _, count = surfaces.table[number]
+                    h = min(max(float(occupied[r, c]), 0.02), 0.98) * count / (count + model.new)
+                    away, along = point - (x, y), np.array([ux, uy])
+                    number = surfaces.next[number]
+                    if not along.any():
+                        if np.abs(away).max() < 3 * model.point_sigma:
+                            square = away @ away / model.point_sigma**2
+                            spots.append((h * math.exp(-square / 2), x, y, h))
+                    elif abs(along @ turn[k]) >= 0.92:
+                        along = along * np.sign(along @ turn[k])
+                        normal = np.array([-along[1], along[0]])
+                        t, r_ = away @ along / tiles.resolution, away @ normal / model.sigma
+                        if abs(t) < 3 and abs(r_) < 3:
+                            w = h * math.exp(-(t * t + r_ * r_) / 2)
+                            walls.append((w, normal, away @ normal, h))
+        if seen.kind[k] == 0:
+            continue
+        if walls:
+            total = sum(w for w, *_ in walls)
+            normal = sum(w * n for w, n, *_ in walls)
+            normal = normal / np.linalg.norm(normal)
+            off = sum(w * d for w, _, d, _ in walls) / total
+            h = sum(w * h for w, _, _, h in walls) / total
+            result[k] = 1.0, *normal, normal @ point - off, h
+        elif spots:
+            _, x, y, h = max(spots)
+            result[k] = 2.0, x, y, 0.0, h
+    return result
+
+
+def registered(seen, paired, pose: Pose2, model) -> float:
+    """Log-likelihood of the echoes of an outline, each compared with its pair."""
+    total = 0.0
+    for point, pair in zip(transform_points(pose, seen.points), paired, strict=True):
+        if pair[0] == 1.0:
+            square = (pair[1:3] @ point - pair[3]) ** 2 / model.sigma**2
+            weight = model.beta
+        elif pair[0] == 2.0:
+            square = ((point - pair[1:3]) ** 2).sum() / model.point_sigma**2
+            weight = model.point_beta
+        else:
+            continue
+        total += weight * math.log(model.z_hit * pair[4] * math.exp(-square / 2) + model.z_rand)
+    return total

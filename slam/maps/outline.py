@@ -1,0 +1,129 @@
+"""The directions of the surfaces that the echoes of one scan lie on."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.geometry import Array
+from slam.kernel import kernel
+
+REACH = 0.1  # m from an echo up to which its neighbours are fitted by a line
+MAX_GAP = 0.5  # m between neighbouring echoes of one line
+MAX_RESIDUAL = 0.02  # m, standard deviation of the echoes' distances from their line
+MIN_LENGTH = 0.08  # m from the first echo of a line to the last
+MIN_ECHOES = 3  # of a line
+CENTRED = (
+    0.7  # by which the residual of a line is multiplied that reaches to both sides of its echo
+)
+NEAR = 0.3  # m to the nearer neighbour, up to which an echo without a line counts as a point
+NOTHING, POINT, LINE = 0, 1, 2  # kinds of an echo
+
+
+class Outline(NamedTuple):
+    """The echoes of a scan in the robot's frame, and what they lie on.
+
+    points    (n, 2) m
+    tangents  (n, 2) unit vectors along the surface; zero where it is not known
+    kind      (n,) uint8: LINE: on a line with its neighbours. POINT: an echo of something small, or
+              at a corner. NOTHING: a lone echo at a grazing angle, which tells of no place
+    """
+
+    points: Array
+    tangents: Array
+    kind: np.ndarray
+
+
+def outline(points: Array) -> Outline:
+    """The outline of echoes (n, 2), m, in the order of the beams.
+
+    The line of an echo is fitted to the neighbours within REACH on both sides, or on one side if
+    that fits better, as at a corner. Neighbours farther apart, up to MAX_GAP, are used where there
+    are none within REACH: at a grazing angle echoes of one wall are half a metre apart.
+    """
+    return Outline(points, *_outline(points))
+
+
+@kernel
+def _outline(points):
+    n = len(points)
+    tangents, kind = np.zeros((n, 2)), np.zeros(n, np.uint8)
+    sums = _sums(points)
+    for i in range(n):
+        low, high = _end(points, i, -1), _end(points, i, 1)
+        best = np.inf
+        for first, last in ((low, high), (low, i), (i, high)):
+            if last - first + 1 < MIN_ECHOES or _apart(points, first, last) < MIN_LENGTH:
+                continue
+            x, y, residual = _fitted(sums, first, last)
+            ranked = residual * CENTRED if first < i < last else residual
+            if residual <= MAX_RESIDUAL and ranked < best:
+                best = ranked
+                tangents[i, 0], tangents[i, 1], kind[i] = x, y, LINE
+        if kind[i] == NOTHING and _is_point(points, i):
+            kind[i] = POINT
+    return tangents, kind
+
+
+@kernel
+def _sums(points):
+    """(n + 1, 5) sums of x, y, x^2, x y and y^2 over the echoes before each."""
+    sums = np.zeros((len(points) + 1, 5))
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        for m, value in enumerate((x, y, x * x, x * y, y * y)):
+            sums[k + 1, m] = sums[k, m] + value
+    return sums
+
+
+@kernel
+def _end(points, i, step):
+    """The last echo from echo `i` on, in steps of 1 or -1, that a line through `i` is fitted to."""
+    k = i
+    while 0 <= k + step < len(points):
+        if _apart(points, k, k + step) > MAX_GAP:
+            break
+        if k != i and _apart(points, i, k + step) > REACH:
+            break
+        k += step
+    return k
+
+
+@kernel
+def _fitted(sums, first, last):
+    """The unit vector along the line through echoes `first` to `last`, by least squares, and the
+    standard deviation of their distances from it."""
+    n = last - first + 1
+    x, y = (sums[last + 1, 0] - sums[first, 0]) / n, (sums[last + 1, 1] - sums[first, 1]) / n
+    xx = sums[last + 1, 2] - sums[first, 2] - n * x * x
+    xy = sums[last + 1, 3] - sums[first, 3] - n * x * y
+    yy = sums[last + 1, 4] - sums[first, 4] - n * y * y
+    mean, apart = 0.5 * (xx + yy), math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
+    c = 0.5 * (xx - yy) / max(apart, 1e-12)  # of twice the angle
+    residual = math.sqrt(max(mean - apart, 0.0) / (n - 2))
+    along, across = math.sqrt(max(0.5 * (1.0 + c), 0.0)), math.sqrt(max(0.5 * (1.0 - c), 0.0))
+    return along, across if xy >= 0.0 else -across, residual
+
+
+@kernel
+def _is_point(points, i):
+    """Whether an echo without a line has a neighbour near by, or lies before both of them."""
+    before = _apart(points, i, i - 1) if i > 0 else np.inf
+    after = _apart(points, i, i + 1) if i < len(points) - 1 else np.inf
+    if min(before, after) <= NEAR:
+        return True
+    if i == 0 or i == len(points) - 1:
+        return False
+    away = math.hypot(points[i, 0], points[i, 1])
+    return away < min(
+        math.hypot(points[i - 1, 0], points[i - 1, 1]),
+        math.hypot(points[i + 1, 0], points[i + 1, 1]),
+    )
+
+
+@kernel
+def _apart(points, i, k):
+    x, y = points[i, 0] - points[k, 0], points[i, 1] - points[k, 1]
+    return math.sqrt(x * x + y * y)  # several times faster than math.hypot
