@@ -24,7 +24,6 @@ from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
 from slam.maps.static import Static
 from slam.motion.adaptive import AdaptiveOdometry
-from slam.motion.threshold import KEYFRAMES
 from slam.recovery.astray import Astray
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import Watch
@@ -34,7 +33,8 @@ from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
 MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
-SPARSE, MAX_SEEDS = 0.3, 150  # m between keyframes that are far apart; seeds there
+SPARSE = 0.3  # m between keyframes that are far apart
+SPARSE_SEEDS, MAX_SEEDS = 150, 150  # seeds there, by the distance in m; at most
 MAX_MIDDLE_DISTANCE = (
     6.0  # m between the centres of two local maps, beyond which they are not matched
 )
@@ -82,7 +82,7 @@ class GraphSlam:
         search: Search | None = None,
         loops: Loops | None = None,
         stretch: float = 4.0,
-        seeds: int = 15,
+        seeds: int = 40,
         candidates: int = 5,
         watch: Watch | None = None,
     ):
@@ -270,7 +270,7 @@ class GraphSlam:
         spacing = place.length / max(len(place.keyframes) - 1, 1)
         if spacing < SPARSE:
             return self.seeds
-        return min(round(self.seeds * spacing / KEYFRAMES.distance), max(self.seeds, MAX_SEEDS))
+        return min(max(round(SPARSE_SEEDS * spacing), self.seeds), max(self.seeds, MAX_SEEDS))
 
     def _complete(self, place: LocalMap) -> bool:
         return place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES
