@@ -437,10 +437,10 @@ def pairs(seen, surfaces, cells, pose: Pose2, model) -> np.ndarray:
         if walls:
             total = sum(w for w, *_ in walls)
             normal = sum(w * n for w, n, *_ in walls)
-            normal = normal / np.linalg.norm(normal)
+            normal = np.asarray(normal) / np.linalg.norm(normal)
             off = sum(w * d for w, _, d, _ in walls) / total
             h = sum(w * h for w, _, _, h in walls) / total
-            result[k] = 1.0, *normal, normal @ point - off, h
+            result[k] = 1.0, normal[0], normal[1], normal @ point - off, h
         elif spots:
             _, x, y, h = max(spots)
             result[k] = 2.0, x, y, 0.0, h

@@ -62,14 +62,14 @@ def test_a_post_is_a_point_and_a_lone_echo_behind_it_is_nothing() -> None:
 
 @pytest.mark.parametrize("n", [0, 1, 2])
 def test_a_few_echoes_are_no_line(n: int) -> None:
-    points = np.column_stack([np.ones(n), 0.05 * np.arange(n)])
+    points = np.array([(1.0, 0.05 * k) for k in range(n)], dtype=np.float64).reshape(n, 2)
     assert (outline(points).kind != LINE).all()
     assert outline(points).tangents.shape == (n, 2)
 
 
 def test_a_rough_surface_is_no_line() -> None:
-    y = np.arange(0.0, 1.0, 0.03)
-    points = np.column_stack([2.0 + 0.06 * (np.arange(len(y)) % 2), y])
+    y = np.arange(0.0, 1.0, 0.03, dtype=np.float64)
+    points = np.array([(2.0 + 0.06 * (k % 2), away) for k, away in enumerate(y)])
     assert (outline(points).kind == POINT).all()
     smooth = outline(np.column_stack([np.full(len(y), 2.0), y]))
     assert (smooth.kind == LINE).all()
