@@ -15,8 +15,7 @@ from slam.geometry import wrap_angle
 from slam.interface import LOST_DISTANCE, LOST_TURN
 
 WHEELS = Odometry(bias=0.02, alpha1=4e-4, alpha2=1e-4, alpha3=4e-4, alpha4=1e-4)
-SEEDS = (204, 206)
-FOUND = 204  # the seed of a drive after which the robot is found: in 207 it stays lost
+SEEDS = (201, 202)
 
 
 @cache
@@ -42,7 +41,7 @@ def judged(fault: str, seed: int, variant: str) -> tuple[np.ndarray, np.ndarray]
 
 
 @pytest.mark.parametrize(
-    ("fault", "seed"), [*((f, s) for f in ("slip", "turn") for s in SEEDS), ("carried", FOUND)]
+    ("fault", "seed"), [(fault, seed) for fault in ("slip", "turn", "carried") for seed in SEEDS]
 )
 @pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
 def test_it_is_found_again(variant: str, fault: str, seed: int) -> None:
@@ -84,7 +83,7 @@ def test_nothing_is_drawn_while_it_is_lost() -> None:
 
 
 def test_a_graph_draws_what_was_mapped_apart_where_it_was_found() -> None:
-    episode = drive("carried", FOUND)
+    episode = drive("carried", SEEDS[1])
     truth = episode.known_truth("this test").poses
     result = run(make("dynamic-graph", true_start(episode)), episode)
     online, revised = (
@@ -97,6 +96,6 @@ def test_a_graph_draws_what_was_mapped_apart_where_it_was_found() -> None:
 
 @pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
 def test_same_input_same_poses(variant: str) -> None:
-    episode = drive("carried", FOUND)
+    episode = drive("carried", SEEDS[1])
     first, second = (run(make(variant, true_start(episode)), episode).online for _ in range(2))
     assert np.array_equal(first, second)
