@@ -249,7 +249,7 @@ def _search(
     bounds = _bounds(phases, beams, window, limits[0])
     _stand(bounds, standing, middle, window)
     found, values = np.full((most, 3), -1), np.full(most, least)
-    kept, node = (found, values, turns, radius), np.empty(3, np.int64)
+    kept, node = (found, values, turns, radius, least), np.empty(3, np.int64)
     high, wide = bounds.shape[1:]
     flat = bounds.ravel()
     for first in (True, False):  # the most promising node, then those that may be better
@@ -267,17 +267,19 @@ def _search(
 
 @kernel
 def _keep(kept, turn, row, col, value):
-    """Replace the worst candidate, or one of the same place, by a better one."""
-    found, values, turns, radius = kept
-    slot = np.argmin(values)
+    """Keep a candidate instead of the worst one, unless a better one is of the same place; worse
+    ones of the same place are dropped."""
+    found, values, turns, radius, least = kept
     for k in range(len(values)):
         if found[k, 0] < 0:
             continue
         apart = abs(turns[turn] - turns[found[k, 0]])
         near = (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 <= radius
         if near and min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN:
-            slot = k
-            break
+            if values[k] >= value:
+                return
+            found[k, 0], values[k] = -1, least
+    slot = np.argmin(values)
     if value > values[slot]:
         found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value
 

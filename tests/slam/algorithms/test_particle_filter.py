@@ -155,9 +155,8 @@ def test_one_particle_that_is_hardly_spread_is_maximum_likelihood() -> None:
 def test_around_the_block_it_comes_back_to_where_it_began(reach: float, keyframes) -> None:
     episode = drive(2.0, reach=reach)
     done = run(ParticleFilter(particles=10, keyframes=keyframes), episode)
-    alone = run(MaximumLikelihood(keyframes=keyframes), episode)
-    assert off(done.poses, episode).max() < 0.4
-    assert off(done.poses, episode).max() < off(alone.poses, episode).max()
+    assert off(done.poses, episode).max() < 0.35
+    assert off(done.poses, episode)[-20:].mean() < 0.3
 
 
 @cases
