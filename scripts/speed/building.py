@@ -29,7 +29,7 @@ ROOM_WIDTH, ROOM_DEPTH, CORRIDOR_WIDTH, DOOR_WIDTH = 10.0, 8.5, 3.0, 1.0  # m
 BAND_WIDTH = 2 * ROOM_DEPTH + CORRIDOR_WIDTH  # m, a corridor with its rooms
 SCAN_DISTANCE, SPEED = 1.0, 1.0  # m between scans, m/s
 LASER = Laser(beams=720, field_of_view=math.tau, max_range=30.0, sigma=0.01)
-MAX_MAP_MB = 500.0  # larger maps are marked
+MAX_MAP_MB = 600.0  # larger maps are marked
 
 
 class Building(NamedTuple):

@@ -107,13 +107,13 @@ def test_each_kind_of_map_and_reading_is_surveyed_once(monkeypatch):
 
 def test_what_is_too_much_is_marked():
     row = {"what": "a", "side": 200.0, "resolution": 0.05, "observed": 1.0}
-    row |= {"map_mb": 499.0, "map_peak_mb": 501.0, "read_mb": 0.0, "read_peak_mb": 600.0}
+    row |= {"map_mb": 599.0, "map_peak_mb": 601.0, "read_mb": 0.0, "read_peak_mb": 700.0}
     console = Console(width=80, record=True, quiet=True)
     with console.capture() as shown:
         console.quiet = False
         console.print(building_table([row]))
     line = next(line for line in shown.get().splitlines() if line.strip().startswith("a  "))
-    assert line.split() == ["a", "100.0%", "499", "501", "!", "0", "600", "!"]
+    assert line.split() == ["a", "100.0%", "599", "601", "!", "0", "700", "!"]
 
 
 @pytest.mark.skipif(not resident_mb(), reason="the system does not tell")
