@@ -68,7 +68,9 @@ def test_a_recording_of_another_place_is_refused(before: Session):
     poses = [Pose2(0.1 * k, 0.0, 0.0) for k in range(30)]
     scans = tuple(scan_at(pose, k / 10, walls=1.5 * BOX) for k, pose in enumerate(poses))
     elsewhere = Episode(scans, drive(n=30).odometry)
-    with pytest.raises(InputError, match="does not seem to begin within the map|may begin at several places"):
+    with pytest.raises(
+        InputError, match="does not seem to begin within the map|may begin at several places"
+    ):
         relocated(before, elsewhere)
 
 
