@@ -69,7 +69,7 @@ def test_a_recording_of_another_place_is_refused(before: Session):
     scans = tuple(scan_at(pose, k / 10, walls=1.5 * BOX) for k, pose in enumerate(poses))
     elsewhere = Episode(scans, drive(n=30).odometry)
     with pytest.raises(
-        InputError, match="does not seem to begin within the map|may begin at several places"
+        InputError, match=r"does not seem to begin within the map|may begin at several places"
     ):
         relocated(before, elsewhere)
 
