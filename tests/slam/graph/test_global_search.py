@@ -135,19 +135,22 @@ def test_a_view_of_the_room_is_found(off) -> None:
 
 @settings(max_examples=10)
 @given(seeds)
-def test_the_candidates_are_those_of_one_search_after_another(seed: int) -> None:
+def test_the_candidates_are_places_of_their_own_the_best_one_first(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    _, reading = random_map(rng)
+    grid, reading = random_map(rng)
     points, reach = rng.uniform(-2.5, 2.5, (12, 2)), np.array([2.0, 2.0, 0.1])
-    search, side = GlobalSearch(reading), 0.1
+    search, side, known = GlobalSearch(reading), 0.1, pooled(grid, reading)
     found = search.candidates(points, Pose2(), reach, most=3)
-    assert found[0] == search.best(points, Pose2(), reach)
+    best = search.best(points, Pose2(), reach)
+    (other,) = search.candidates(points, Pose2(), reach, but=[found[0]])
     for k, one in enumerate(found):
-        for other in found[:k]:
-            assert math.dist(one[:2], other[:2]) > OTHER_DISTANCE - side
-    excluded = search.candidates(points, Pose2(), reach, but=[found[0]])
-    assert math.dist(excluded[0][:2], found[0][:2]) > OTHER_DISTANCE - side
-    assert math.dist(excluded[0][:2], found[1][:2]) < 2 * OTHER_DISTANCE
+        assert all(math.dist(one[:2], two[:2]) > OTHER_DISTANCE - 1e-9 for two in found[:k])
+    assert math.dist(other[:2], found[0][:2]) > OTHER_DISTANCE - 1e-9
+    sums = [value(known, reading.unknown, points, pose, side) for pose in (*found, best, other)]
+    rounding = len(points) * (reading.top - reading.nothing) / MAX_UNITS
+    assert sums[0] == pytest.approx(sums[3], abs=rounding)
+    assert sums[0] >= sums[1] - rounding >= sums[2] - 2.0 * rounding
+    assert sums[4] >= sums[1] - rounding  # outside of its circle it is the best of all
 
 
 def test_no_candidate_is_below_the_least() -> None:
