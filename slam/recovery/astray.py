@@ -51,7 +51,8 @@ class Astray:
     """Maps apart while the robot is lost; nothing is drawn into the map until it is found there.
 
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
-    if the map agrees with them, and if no other place does so nearly as well.
+    if the map agrees with them as the demands ask, and if CONFIRMED attempts in a row find it;
+    REPEATED ones, if another place fits nearly as well.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
