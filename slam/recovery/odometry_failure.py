@@ -8,13 +8,14 @@ import numpy as np
 
 from slam.geometry import Pose2
 from slam.interface import Estimate
+from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 
-WORSE = 8.0  # nats by which a scan fits worse than expected: a wide window is searched
+WORSE = 4.0  # nats by which a scan fits worse than expected: a wide window is searched
 MUCH_WORSE = 16.0  # nats; such a match is judged at once
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
@@ -45,13 +46,16 @@ class OdometryFailure:
         """Nats by which a match fits worse than expected."""
         return (self._belief.score - estimate.score) * len(scan.points)
 
-    def corrected(self, match: Match) -> Pose2:
+    def corrected(self, match: Match, recent: Recent) -> Pose2:
         """The pose of a match, a better one farther from the prediction, or the predicted one if,
-        after a gap, the map shows nearly nothing of the scan."""
-        self.moved = False
-        return self._searched(match) if match.continuous else self._after_gap(match)
+        after a gap, the map shows nearly nothing of the scan.
 
-    def _searched(self, match: Match) -> Pose2:
+        recent  keyframes before it
+        """
+        self.moved = False
+        return self._searched(match, recent) if match.continuous else self._after_gap(match)
+
+    def _searched(self, match: Match, recent: Recent) -> Pose2:
         """The pose of the match, or a better one of the wide window."""
         found, prediction = match.estimate.pose, match.prediction
         suspected = self._fits.surprising(self._worse(match.scan, match.estimate))
@@ -59,8 +63,9 @@ class OdometryFailure:
         far_off = self._errors.surprising(error.max())
         if not (suspected or far_off):
             return found
-        pose = self.wide.better(match.endpoint, match.scan, prediction, found)
-        self.moved = pose is not found and self._agrees(match.agreement(pose))
+        pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
+        likely = odds + recent.evidence(match, pose) > 0.0
+        self.moved = likely and self._agrees(match.agreement(pose))
         if self.moved:
             return pose
         if suspected:

@@ -9,7 +9,7 @@ from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.astray import GRADUAL, SUDDEN, Demands
-from slam.recovery.continuity import Sight, change, sight
+from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.odometry_failure import OdometryFailure
@@ -52,7 +52,7 @@ class Watch:
         self.belief = LostBelief()
         self.odometry = OdometryFailure(self.belief, WideSearch() if wide is None else wide)
         self._rivals = Rivals()
-        self._before: Sight | None = None
+        self._recent = Recent()
         self._since_check = MotionTrigger(CHECKS)
         self._jumped = False  # whether the doubt began with a scan that was not continuous
         self._unsure = False  # whether the last check left the doubt as it was
@@ -84,7 +84,8 @@ class Watch:
     def found(self) -> None:
         """The robot was found again."""
         self.belief.set(FOUND)
-        self._jumped, self._rivals.votes, self._before = False, 0, None
+        self._jumped, self._rivals.votes = False, 0
+        self._recent.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
         """Whether a match fits so much worse than expected that it is judged at once."""
@@ -92,13 +93,15 @@ class Watch:
 
     def corrected(self, match: Match) -> Pose2:
         """The pose of a match, or a better one if the odometry failed."""
-        return match.estimate.pose if self._rivals.votes else self.odometry.corrected(match)
+        if self._rivals.votes:
+            return match.estimate.pose
+        return self.odometry.corrected(match, self._recent)
 
     def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> None:
         """Update the belief by a keyframe; other places are searched for in the `surroundings`."""
         pose = match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
-        agreement, changed = match.agreement(pose), self._change(match)
+        agreement, changed = match.agreement(pose), self._recent.add(match)
         self.belief.update(agreement, changed, self.odometry.moved)
         self.odometry.moved = False
         self._rivals.keyframe()
@@ -115,13 +118,6 @@ class Watch:
             self.belief.set(max(min(self.belief.probability, UNCHECKED), held))
         if not self.doubted:
             self.belief.learn(agreement, match.estimate.score, changed)
-
-    def _change(self, match: Match) -> float:
-        """The change of the scan since the last keyframe, if it should see the same."""
-        before, self._before = self._before, sight(match.scan)
-        if before is None or not match.continuous:
-            return 0.0
-        return change(before, self._before, match.last.between(match.estimate.pose))
 
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""

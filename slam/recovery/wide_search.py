@@ -38,14 +38,17 @@ class WideSearch:
 
     reach: tuple[float, float, float] = (1.0, 1.0, math.radians(100.0))
     deviations: tuple[float, float, float] = (0.5, 0.5, 0.5)
-    rate: float = 0.2
+    rate: float = 0.005
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
 
     def __post_init__(self) -> None:
         positive(self, "rate")
 
-    def better(self, endpoint: Endpoint, scan: Scan, narrow: Prediction, found: Pose2) -> Pose2:
-        """`found`, the best pose by the `narrow` prediction, or a better one of the window."""
+    def best(
+        self, endpoint: Endpoint, scan: Scan, narrow: Prediction, found: Pose2
+    ) -> tuple[Pose2, float]:
+        """The best pose of the window, and the log-odds, nats, that the odometry failed and the
+        scan was taken there, against `found`, the best pose by the `narrow` prediction."""
         reach = np.array(self.reach)
         around = np.array(narrow.pose[:2])
         size = FARTHEST + reach[:2].max() + MARGIN
@@ -54,7 +57,7 @@ class WideSearch:
         wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
-        return pose if failed > _log_probability(endpoint, scan, narrow, found) else found
+        return pose, failed - _log_probability(endpoint, scan, narrow, found)
 
 
 def _log_probability(endpoint: Endpoint, scan: Scan, prediction: Prediction, pose: Pose2) -> float:
