@@ -22,24 +22,27 @@ NEIGHBOURS = 2  # beams to each side, all of which must have seen farther
 MIN_POINTS = 10  # that both scans can see; fewer tell nothing
 NEAR = 0.1  # m from the outline of the other scan, at most, of an echo of the same surface
 MAX_GAP = 0.5  # m between neighbouring echoes of one surface
+WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
 FEW = 200  # echoes that are compared
-ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that the scan before saw
-LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
 
 
 class Sight(NamedTuple):
     """What a scan saw; poses are those of the sensor.
 
-    points  (n, 2) m, its echoes in the robot's frame
-    angles  (beams,) rad, ascending
-    free    (beams,) m, that is free in each direction and NEIGHBOURS to each side
-    mount   pose of the sensor on the robot
+    points    (n, 2) m, its echoes in the robot's frame
+    angles    (beams,) rad, ascending
+    free      (beams,) m, that is free in each direction and NEIGHBOURS to each side
+    outline   (n, 2) m, its echoes in the sensor's frame
+    bearings  (n,) rad, of the outline, ascending
+    mount     pose of the sensor on the robot
     """
 
     points: Array
     angles: Array
     free: Array
+    outline: Array
+    bearings: Array
     mount: Pose2
 
 
@@ -66,30 +69,26 @@ class Recent:
         self._steps.append(step)
         return changed
 
-    def evidence(self, match: Match, pose: Pose2) -> float:
-        """Log-likelihood ratio, nats, of the last scans: for a scan at `pose`, against the pose of
-        its match. If the odometry failed after one of them, that one agrees better with the scan at
-        `pose`. This does not depend on the map, in which a room may look like itself turned."""
-        if len(self._sights) < RECENT:
-            return 0.0
-        seen, away = sight(match.scan), match.last.between(match.estimate.pose)
-        correction = match.estimate.pose.between(pose)
-        gain = -1.0
-        least = overlap(self._sights[-1], seen, away) - LESS_OVERLAP
+    def overlaps(self, match: Match, pose: Pose2) -> Array:
+        """(k,) overlap of each of the last scans, the latest first, with the scan of a match, if it
+        was taken at `pose`."""
+        seen, away = sight(match.scan), match.last.between(pose)
+        result = []
         for before, step in zip(reversed(self._sights), reversed(self._steps), strict=True):
-            corrected = overlap(before, seen, away @ correction)
-            if corrected > least:
-                gain = max(gain, corrected - overlap(before, seen, away))
+            result.append(overlap(before, seen, away))
             away = step @ away
-        return ECHO_EVIDENCE * len(match.scan.points) * gain
+        return np.array(result)
 
 
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
     free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
     order = -1 if len(free) > 1 and scan.angles[-1] < scan.angles[0] else 1
-    angles, free = scan.angles[::order], free[::order]
-    return Sight(scan.points, np.ascontiguousarray(angles), np.ascontiguousarray(free), scan.mount)
+    angles, free = np.ascontiguousarray(scan.angles[::order]), np.ascontiguousarray(free[::order])
+    points = np.ascontiguousarray(scan.points[::order])
+    outline = transform_points(scan.mount.inverse(), points)
+    bearings = np.ascontiguousarray(scan.angles[scan.hit][::order])
+    return Sight(points, angles, free, outline, bearings, scan.mount)
 
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
@@ -101,13 +100,11 @@ def change(before: Sight, after: Sight, displacement: Pose2) -> float:
 def overlap(before: Sight, after: Sight, displacement: Pose2) -> float:
     """Share of the echoes of the second scan, as far as they are in the view of the first, that lie
     on surfaces of the first, if the robot moved by `displacement` between them."""
-    points = after.points[:: max(len(after.points) // FEW, 1)]
-    mount = before.mount.inverse()
+    sensor = before.mount.inverse() @ displacement
+    view = before.angles[0], before.angles[-1]
+    step = max(len(after.points) // FEW, 1)
     agreeing, known = _near(
-        transform_points(mount, before.points),
-        before.angles[0],
-        before.angles[-1],
-        transform_points(mount @ displacement, points),
+        before.outline, before.bearings, view, after.points, step, sensor.x, sensor.y, sensor.theta
     )
     return agreeing / known if known >= MIN_POINTS else 0.0
 
@@ -158,28 +155,37 @@ def _following(angles, angle, place):
 
 
 @kernel
-def _near(outline, first, last, points):
-    """Number of points within NEAR of the line along an outline, in the order of its beams, and of
-    all points in view: those at angles from `first` to `last`."""
-    number = known = 0
-    for k in range(len(points)):
-        angle = math.atan2(points[k, 1], points[k, 0])
-        if first <= angle <= last:
-            known += 1
-            number += _is_near(outline, points[k, 0], points[k, 1])
+def _near(outline, bearings, view, points, step, x0, y0, theta):
+    """Numbers of the points, one in `step` of them, moved by a pose, within NEAR of the line along
+    an outline at ascending `bearings`, and of all in view: at angles from view[0] to view[1]."""
+    c, s = np.cos(theta), np.sin(theta)
+    number = known = place = 0
+    for k in range(0, len(points), step):
+        x = x0 + c * points[k, 0] - s * points[k, 1]
+        y = y0 + s * points[k, 0] + c * points[k, 1]
+        angle = math.atan2(y, x)
+        if not view[0] <= angle <= view[1]:
+            continue
+        known += 1
+        width = NEAR / max(math.sqrt(x * x + y * y), NEAR) * WIDER
+        place = _following(bearings, angle - width, place)
+        for m in range(max(place - 1, 0), len(outline) - 1):
+            if _squared_distance(outline[m], outline[m + 1], x, y) < NEAR * NEAR:
+                number += 1
+                break
+            if bearings[m] > angle + width:
+                break
     return number, known
 
 
 @kernel
-def _is_near(outline, x, y):
-    for k in range(len(outline) - 1):
-        along_x, along_y = outline[k + 1, 0] - outline[k, 0], outline[k + 1, 1] - outline[k, 1]
-        away_x, away_y = x - outline[k, 0], y - outline[k, 1]
-        square = along_x * along_x + along_y * along_y
-        place = 0.0
-        if 0.0 < square < MAX_GAP * MAX_GAP:
-            place = min(max((away_x * along_x + away_y * along_y) / square, 0.0), 1.0)
-        away_x, away_y = away_x - place * along_x, away_y - place * along_y
-        if away_x * away_x + away_y * away_y < NEAR * NEAR:
-            return True
-    return False
+def _squared_distance(first, last, x, y):
+    """Squared distance of a point from the line between two echoes, or from the first one if they
+    are not of one surface."""
+    along_x, along_y = last[0] - first[0], last[1] - first[1]
+    x, y = x - first[0], y - first[1]
+    square = along_x * along_x + along_y * along_y
+    if 0.0 < square < MAX_GAP * MAX_GAP:
+        place = min(max((x * along_x + y * along_y) / square, 0.0), 1.0)
+        x, y = x - place * along_x, y - place * along_y
+    return x * x + y * y

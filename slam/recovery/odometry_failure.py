@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.interface import Estimate
-from slam.recovery.continuity import Recent
+from slam.recovery.continuity import RECENT, Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.surprise import Surprise
@@ -18,6 +18,11 @@ from slam.scan import Scan
 WORSE = 4.0  # nats by which a scan fits worse than expected: a wide window is searched
 MUCH_WORSE = 16.0  # nats; such a match is judged at once
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
+BREAK = 0.04  # share of the echoes by which the overlap with earlier scans falls at once: likewise
+OVERLAP_RATE = 0.05  # at which the usual overlap is learned
+ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
+PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
+LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
@@ -29,13 +34,16 @@ class OdometryFailure:
     """Searches a wide window where a scan fits worse than expected, or far from the prediction.
 
     wide   the search
-    moved  whether the last keyframe was found far from the prediction
+    moved  whether the last keyframe was found far from the prediction by the map alone: the scans
+           before do not prove it
     """
 
     def __init__(self, belief: LostBelief, wide: WideSearch):
         """`belief` knows what is usual."""
         self.wide, self._belief, self.moved = wide, belief, False
         self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
+        self._breaks = Surprise(BREAK)
+        self._overlap = 1.0  # usual one, of consecutive keyframes
 
     def evident(self, scan: Scan, estimate: Estimate) -> bool:
         """Whether a match fits much worse than expected, and not as often before."""
@@ -59,20 +67,32 @@ class OdometryFailure:
         """The pose of the match, or a better one of the wide window."""
         found, prediction = match.estimate.pose, match.prediction
         suspected = self._fits.surprising(self._worse(match.scan, match.estimate))
+        overlaps = recent.overlaps(match, found)
+        broken = self._breaks.surprising(self._break(overlaps))
         error = np.abs(prediction.error(found)) / prediction.deviations
         far_off = self._errors.surprising(error.max())
-        if not (suspected or far_off):
+        if not (suspected or far_off or broken):
             return found
         pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
-        likely = odds + recent.evidence(match, pose) > 0.0
-        self.moved = likely and self._agrees(match.agreement(pose))
-        if self.moved:
+        evidence = _evidence(overlaps, recent.overlaps(match, pose)) * len(match.scan.points)
+        if odds + evidence > 0.0 and self._agrees(match.agreement(pose)):
+            self.moved = evidence < PROVEN
             return pose
         if suspected:
             self._fits.dismiss()
         if far_off:
             self._errors.dismiss()
+        if broken:
+            self._breaks.dismiss()
         return found
+
+    def _break(self, overlaps: Array) -> float:
+        """By how much more the overlap falls at one of the last scans than at any other one."""
+        if len(overlaps) < RECENT:
+            return 0.0
+        self._overlap += (overlaps[0] - self._overlap) * OVERLAP_RATE
+        steps = np.sort(-np.diff(overlaps, prepend=self._overlap))
+        return float(steps[-1] - max(steps[-2], 0.0))
 
     def _agrees(self, agreement: Agreement) -> bool:
         """Whether the map agrees with a scan about as usual."""
@@ -86,3 +106,14 @@ class OdometryFailure:
         explained = match.agreement(match.estimate.pose).explained
         seen = explained > LEAST_EXPLAINED * self._belief.explained
         return match.prediction.pose if gap and not seen else match.estimate.pose
+
+
+def _evidence(found: Array, corrected: Array) -> float:
+    """Log-likelihood ratio, nats an echo, of a correction, by the overlaps (k,) of the last scans
+    where the match found the scan, and where it is corrected: if the odometry failed after one of
+    them, that one agrees better with the corrected pose. This does not depend on the map, in which
+    a room may look like itself turned around."""
+    if len(found) < RECENT:
+        return 0.0
+    possible = corrected > found[0] - LESS_OVERLAP
+    return ECHO_EVIDENCE * float((corrected - found)[possible].max(initial=-1.0))
