@@ -39,7 +39,7 @@ class LostBelief:
     agreement of every scan.
 
     probability  that the robot is lost
-    jumped       whether the last scan was not continuous with the one before, or found far off
+    jumped       whether the last scan was not continuous with the ones before
     explained    usual share of echoes that the map explains; contradicted: that it contradicts
     spread       usual deviation of the share of explained echoes from its mean
     """
@@ -64,15 +64,15 @@ class LostBelief:
             / math.sqrt(self.contradicted + CONTRADICTED_SPREAD)
         )
 
-    def update(self, agreement: Agreement, change: float, moved: bool = False) -> None:
+    def update(self, agreement: Agreement, change: float, sudden: bool = False) -> None:
         """Update the probability by a keyframe.
 
         change  of the scan since the keyframe before (see `continuity.change`)
-        moved   whether it was found far from where the odometry led
+        sudden  whether it does not follow from the keyframes before for another reason
         """
         known = self._learned >= MIN_LEARNED
-        sudden = self._changes.surprising(change, USUAL_FACTOR * self._change)
-        self.jumped = (sudden or moved) and known
+        changed = self._changes.surprising(change, USUAL_FACTOR * self._change)
+        self.jumped = (changed or sudden) and known
         loss = JUMP_RATE if self.jumped else LOSS_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)

@@ -18,7 +18,11 @@ from slam.scan import Scan
 WORSE = 4.0  # nats by which a scan fits worse than expected: a wide window is searched
 MUCH_WORSE = 16.0  # nats; such a match is judged at once
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
-BREAK = 0.04  # share of the echoes by which the overlap with earlier scans falls at once: likewise
+FALL = 0.04  # share of the echoes by which the overlap with earlier scans falls at once: likewise
+SUDDENLY_WORSE = 8.0  # nats by which a scan fits worse than the one before: the robot was carried,
+USUAL_FACTOR = 5.0  # and than usual,
+STEP_RATE = 0.05  # at which the usual step is learned,
+SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces that are new
 OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
@@ -33,17 +37,20 @@ LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes is asked of a ma
 class OdometryFailure:
     """Searches a wide window where a scan fits worse than expected, or far from the prediction.
 
-    wide   the search
-    moved  whether the last keyframe was found far from the prediction by the map alone: the scans
-           before do not prove it
+    wide    the search
+    sudden  whether the last keyframe does not follow from the ones before: it fits the map much
+            worse than they did, and sees other surfaces, or was found far from the prediction and
+            they do not prove it
     """
 
     def __init__(self, belief: LostBelief, wide: WideSearch):
         """`belief` knows what is usual."""
-        self.wide, self._belief, self.moved = wide, belief, False
+        self.wide, self._belief, self.sudden = wide, belief, False
         self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
-        self._breaks = Surprise(BREAK)
+        self._falls = Surprise(FALL)
         self._overlap = 1.0  # usual one, of consecutive keyframes
+        self._step = 0.0  # usual change of that, nats
+        self._last = math.inf  # nats by which the last keyframe fitted worse than expected
 
     def evident(self, scan: Scan, estimate: Estimate) -> bool:
         """Whether a match fits much worse than expected, and not as often before."""
@@ -60,15 +67,17 @@ class OdometryFailure:
 
         recent  keyframes before it
         """
-        self.moved = False
+        self.sudden = False
         return self._searched(match, recent) if match.continuous else self._after_gap(match)
 
     def _searched(self, match: Match, recent: Recent) -> Pose2:
         """The pose of the match, or a better one of the wide window."""
         found, prediction = match.estimate.pose, match.prediction
-        suspected = self._fits.surprising(self._worse(match.scan, match.estimate))
+        worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
-        broken = self._breaks.surprising(self._break(overlaps))
+        fall = self._fall(overlaps)
+        self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL
+        suspected, broken = self._fits.surprising(worse), self._falls.surprising(fall)
         error = np.abs(prediction.error(found)) / prediction.deviations
         far_off = self._errors.surprising(error.max())
         if not (suspected or far_off or broken):
@@ -76,17 +85,25 @@ class OdometryFailure:
         pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
         evidence = _evidence(overlaps, recent.overlaps(match, pose)) * len(match.scan.points)
         if odds + evidence > 0.0 and self._agrees(match.agreement(pose)):
-            self.moved = evidence < PROVEN
+            self.sudden = evidence < PROVEN
             return pose
         if suspected:
             self._fits.dismiss()
         if far_off:
             self._errors.dismiss()
         if broken:
-            self._breaks.dismiss()
+            self._falls.dismiss()
         return found
 
-    def _break(self, overlaps: Array) -> float:
+    def _suddenly(self, worse: float) -> bool:
+        """Whether a match fits so much worse than the one before as is not usual."""
+        step, self._last = worse - self._last, worse
+        sudden = step > max(SUDDENLY_WORSE, USUAL_FACTOR * self._step)
+        if math.isfinite(step) and not sudden:
+            self._step += (abs(step) - self._step) * STEP_RATE
+        return sudden
+
+    def _fall(self, overlaps: Array) -> float:
         """By how much more the overlap falls at one of the last scans than at any other one."""
         if len(overlaps) < RECENT:
             return 0.0

@@ -102,8 +102,8 @@ class Watch:
         pose = match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
         agreement, changed = match.agreement(pose), self._recent.add(match)
-        self.belief.update(agreement, changed, self.odometry.moved)
-        self.odometry.moved = False
+        self.belief.update(agreement, changed, self.odometry.sudden)
+        self.odometry.sudden = False
         self._rivals.keyframe()
         self._since_check.move(match.last.between(pose))
         begins = self.belief.jumped and not self._jumped
