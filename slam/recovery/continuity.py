@@ -1,7 +1,8 @@
-"""How much of what one scan saw the next one contradicts.
+"""How much of what one scan saw the next ones contradict, and how much of it they see again.
 
 A place changes piece by piece: a door, a person. A robot that was carried sees all of it change
-from one scan to the next, even where the other place looks much the same.
+from one scan to the next, even where the other place looks much the same. None of this depends on
+the map.
 """
 
 from __future__ import annotations
@@ -136,11 +137,17 @@ def _counts(angles, free, points, x, y, theta):
     inside = known = place = 0
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
-        place = _following(angles, np.arctan2(py, px), place)
+        place = _following(angles, _from(angles[0], math.atan2(py, px)), place)
         if NEIGHBOURS <= place < len(angles) - NEIGHBOURS:
             known += 1
             inside += np.sqrt(px * px + py * py) < free[place] - MARGIN
     return inside, known
+
+
+@kernel
+def _from(first, angle):
+    """The angle that is at least `first`: lasers count from -pi or from 0."""
+    return angle if angle >= first else angle + 2.0 * math.pi
 
 
 @kernel
@@ -163,8 +170,8 @@ def _near(outline, bearings, view, points, step, x0, y0, theta):
     for k in range(0, len(points), step):
         x = x0 + c * points[k, 0] - s * points[k, 1]
         y = y0 + s * points[k, 0] + c * points[k, 1]
-        angle = math.atan2(y, x)
-        if not view[0] <= angle <= view[1]:
+        angle = _from(view[0], math.atan2(y, x))
+        if angle > view[1]:
             continue
         known += 1
         width = NEAR / max(math.sqrt(x * x + y * y), NEAR) * WIDER

@@ -46,8 +46,8 @@ class OdometryFailure:
     def __init__(self, belief: LostBelief, wide: WideSearch):
         """`belief` knows what is usual."""
         self.wide, self._belief, self.sudden = wide, belief, False
-        self._fits, self._errors = Surprise(WORSE), Surprise(LARGE_ERROR)
-        self._falls = Surprise(FALL)
+        self._fits, self._falls = Surprise(WORSE), Surprise(FALL)
+        self._errors = Surprise(LARGE_ERROR)
         self._overlap = 1.0  # usual one, of consecutive keyframes
         self._step = 0.0  # usual change of that, nats
         self._last = math.inf  # nats by which the last keyframe fitted worse than expected
@@ -75,24 +75,20 @@ class OdometryFailure:
         found, prediction = match.estimate.pose, match.prediction
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
-        fall = self._fall(overlaps)
+        fall = self.fall(overlaps)
         self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL
-        suspected, broken = self._fits.surprising(worse), self._falls.surprising(fall)
-        error = np.abs(prediction.error(found)) / prediction.deviations
-        far_off = self._errors.surprising(error.max())
-        if not (suspected or far_off or broken):
+        error = (np.abs(prediction.error(found)) / prediction.deviations).max()
+        signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
+        suspected = [sign for sign, value in signs if sign.surprising(value)]
+        if not suspected:
             return found
         pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
-        evidence = _evidence(overlaps, recent.overlaps(match, pose)) * len(match.scan.points)
-        if odds + evidence > 0.0 and self._agrees(match.agreement(pose)):
-            self.sudden = evidence < PROVEN
+        proof = evidence(overlaps, recent.overlaps(match, pose)) * len(match.scan.points)
+        if odds + proof > 0.0 and self._agrees(match.agreement(pose)):
+            self.sudden = proof < PROVEN
             return pose
-        if suspected:
-            self._fits.dismiss()
-        if far_off:
-            self._errors.dismiss()
-        if broken:
-            self._falls.dismiss()
+        for sign in suspected:
+            sign.dismiss()
         return found
 
     def _suddenly(self, worse: float) -> bool:
@@ -103,7 +99,7 @@ class OdometryFailure:
             self._step += (abs(step) - self._step) * STEP_RATE
         return sudden
 
-    def _fall(self, overlaps: Array) -> float:
+    def fall(self, overlaps: Array) -> float:
         """By how much more the overlap falls at one of the last scans than at any other one."""
         if len(overlaps) < RECENT:
             return 0.0
@@ -125,7 +121,7 @@ class OdometryFailure:
         return match.prediction.pose if gap and not seen else match.estimate.pose
 
 
-def _evidence(found: Array, corrected: Array) -> float:
+def evidence(found: Array, corrected: Array) -> float:
     """Log-likelihood ratio, nats an echo, of a correction, by the overlaps (k,) of the last scans
     where the match found the scan, and where it is corrected: if the odometry failed after one of
     them, that one agrees better with the corrected pose. This does not depend on the map, in which

@@ -1,11 +1,15 @@
-"""How much of what one scan saw the next one contradicts, in a square room."""
+"""What scans see again of each other, and what they contradict, in a square room."""
 
 import numpy as np
 import pytest
 
 from slam.geometry import Pose2
-from slam.recovery.continuity import change, sight
+from slam.interface import Estimate
+from slam.motion.gaussian import Prediction
+from slam.recovery.continuity import RECENT, Recent, change, overlap, sight
+from slam.recovery.match import Match
 from slam.scan import Scan
+from slam.sensor_models.endpoint import Endpoint
 
 ANGLES = np.radians(np.arange(-90.0, 90.5, 1.0))
 HALF = 3.0  # m, half the side of the room
@@ -56,3 +60,78 @@ def test_beams_without_a_reading_contradict_nothing():
     nothing = Scan(np.full(len(ANGLES), np.nan), ANGLES, max_range=8.0)
     assert changed(nothing, room(Pose2()), Pose2()) == 0.0
     assert changed(room(Pose2()), nothing, Pose2()) == 0.0
+
+
+def seen_again(before: Scan, after: Scan, displacement: Pose2) -> float:
+    return overlap(sight(before), sight(after), displacement)
+
+
+@pytest.mark.parametrize("moved", [Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.05, 0.17), Pose2()])
+def test_a_robot_that_drives_sees_the_same_surfaces(moved):
+    assert seen_again(room(Pose2()), room(moved), moved) == 1.0
+
+
+def test_what_is_out_of_view_is_not_counted():
+    turn = Pose2(0.0, 0.0, np.radians(60.0))
+    assert seen_again(room(Pose2()), room(turn), turn) == 1.0
+
+
+def test_at_a_wrong_place_it_sees_other_surfaces():
+    moved = Pose2(0.1, 0.0, 0.0)
+    assert seen_again(room(Pose2()), room(moved), Pose2(0.4, 0.2, 0.0)) < 0.3
+
+
+def test_a_square_room_looks_like_itself_turned_around():
+    turned = Pose2(0.0, 0.0, np.pi / 2)
+    assert seen_again(room(Pose2()), room(Pose2()), turned) == 1.0
+
+
+@pytest.mark.parametrize("first", [0.0, -np.pi])
+def test_a_laser_may_count_its_angles_from_0_or_from_minus_pi(first):
+    angles = first + np.radians(np.arange(0.0, 360.0, 1.0))
+    before, after = (
+        Scan(np.interp(np.mod(angles, 2 * np.pi), around, ranges), angles, max_range=8.0)
+        for around, ranges in (all_around(Pose2()), all_around(Pose2(0.2, 0.1, 0.0)))
+    )
+    assert seen_again(before, after, Pose2(0.2, 0.1, 0.0)) > 0.95
+    assert seen_again(before, after, Pose2(1.2, 0.1, 0.0)) < 0.8
+    assert changed(before, after, Pose2(0.2, 0.1, 0.0)) == 0.0
+    assert changed(before, after, Pose2(1.2, 0.1, 0.0)) > 0.4
+
+
+def all_around(pose: Pose2) -> tuple[np.ndarray, np.ndarray]:
+    """Angles from 0 to 2 pi, and the ranges there, in the room."""
+    around = np.radians(np.arange(0.0, 360.5, 0.25)) + 1e-9
+    x = (np.sign(np.cos(around)) * HALF - pose.x) / np.cos(around)
+    y = (np.sign(np.sin(around)) * HALF - pose.y) / np.sin(around)
+    return around, np.minimum(x, y)
+
+
+def keyframe(last: Pose2, believed: Pose2, true: Pose2) -> Match:
+    prediction = Prediction(believed, Pose2(), np.full(3, 0.05))
+    estimate = Estimate(believed, np.zeros((3, 3)), 0.0, True)
+    return Match(Endpoint(), room(true), last, prediction, estimate)
+
+
+def test_scans_before_a_slip_agree_with_the_corrected_pose_and_those_after_it_do_not():
+    recent, step = Recent(), 0.1
+    for k in range(RECENT):
+        x = k * step
+        slipped = 0.4 if k >= RECENT - 2 else 0.0  # the last two keyframes are believed too far
+        last = Pose2((k - 1) * step + (0.4 if k >= RECENT - 1 else 0.0), 0.0, 0.0)
+        recent.add(keyframe(last, Pose2(x + slipped, 0.0, 0.0), Pose2(x, 0.0, 0.0)))
+    last = Pose2((RECENT - 1) * step + 0.4, 0.0, 0.0)
+    true = Pose2(RECENT * step, 0.0, 0.0)
+    match = keyframe(last, Pose2(true.x + 0.4, 0.0, 0.0), true)
+    believed, corrected = recent.overlaps(match, match.estimate.pose), recent.overlaps(match, true)
+    assert (believed[:2] == 1.0).all()
+    assert (believed[2:] < 0.8).all()
+    assert (corrected[:2] < 0.8).all()
+    assert (corrected[2:] == 1.0).all()
+
+
+def test_keyframes_far_apart_are_not_compared():
+    recent = Recent()
+    recent.add(keyframe(Pose2(), Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.0, 0.0)))
+    assert recent.add(keyframe(Pose2(0.1, 0.0, 0.0), Pose2(2.0, 0.0, 0.0), Pose2())) == 0.0
+    assert len(recent.overlaps(keyframe(Pose2(2.0), Pose2(2.1), Pose2(0.1)), Pose2(2.1))) == 1

@@ -1,0 +1,55 @@
+"""What tells a failure of the odometry from a place that has changed."""
+
+import numpy as np
+import pytest
+
+from slam.recovery.continuity import RECENT
+from slam.recovery.lost_belief import LostBelief
+from slam.recovery.odometry_failure import OdometryFailure, evidence
+from slam.recovery.wide_search import WideSearch
+
+USUAL = np.full(RECENT, 0.97)
+
+
+@pytest.fixture
+def failure() -> OdometryFailure:
+    return OdometryFailure(LostBelief(), WideSearch())
+
+
+def after(failure: OdometryFailure, overlaps: list[np.ndarray]) -> list[float]:
+    return [failure.fall(one) for one in overlaps]
+
+
+def test_a_slip_lets_the_overlap_with_all_scans_before_it_fall(failure):
+    falls = after(failure, [USUAL] * 20 + [np.array([0.97, 0.97, 0.88, 0.88, 0.87])])
+    assert max(falls[10:20]) < 0.02
+    assert falls[20] > 0.07
+
+
+def test_it_is_seen_at_once_at_the_scan_after_it(failure):
+    assert after(failure, [USUAL] * 20 + [np.full(RECENT, 0.85)])[-1] > 0.08
+
+
+def test_new_ground_lets_it_fall_step_by_step(failure):
+    falls = after(failure, [USUAL] * 20 + [np.array([0.95, 0.88, 0.81, 0.75, 0.68])])
+    assert falls[-1] < 0.02
+
+
+def test_few_scans_tell_nothing(failure):
+    assert failure.fall(np.array([0.9, 0.2])) == 0.0
+    assert evidence(np.array([0.9, 0.2]), np.array([0.2, 0.9])) == 0.0
+
+
+def test_a_scan_before_the_failure_speaks_for_the_correction():
+    found, corrected = np.array([0.98, 0.88, 0.88, 0.88, 0.88]), np.array([0.88] + [0.98] * 4)
+    assert evidence(found, corrected) == pytest.approx(0.05)  # nats an echo, of 0.1 of them
+
+
+def test_scans_that_all_agree_less_speak_against_it():
+    assert evidence(USUAL, USUAL - 0.3) < -0.1
+
+
+def test_an_earlier_scan_that_hardly_agrees_is_no_witness():
+    found = np.array([0.98, 0.9, 0.7, 0.5, 0.3])
+    corrected = np.array([0.5, 0.5, 0.5, 0.6, 0.7])  # a little better, far from what agrees
+    assert evidence(found, corrected) < 0.0
