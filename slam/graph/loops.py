@@ -125,9 +125,17 @@ class Matcher:
     def _unpacked_bytes(self) -> int:
         return sum(unpacked.nbytes for unpacked in self._unpacked.values())
 
+    def __contains__(self, place: LocalMap) -> bool:
+        return place in self._frozen
+
     def keep(self, place: LocalMap, endpoint: Endpoint) -> None:
         """Keep a compressed copy of the current map of `place`, given by its sensor model."""
         self._frozen[place] = FrozenEndpoint(endpoint)
+
+    def forget(self, place: LocalMap) -> None:
+        """Drop the map of `place`."""
+        self._frozen.pop(place, None)
+        self._unpacked.pop(place, None)
 
     def _unpacked_map(self, place: LocalMap) -> UnpackedMap:
         if place not in self._frozen:

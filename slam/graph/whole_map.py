@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,6 +45,12 @@ class WholeMap:
         """Bytes of the tiles."""
         return self.map_model.cells.tiles.nbytes
 
+    def forget(self, number: int) -> None:
+        """Forget a local map: it is left out when the map is built anew."""
+        if number < len(self._poses):
+            self._poses = np.delete(self._poses, number, axis=0)
+            del self._keyframes[number]
+
     def map(self, places: Sequence[LocalMap], poses: Array) -> OccupancyGrid:
         """A copy of the map of the local maps `places` at `poses` (n, 3)."""
         self.update(places, poses)
@@ -63,7 +70,8 @@ class WholeMap:
         for number in range(max(new - 1, 0), len(places)):
             frame = Pose2.of(self._poses[number])
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
-                changed.append(self.map_model.integrate(scan, frame @ pose))
+                bare = replace(scan)  # a copy: its cached properties are freed with it
+                changed.append(self.map_model.integrate(bare, frame @ pose))
             self._keyframes[number] = len(places[number].keyframes)
         return np.concatenate(changed)
 
@@ -79,6 +87,10 @@ class SearchedMap:
     def nbytes(self) -> int:
         """Bytes of the tiles."""
         return self._whole.nbytes
+
+    def forget(self, number: int) -> None:
+        """See `WholeMap.forget`."""
+        self._whole.forget(number)
 
     def endpoint(self, places: Sequence[LocalMap], poses: Array) -> Endpoint:
         """The field of the local maps `places` at `poses` (n, 3), valid until the next call."""
