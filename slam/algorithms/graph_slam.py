@@ -378,7 +378,8 @@ class GraphSlam:
             yield
         if closed:
             yield from self._moved(graph.adjusting())
-        if place in self._matcher:
+        if place is not self.places[-1]:
+            self._matcher.build(place)
             place.compact()
         while self._forget(self.places.index(place)):
             yield

@@ -125,9 +125,6 @@ class Matcher:
     def _unpacked_bytes(self) -> int:
         return sum(unpacked.nbytes for unpacked in self._unpacked.values())
 
-    def __contains__(self, place: LocalMap) -> bool:
-        return place in self._frozen
-
     def keep(self, place: LocalMap, endpoint: Endpoint) -> None:
         """Keep a compressed copy of the current map of `place`, given by its sensor model."""
         self._frozen[place] = FrozenEndpoint(endpoint)
@@ -137,9 +134,13 @@ class Matcher:
         self._frozen.pop(place, None)
         self._unpacked.pop(place, None)
 
-    def _unpacked_map(self, place: LocalMap) -> UnpackedMap:
+    def build(self, place: LocalMap) -> None:
+        """Keep a compressed map of `place`, if there is none yet."""
         if place not in self._frozen:
             self.keep(place, mapped(place))
+
+    def _unpacked_map(self, place: LocalMap) -> UnpackedMap:
+        self.build(place)
         if place not in self._unpacked:
             self._unpacked[place] = UnpackedMap(self._frozen[place])
         self._unpacked.move_to_end(place)

@@ -144,9 +144,25 @@ def test_stretches_are_as_long_as_asked_and_begin_with_seeds() -> None:
     assert len(all_but_last) >= 8
     assert all(2.0 <= place.length < 2.3 for place in all_but_last)
     assert last.length < 2.3
-    assert [len(place.seeds) for place in robot.places] == [0] + [4] * len(all_but_last)
-    for before, after in zip(all_but_last, robot.places[1:], strict=True):
-        assert [one.scan for one in after.seeds] == [one.scan for one in list(before)[-4:]]
+
+
+def test_a_stretch_begins_with_the_last_keyframes_before_it() -> None:
+    robot, begun = GraphSlam(stretch=2.0, seeds=4, loops=NONE), []
+    for given in paired(drive(1.0, reach=3.0)):
+        robot.update(*given)
+        if len(robot.places) > len(begun):
+            begun.append([one.scan.time for one in robot.places[-1].seeds])
+    own = [[one.scan.time for one in place.keyframes] for place in robot.places]
+    assert begun == [[], *(times[-4:] for times in own[:-1])]
+
+
+def test_what_a_finished_stretch_no_longer_needs_is_dropped() -> None:
+    robot, _, _ = finished()
+    *closed, last = robot.places
+    assert len(closed) > 5 and last.seeds
+    assert not any(place.seeds for place in closed)
+    for place in closed:
+        assert all("points" not in vars(one.scan) for one in place.keyframes)
 
 
 def test_any_reading_closes_loops() -> None:
