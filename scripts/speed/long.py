@@ -20,7 +20,7 @@ from agents.scripted_path import ScriptedPath
 from dynslam_env import DoorWorldEnv, Loop
 from slam.algorithms.graph_slam import GraphSlam
 from slam.benchmark.results import Result
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.interface import Slam
 from slam.scan import Scan
 
@@ -103,6 +103,10 @@ def _row(variant: str, scans: int, track: ProgressTracker) -> Result:
         "kept": None if graph is None else len(graph.places),
         "begun": None if graph is None else graph.places[-1].ordinal + 1,
     }
+
+
+def _rms(values: Array) -> float:
+    return math.sqrt(np.square(values).mean())
 
 
 def _warmed_up(variant: str) -> Slam:

@@ -169,6 +169,7 @@ class GraphSlam:
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
         self._whole = WholeMap(self.map_model)  # drop what was drawn so far
+        self._matcher.pack()
         if len(self._path):
             self.pose = self._path.last(self.graph.poses)
 

@@ -1,7 +1,7 @@
 """Removing a pose from a graph: its edges lead to a pose nearby from then on.
 
-The marginal of the other poses has an edge between every two neighbours of the removed one. Here, as
-in Kretzschmar and Stachniss (2012), a tree of them stands for it, of fewer edges than before.
+The marginal of the other poses has an edge between every two neighbours of the removed one. Here,
+as in Kretzschmar and Stachniss (2012), a tree stands for it, with fewer edges than before.
 """
 
 from __future__ import annotations

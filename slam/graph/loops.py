@@ -21,7 +21,7 @@ from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
 from slam.validation import positive
 
-MAX_CACHE_BYTES = 100_000_000  # of the unpacked local maps, the last one aside
+MAX_CACHE_BYTES = 40_000_000  # of the unpacked local maps, the last one aside
 CORRIDOR_RATIO = 0.3  # of the information along to that across, below which a place is a corridor
 CORRIDOR_STD = 0.3  # m, standard deviation along a corridor
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
@@ -128,6 +128,10 @@ class Matcher:
     def keep(self, place: LocalMap, endpoint: Endpoint) -> None:
         """Keep a compressed copy of the current map of `place`, given by its sensor model."""
         self._frozen[place] = FrozenEndpoint(endpoint)
+
+    def pack(self) -> None:
+        """Drop all unpacked maps, until they are matched again."""
+        self._unpacked.clear()
 
     def forget(self, place: LocalMap) -> None:
         """Drop the map of `place`."""

@@ -44,7 +44,7 @@ class Redundancy:
         near = np.flatnonzero(np.hypot(*(middles - middles[here]).T) <= NEAR)
         if len(near) <= self._visits + 1:
             return None
-        paths = [compose(poses[k], places[k].path()) for k in near]
+        paths = [compose(poses[k], places[k].path()) for k in near.tolist()]
         begins = np.cumsum([0, *map(len, paths)])
         least, shares = _coverage(np.concatenate(paths), begins)
         same = shares >= LEAST_SHARE
