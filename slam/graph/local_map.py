@@ -38,6 +38,7 @@ class LocalMap:
         self.ordinal = ordinal
         self.keyframes = [Keyframe(first, Pose2())]
         self.length = 0.0
+        self._path: Array | None = None  # once it is compact
 
     def __iter__(self) -> Iterator[Keyframe]:
         """All keyframes that its map is made of, in the order of time."""
@@ -61,6 +62,7 @@ class LocalMap:
         properties. To be called once its own map was built."""
         self.seeds = ()
         self.keyframes = [Keyframe(replace(scan), pose) for scan, pose in self.keyframes]
+        self._path = self.path()
 
     def middle(self) -> Pose2:
         """The mean position of its own keyframes, with the heading of the frame."""
@@ -69,6 +71,8 @@ class LocalMap:
 
     def path(self) -> Array:
         """(n, 3) poses of its own keyframes, about PATH_STEP apart, the first and last included."""
+        if self._path is not None:
+            return self._path
         last = len(self.keyframes) - 1
         chosen = np.linspace(0, last, min(int(self.length / PATH_STEP) + 1, last) + 1)
         return np.array([self.keyframes[k].pose for k in chosen.round().astype(int).tolist()])

@@ -11,7 +11,6 @@ from slam.geometry import Array, compose
 from slam.graph.local_map import LocalMap
 from slam.kernel import kernel
 
-NEAR = 12.0  # m between the centres of local maps, beyond which none covers the other
 SAME_DISTANCE = 1.0  # m between two poses of the robot from which it sees the same,
 SAME_TURN = math.radians(45.0)  # rad, and of their headings
 LEAST_SHARE = 0.4  # of the path of a local map, that another one of the same place covers
@@ -35,18 +34,20 @@ class Redundancy:
     def choice(
         self, places: Sequence[LocalMap], middles: Array, poses: Array, here: int
     ) -> tuple[int, np.ndarray] | None:
-        """The number of the local map to forget among those near local map `here`, and the numbers
-        of those that cover it; None if none is redundant.
+        """The number of the local map to forget among those that local map `here` covers in part,
+        and the numbers of those that cover it; None if none is redundant.
 
         middles  (n, 2) m, the centres of all local maps up to `here`, in the world
         poses    (n, 3) their frames
         """
-        near = np.flatnonzero(np.hypot(*(middles - middles[here]).T) <= NEAR)
+        reach = places[here].length + 2.0 * SAME_DISTANCE  # of those that cover one another
+        near = np.flatnonzero(np.hypot(*(middles - middles[here]).T) <= 2.0 * reach)
         if len(near) <= self._visits + 1:
             return None
-        paths = [compose(poses[k], places[k].path()) for k in near.tolist()]
-        begins = np.cumsum([0, *map(len, paths)])
-        least, shares = _coverage(np.concatenate(paths), begins)
+        paths = [places[k].path() for k in near.tolist()]
+        lengths = [len(path) for path in paths]
+        world = compose(np.repeat(poses[near], lengths, axis=0), np.concatenate(paths))
+        least, shares = _coverage(world, np.cumsum([0, *lengths]))
         same = shares >= LEAST_SHARE
         gaps = [
             _gap(places, near[same[k]], near[k]) if least[k] >= self._visits else NEVER
@@ -68,23 +69,35 @@ def _gap(places: Sequence[LocalMap], others: np.ndarray, number: int) -> float:
 
 @kernel
 def _coverage(poses, begins):
-    """(n,) the least number of other paths that cover a pose of each path, and (n, n) the share of
-    the poses of each path that each other one covers.
+    """(n,) the least number of other paths that cover a pose of each path, 0 for those that the
+    last one does not cover in part; (n, n) the share of the poses of each that each other covers.
 
     poses   of all paths; those of path k from `begins[k]` to `begins[k + 1]`
     """
     n = len(begins) - 1
     least, shares = np.zeros(n, np.int64), np.zeros((n, n))
-    for a in range(n):
-        least[a] = n
-        for i in range(begins[a], begins[a + 1]):
-            count = 0
-            for b in range(n):
-                if a != b and _covered(poses[i], poses[begins[b] : begins[b + 1]]):
-                    count += 1
-                    shares[a, b] += 1.0 / (begins[a + 1] - begins[a])
-            least[a] = min(least[a], count)
+    for a in range(n - 1):
+        path = poses[begins[a] : begins[a + 1]]
+        counts = np.zeros(len(path), np.int64)
+        shares[a, n - 1] = _shared(path, poses[begins[n - 1] :], counts)
+        if shares[a, n - 1] == 0.0:
+            continue
+        for b in range(n - 1):
+            if b != a:
+                shares[a, b] = _shared(path, poses[begins[b] : begins[b + 1]], counts)
+        least[a] = counts.min()
     return least, shares
+
+
+@kernel
+def _shared(path, other, counts):
+    """The share of the poses of a path that another path covers; each of them is counted."""
+    n = 0
+    for i in range(len(path)):
+        if _covered(path[i], other):
+            counts[i] += 1
+            n += 1
+    return n / len(path)
 
 
 @kernel
@@ -92,7 +105,8 @@ def _covered(pose, path):
     """Whether the robot was at the pose somewhere on a path."""
     for k in range(len(path)):
         dx, dy = path[k, 0] - pose[0], path[k, 1] - pose[1]
-        turn = abs((path[k, 2] - pose[2] + np.pi) % (2.0 * np.pi) - np.pi)
-        if dx * dx + dy * dy <= SAME_DISTANCE * SAME_DISTANCE and turn <= SAME_TURN:
-            return True
+        if dx * dx + dy * dy <= SAME_DISTANCE * SAME_DISTANCE:
+            turn = abs((path[k, 2] - pose[2] + np.pi) % (2.0 * np.pi) - np.pi)
+            if turn <= SAME_TURN:
+                return True
     return False
