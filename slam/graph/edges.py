@@ -153,4 +153,5 @@ class Edges:
 
 
 def _doubled(array: np.ndarray) -> np.ndarray:
-    return np.concatenate([array, np.empty_like(array)])
+    room = np.empty((max(len(array), 1), *array.shape[1:]), array.dtype)
+    return np.concatenate([array, room])
