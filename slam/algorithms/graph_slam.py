@@ -201,7 +201,7 @@ class GraphSlam:
         """The pose in the current local map; starts a new one when this one is long enough."""
         if self._front is None:
             self._join(self.pose @ displacement)
-            return self._begin(LocalMap((), scan))
+            return self._begin(LocalMap((), scan, len(self.places)))
         before, astray = self._front.keyframe, self._front.astray
         estimate = self._front.update(displacement, scan)
         if astray is not None:

@@ -75,7 +75,7 @@ def test_what_was_seen_from_elsewhere_is_not_redundant(apart: Pose2) -> None:
 
 
 def test_the_first_and_the_last_are_kept_and_others_from_all_times() -> None:
-    places, most = Visits(), 0
+    places, most, kept = Visits(), 0, []
     rng = np.random.default_rng(1)
     for k in range(200):
         places.add(Pose2.of(rng.uniform(-1, 1, 3) * Pose2(0.3, 0.2, 0.1)), k)

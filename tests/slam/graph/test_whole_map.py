@@ -138,7 +138,8 @@ def test_a_map_that_is_searched_is_the_field_of_the_whole_map() -> None:
     for _ in range(4):
         course.begin()
         course.grow()
-        found = searched.endpoint(course.places, course.poses)
+        searched.endpoint(course.places, course.poses)
+    found = searched.endpoint(course.places, course.poses)
     whole = WholeMap(Static)
     whole.update(course.places, course.poses)
     expected = Endpoint()
