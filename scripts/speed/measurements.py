@@ -23,6 +23,7 @@ from ..console.progress import ProgressTracker, T, progress_bar
 from ..console.selection import parse_selection, parse_variants
 from .building import building_rows, building_table
 from .environment import env_rows, env_table
+from .long import SCANS, long_rows, long_table
 from .memory import memory_rows, memory_table
 from .patrol import patrol_rows, patrol_table
 from .slam_update import slam_rows, slam_table
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 SEED = 7  # of the corridor, its doors moving
 BUILDING_SIDE = 200.0  # m
 ENV_ROUNDS_PER_SLAM_ROUND = 3  # a SLAM's round takes longer and varies less
-TABLES = ["env", "slam", "memory", "patrol", "building"]
+TABLES = ["env", "slam", "memory", "patrol", "building", "long"]
 
 
 class Measurement(NamedTuple):
@@ -96,6 +97,8 @@ def _measurements(options: SpeedCommand) -> list[Measurement]:
         parts.append(
             Measurement("building", partial(building_rows, variants, BUILDING_SIDE), building_table)
         )
+    if "long" in asked:
+        parts.append(Measurement("long", partial(long_rows, variants, SCANS), long_table))
     return parts
 
 

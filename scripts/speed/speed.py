@@ -17,10 +17,11 @@ class SpeedCommand:
     memory: bytes of each variant's map over time in one place.
     patrol: time of the parts of a step of DoorPatrol-v0, and of learning (on request).
     building: bytes of each variant's map of 200 x 200 m (on request; half a minute each).
+    long: cost, memory and error of each variant over 100,000 scans (on request; minutes each).
     """
 
     what: str = "env,slam,memory"
-    """Measurements: env, slam, memory, patrol, building, separated by commas, or all."""
+    """Measurements: env, slam, memory, patrol, building, long, separated by commas, or all."""
     variants: str = "plain"
     """SLAM variants to measure, separated by commas; or all; or plain: those without a slash."""
     log: Path | None = None

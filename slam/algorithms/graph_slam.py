@@ -12,13 +12,16 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from slam.algorithms.maximum_likelihood import EXACT, MaximumLikelihood
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.geometry import Array, Pose2, compose, lever_jacobian, turned, wrap_angle
-from slam.graph.chain import MIN_INFORMATION, chained
+from slam.graph.chain import chained
+from slam.graph.covariance import MIN_INFORMATION, size
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap
 from slam.graph.loops import Loops, Match, Matcher
+from slam.graph.path import Path
 from slam.graph.pose_graph import PoseGraph
+from slam.graph.redundancy import Redundancy
 from slam.graph.whole_map import SearchedMap, WholeMap
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
@@ -33,6 +36,7 @@ from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
 MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
+MAX_KEYFRAMES = 400  # of a local map, where the robot stands or turns
 SPARSE = 0.3  # m between keyframes that are far apart
 SPARSE_SEEDS, MAX_SEEDS = 150, 150  # seeds there, by the distance in m; at most
 MAX_MIDDLE_DISTANCE = (
@@ -58,6 +62,11 @@ class GraphSlam:
     search window given by the uncertainty along the most certain chain of edges. After a loop the
     graph is optimised with a robust kernel that switches off loops which contradict the rest.
 
+    Of each place a few local maps are kept; those that more make redundant are forgotten, and their
+    edges and the robot's poses in them given to others of the same place. So memory and time are
+    bounded by the size of the place. What a forgotten one added to the global map stays there until
+    it is drawn anew, by a loop or by `finish`.
+
     Each update does one unit of that work (a match, or a step of the optimisation), which bounds
     its time; where several local maps wait, it does one unit for each. `finish` does what is left.
 
@@ -67,6 +76,7 @@ class GraphSlam:
     seeds       keyframes that a local map begins with, the last ones before it; more where
                 keyframes are farther apart than usual
     candidates  maximum number of older local maps that a finished one is matched with
+    visits      number of other local maps of the same place that make one redundant
     watch       tells whether the robot is lost, and finds it again; None: nobody does
     """
 
@@ -84,11 +94,13 @@ class GraphSlam:
         stretch: float = 4.0,
         seeds: int = 40,
         candidates: int = 5,
+        visits: int = 5,
         watch: Watch | None = None,
     ):
         positive_number("stretch", stretch)
         whole_number("seeds", seeds, 0)
         whole_number("candidates", candidates, 0)
+        whole_number("visits", visits, 1)
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.map_model = map_model
         self.local = local
@@ -107,26 +119,24 @@ class GraphSlam:
         self._frame_covariance = np.zeros(
             (3, 3)
         )  # covariance of the current local map's frame, in that frame
-        self._given: list[Array] = []  # (3, 3) for each edge: covariance that no match has measured
         self._share, self._looped = AVERAGE, 0  # learned from so many loops
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
+        self._redundancy = Redundancy(visits)
         self._whole = WholeMap(map_model)
         self._searched: SearchedMap | None = None  # from the first search on
         self._doubted: list[Keyframe] = []  # keyframes that are not part of a local map yet
         self._lost_since = 0  # number of updates before the robot got lost
-        self._numbers: list[int] = []  # per update: index of the local map, and the pose in it
-        self._locals: list[Pose2] = []
+        self._path = Path()
         self._work: deque[Iterator[None]] = deque()
         self._revisions = 0
-        self._finished = 0  # number of keyframes at the last call of `finish`
+        self._finished: Keyframe | None = None  # the last one at the last call of `finish`
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Estimate the pose in the current local map, and do a unit of pending loop work."""
         estimate = self._located(displacement, scan)
         revised = self._work_on()
-        self._numbers.append(len(self.places) - 1)
-        self._locals.append(estimate.pose)
+        self._path.append(len(self.places) - 1, estimate.pose)
         frame = Pose2.of(self.graph.poses[-1])
         self.pose = frame @ estimate.pose
         return estimate._replace(
@@ -141,7 +151,7 @@ class GraphSlam:
             if self.places and self._continues(self.places[-1], scan, within):
                 self.places[-1].add(scan, within)
             else:
-                self._remember(LocalMap((), scan), pose)
+                self._remember(LocalMap((), scan, len(self.places)), pose)
         self._middles = [place.middle() for place in self.places]
 
     def place(self, pose: Pose2) -> None:
@@ -150,23 +160,22 @@ class GraphSlam:
 
     def finish(self) -> None:
         """After the last scan: complete pending work, and close loops of the last local map."""
-        keyframes = sum(len(place.keyframes) for place in self.places)
-        if keyframes > self._finished:
-            self._work.append(self._close(len(self.places) - 1))
-            self._finished = keyframes
+        last = self.places[-1].keyframes[-1] if self.places else None
+        if last is not self._finished:
+            self._work.append(self._close(self.places[-1]))
+            self._finished = last
         while self._work:
             self._do(self._work[0])
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
         self._whole = WholeMap(self.map_model)  # drop what was drawn so far
-        if self._locals:
-            self.pose = Pose2.of(self.graph.poses[self._numbers[-1]]) @ self._locals[-1]
+        self._matcher.pack()
+        if len(self._path):
+            self.pose = self._path.last(self.graph.poses)
 
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, as believed now."""
-        if not self._locals:
-            return np.zeros((0, 3))
-        return compose(self.graph.poses[self._numbers], np.array(self._locals))
+        return self._path.poses(self.graph.poses)
 
     def map(self) -> OccupancyGrid:
         """The scans of all local maps, integrated at their current pose estimates."""
@@ -192,7 +201,7 @@ class GraphSlam:
         """The pose in the current local map; starts a new one when this one is long enough."""
         if self._front is None:
             self._join(self.pose @ displacement)
-            return self._begin(LocalMap((), scan))
+            return self._begin(LocalMap((), scan, len(self.places)))
         before, astray = self._front.keyframe, self._front.astray
         estimate = self._front.update(displacement, scan)
         if astray is not None:
@@ -200,7 +209,7 @@ class GraphSlam:
         if self._front.keyframe is before:
             return estimate
         if self._front.astray is not None:
-            self._lost_since = len(self._numbers)
+            self._lost_since = len(self._path)
             self._doubted.clear()
             return estimate
         self._doubted.append(Keyframe(scan, estimate.pose))
@@ -220,7 +229,7 @@ class GraphSlam:
             return estimate
         if isinstance(self._front.sensor_model, Endpoint):
             self._matcher.keep(place, self._front.sensor_model)
-        self._work.append(self._close(len(self.places) - 1))
+        self._work.append(self._close(place))
         self._append(estimate)
         return self._begin(
             place.following(last.scan, last.pose, self._seeds(place)), estimate.score
@@ -237,17 +246,15 @@ class GraphSlam:
         """A local map of what was mapped apart, tied to the graph where the robot was found; no
         edge leads to it from the local map in which the robot got lost."""
         assert self._front is not None
-        self._work.append(self._close(len(self.places) - 1))
+        self._work.append(self._close(self.places[-1]))
         first = astray.keyframes[0]
-        place = LocalMap((), first.scan)
+        place = LocalMap((), first.scan, self.places[-1].ordinal + 1)
         for scan, pose in astray.keyframes[1:]:
             place.add(scan, first.pose.between(pose))
         here = first.pose.between(astray.pose)
         origin = Pose2.of(self.graph.poses[-1]) @ self._front.pose @ here.inverse()
         self._join(origin)
-        for k in range(self._lost_since, len(self._numbers)):
-            apart = astray.believed.between(self._locals[k])
-            self._numbers[k], self._locals[k] = len(self.places), first.pose.between(apart)
+        self._path.rebase(self._lost_since, len(self.places), astray.believed @ first.pose)
         score = self._front.keyframe.score
         estimate = self._begin(place, score)
         assert self._front is not None
@@ -273,7 +280,8 @@ class GraphSlam:
         return min(max(round(SPARSE_SEEDS * spacing), self.seeds), max(self.seeds, MAX_SEEDS))
 
     def _complete(self, place: LocalMap) -> bool:
-        return place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES
+        long = place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES
+        return long or len(place.keyframes) >= MAX_KEYFRAMES
 
     def _continues(self, place: LocalMap, scan: Scan, pose: Pose2) -> bool:
         """Whether a remembered scan belongs to the local map: it is of the same recording."""
@@ -303,7 +311,7 @@ class GraphSlam:
         """The covariance of the last frame along the chain of edges, in that frame."""
         graph = self.graph
         largest = np.linalg.inv(graph.edges.information + np.diag(MIN_INFORMATION))
-        average = np.array(self._given) + self._share * largest
+        average = graph.edges.given + self._share * largest
         information = np.asarray(np.linalg.inv(average), dtype=np.float64)
         return chained(len(graph.poses), graph.edges, graph.trust(), 0, information)[-1]
 
@@ -312,12 +320,7 @@ class GraphSlam:
         information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
         displacement = Pose2.of(self.graph.poses[number]).between(pose)
         new = self.graph.add_pose(pose)
-        self._connect(Edge(number, new, displacement, information), covariance)
-
-    def _connect(self, edge: Edge, given: Array) -> None:
-        """Add an edge, with the (3, 3) covariance that it is given without a match."""
-        self.graph.edges.append(edge)
-        self._given.append(given)
+        self.graph.edges.append(Edge(number, new, displacement, information, given=covariance))
 
     def _append(self, estimate: Estimate) -> None:
         """Add the frame of the next local map to the graph, at the current estimate."""
@@ -327,7 +330,7 @@ class GraphSlam:
         last = len(self.graph.poses) - 1
         self.graph.add_pose(frame @ estimate.pose)
         information = np.asarray(np.linalg.inv(largest), dtype=np.float64)
-        self._connect(Edge(last, last + 1, estimate.pose, information), EXACT)
+        self.graph.edges.append(Edge(last, last + 1, estimate.pose, information))
         carried = turn @ self._carried(estimate.pose) @ turn.T
         self._frame_covariance = carried + self._share * largest
 
@@ -354,9 +357,10 @@ class GraphSlam:
         if next(work, NO_WORK_LEFT) is NO_WORK_LEFT:
             self._work.popleft()
 
-    def _close(self, here: int) -> Iterator[None]:
-        """Match local map `here` with older ones; optimise the graph if a loop is accepted."""
-        graph, place = self.graph, self.places[here]
+    def _close(self, place: LocalMap) -> Iterator[None]:
+        """Match a local map with older ones; optimise the graph if a loop is accepted; then forget
+        what it makes redundant."""
+        graph, here = self.graph, self.places.index(place)
         self._middles[here:] = [place.middle()]
         panorama = place.panorama()
         covariances = chained(len(graph.poses), graph.edges, graph.trust(), here)
@@ -369,12 +373,37 @@ class GraphSlam:
             match = self._matcher.match(self.places[other], panorama, predicted, doubt)
             if self.loops.accepts(match):
                 loop = Edge(other, here, match.pose, match.information, loop=True)
-                self._connect(loop, EXACT)
+                graph.edges.append(loop)
                 self._learn(predicted, doubt, match)
                 closed = True
             yield
         if closed:
             yield from self._moved(graph.adjusting())
+        if place is not self.places[-1]:
+            self._matcher.build(place)
+            place.compact()
+        while self._forget(self.places.index(place)):
+            yield
+
+    def _forget(self, here: int) -> bool:
+        """Forget a local map near number `here`, if one is redundant; returns whether it did."""
+        graph = self.graph
+        middles = compose(graph.poses[: here + 1], np.array(self._middles[: here + 1]))
+        chosen = self._redundancy.choice(self.places, middles[:, :2], graph.poses, here)
+        if chosen is None:
+            return False
+        number, others = chosen
+        covariances = chained(len(graph.poses), graph.edges, graph.trust(), number)
+        into = min(others.tolist(), key=lambda k: size(covariances[k]))
+        frames = Pose2.of(graph.poses[into]), Pose2.of(graph.poses[number])
+        graph.forget(number, into)
+        self._path.forget(number, into, frames[0].between(frames[1]))
+        self._matcher.forget(self.places.pop(number))
+        del self._middles[number]
+        for whole in (self._whole, self._searched):
+            if whole is not None:
+                whole.forget(number)
+        return True
 
     def _learn(self, predicted: Pose2, doubt: Array, match: Match) -> None:
         """Learn from a loop how large errors are, by the largest: its squared innovation."""

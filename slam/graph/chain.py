@@ -7,11 +7,10 @@ import heapq
 import numpy as np
 
 from slam.geometry import Array
+from slam.graph.covariance import carried, carried_back, covariance_of, size
 from slam.graph.edges import Edges
 from slam.kernel import kernel
 
-LEVER = 5.0  # m by which an error of the heading, rad, is compared with one of the position
-MIN_INFORMATION = np.array([1e-4, 1e-4, 1e-2])  # 1/m^2, 1/m^2, 1/rad^2: bounds the covariance
 MIN_WEIGHT = 0.5  # of an edge to be used in a chain
 
 
@@ -68,51 +67,13 @@ def _shortest_paths(begins, incident, ends, measured, information, origin):
             there = ends[e, 1] if forth else ends[e, 0]
             if done[there]:
                 continue
-            P = _propagated(result[here], measured[e], _inverse(information[e]), forth)
-            far = P[0, 0] + P[1, 1] + LEVER * LEVER * P[2, 2]
+            C = covariance_of(information[e])
+            if forth:
+                P = carried(result[here], measured[e]) + C
+            else:
+                P = carried_back(result[here] + C, measured[e])
+            far = size(P)
             if far < length[there]:
                 length[there], result[there] = far, P
                 heapq.heappush(heap, (far, there))
     return result
-
-
-@kernel
-def _propagated(P, move, C, forth):
-    """The covariance at the other end of an edge of covariance C (in its second pose's frame)."""
-    c, s = np.cos(move[2]), np.sin(move[2])
-    x, y = move[0], move[1]
-    if forth:
-        return _congruent(c, s, s * x - c * y, c * x + s * y, P) + C
-    return _congruent(c, -s, y, -x, P + C)
-
-
-@kernel
-def _congruent(c, s, u, v, P):
-    """J P J' with J = [[c, s, u], [-s, c, v], [0, 0, 1]]."""
-    half, result = np.empty((3, 3)), np.empty((3, 3))
-    for k in range(3):
-        half[0, k] = c * P[0, k] + s * P[1, k] + u * P[2, k]
-        half[1, k] = -s * P[0, k] + c * P[1, k] + v * P[2, k]
-        half[2, k] = P[2, k]
-    for k in range(3):
-        result[k, 0] = c * half[k, 0] + s * half[k, 1] + u * half[k, 2]
-        result[k, 1] = -s * half[k, 0] + c * half[k, 1] + v * half[k, 2]
-        result[k, 2] = half[k, 2]
-    return result
-
-
-@kernel
-def _inverse(information):
-    """The inverse of a symmetric (3, 3) matrix plus MIN_INFORMATION, by Cramer's rule."""
-    a, b, c = (
-        information[0, 0] + MIN_INFORMATION[0],
-        information[1, 1] + MIN_INFORMATION[1],
-        information[2, 2] + MIN_INFORMATION[2],
-    )
-    f, h, k = information[0, 1], information[0, 2], information[1, 2]
-    result = np.empty((3, 3))
-    result[0, 0], result[1, 1], result[2, 2] = b * c - k * k, a * c - h * h, a * b - f * f
-    result[0, 1] = result[1, 0] = k * h - f * c
-    result[0, 2] = result[2, 0] = f * k - b * h
-    result[1, 2] = result[2, 1] = f * h - a * k
-    return result / (a * result[0, 0] + f * result[0, 1] + h * result[0, 2])

@@ -301,7 +301,8 @@ def _bounds(phases, beams, window, unknown):
 @kernel
 def _accumulate(sums, phase, row, col):
     """Add to sums (rows, cols) the part of a phase that begins at a row and a column."""
-    begin, end = max(-col, 0), min(phase.shape[1] - col, sums.shape[1])
+    begin = max(-col, 0)
+    end = max(min(phase.shape[1] - col, sums.shape[1]), begin)  # a negative end would wrap around
     for a in range(max(-row, 0), min(len(phase) - row, len(sums))):
         target, source = sums[a, begin:end], phase[row + a, col + begin : col + end]
         for k in range(len(target)):

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Pose2, transform_points
+from slam.geometry import Array, Pose2, transform_points
 from slam.scan import Scan
 
 PANORAMA_CELL = 0.05  # m, side of the squares in each of which a panorama keeps one echo
 MAX_ROWS = 1 << 32  # of such squares: makes one key of row and column
 PANORAMA_SIZE = 400  # maximum number of echoes
+PATH_STEP = 0.4  # m between the poses of a path
 
 
 class Keyframe(NamedTuple):
@@ -28,12 +30,15 @@ class LocalMap:
     seeds      the last keyframes of the previous local map, which this one's map starts with
     keyframes  its own, the first at the origin
     length     m, of the path along the keyframes
+    ordinal    number of local maps before it, those included that were forgotten since
     """
 
-    def __init__(self, seeds: Sequence[Keyframe], first: Scan):
+    def __init__(self, seeds: Sequence[Keyframe], first: Scan, ordinal: int = 0):
         self.seeds = tuple(seeds)
+        self.ordinal = ordinal
         self.keyframes = [Keyframe(first, Pose2())]
         self.length = 0.0
+        self._path: Array | None = None  # once it is compact
 
     def __iter__(self) -> Iterator[Keyframe]:
         """All keyframes that its map is made of, in the order of time."""
@@ -49,12 +54,28 @@ class LocalMap:
     def following(self, scan: Scan, pose: Pose2, seeds: int) -> LocalMap:
         """The next local map: its first keyframe is `scan` at `pose`, after so many `seeds`."""
         last = list(self)[-seeds:] if seeds else []
-        return LocalMap([Keyframe(one.scan, pose.between(one.pose)) for one in last], scan)
+        around = [Keyframe(one.scan, pose.between(one.pose)) for one in last]
+        return LocalMap(around, scan, self.ordinal + 1)
+
+    def compact(self) -> None:
+        """Keep only what the map can be drawn again from: no seeds, and of its scans no cached
+        properties. To be called once its own map was built."""
+        self.seeds = ()
+        self.keyframes = [Keyframe(replace(scan), pose) for scan, pose in self.keyframes]
+        self._path = self.path()
 
     def middle(self) -> Pose2:
         """The mean position of its own keyframes, with the heading of the frame."""
         x, y = np.mean([(one.pose.x, one.pose.y) for one in self.keyframes], axis=0).tolist()
         return Pose2(x, y)
+
+    def path(self) -> Array:
+        """(n, 3) poses of its own keyframes, about PATH_STEP apart, the first and last included."""
+        if self._path is not None:
+            return self._path
+        last = len(self.keyframes) - 1
+        chosen = np.linspace(0, last, min(int(self.length / PATH_STEP) + 1, last) + 1)
+        return np.array([self.keyframes[k].pose for k in chosen.round().astype(int).tolist()])
 
     def panorama(self) -> Scan:
         """The echoes of its own keyframes, subsampled evenly, as one scan taken at the origin."""

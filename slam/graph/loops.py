@@ -21,7 +21,7 @@ from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
 from slam.validation import positive
 
-MAX_CACHE_BYTES = 100_000_000  # of the unpacked local maps, the last one aside
+MAX_CACHE_BYTES = 40_000_000  # of the unpacked local maps, the last one aside
 CORRIDOR_RATIO = 0.3  # of the information along to that across, below which a place is a corridor
 CORRIDOR_STD = 0.3  # m, standard deviation along a corridor
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
@@ -129,9 +129,22 @@ class Matcher:
         """Keep a compressed copy of the current map of `place`, given by its sensor model."""
         self._frozen[place] = FrozenEndpoint(endpoint)
 
-    def _unpacked_map(self, place: LocalMap) -> UnpackedMap:
+    def pack(self) -> None:
+        """Drop all unpacked maps, until they are matched again."""
+        self._unpacked.clear()
+
+    def forget(self, place: LocalMap) -> None:
+        """Drop the map of `place`."""
+        self._frozen.pop(place, None)
+        self._unpacked.pop(place, None)
+
+    def build(self, place: LocalMap) -> None:
+        """Keep a compressed map of `place`, if there is none yet."""
         if place not in self._frozen:
             self.keep(place, mapped(place))
+
+    def _unpacked_map(self, place: LocalMap) -> UnpackedMap:
+        self.build(place)
         if place not in self._unpacked:
             self._unpacked[place] = UnpackedMap(self._frozen[place])
         self._unpacked.move_to_end(place)

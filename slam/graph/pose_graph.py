@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.geometry import Array, Pose2, wrap_angle
+from slam.graph.contraction import contract
 from slam.graph.edges import Edges
 from slam.graph.system import System
 
@@ -43,6 +44,17 @@ class PoseGraph:
         """Add a pose; returns its number."""
         self.poses = np.vstack([self.poses, pose])
         return len(self.poses) - 1
+
+    def forget(self, number: int, into: int) -> None:
+        """Remove a pose, not the first one; pose `into` lies at the same place (see `contract`).
+        Poses and edges after it are renumbered; the other poses stay where they are."""
+        removed = contract(self.edges, self.poses, self.trust(), number, into)
+        self.edges.remove(removed)
+        self.edges.remove_pose(number)
+        self.poses = np.delete(self.poses, number, axis=0)
+        poses, edges = self._fitted
+        self._fitted = poses - 1, edges - sum(k < edges for k in removed)
+        self._fitted_edges -= sum(k < self._fitted_edges for k in removed)
 
     def optimise(self) -> None:
         """Optimise the poses, all steps at once."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,13 +46,24 @@ class WholeMap:
         """Bytes of the tiles."""
         return self.map_model.cells.tiles.nbytes
 
+    def forget(self, number: int) -> None:
+        """Forget a local map: it is left out when the map is built anew."""
+        if number < len(self._poses):
+            self._poses = np.delete(self._poses, number, axis=0)
+            del self._keyframes[number]
+
     def map(self, places: Sequence[LocalMap], poses: Array) -> OccupancyGrid:
         """A copy of the map of the local maps `places` at `poses` (n, 3)."""
         self.update(places, poses)
         return self.map_model.cells.grid()
 
-    def update(self, places: Sequence[LocalMap], poses: Array) -> np.ndarray:
-        """Draw what is new; returns the ids of the cells that may have changed."""
+    def update(self, places: Sequence[LocalMap], poses: Array) -> None:
+        """Draw what is new."""
+        deque(self.drawing(places, poses), maxlen=0)
+
+    def drawing(self, places: Sequence[LocalMap], poses: Array) -> Iterator[np.ndarray]:
+        """Draw what is new, local map by local map; yields the ids of the cells that may have
+        changed by each."""
         moved = between(self._poses, poses[: len(self._poses)])
         if (np.hypot(moved[:, 0], moved[:, 1]) > self._max_shift).any() or (
             np.abs(moved[:, 2]) > self._max_turn
@@ -59,13 +72,13 @@ class WholeMap:
         new = len(self._poses)
         self._poses = np.vstack([self._poses, poses[new : len(places)]])
         self._keyframes += [0] * (len(places) - new)
-        changed = [NO_CELLS]
         for number in range(max(new - 1, 0), len(places)):
-            frame = Pose2.of(self._poses[number])
+            frame, changed = Pose2.of(self._poses[number]), [NO_CELLS]
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
-                changed.append(self.map_model.integrate(scan, frame @ pose))
+                bare = replace(scan)  # a copy: its cached properties are freed with it
+                changed.append(self.map_model.integrate(bare, frame @ pose))
             self._keyframes[number] = len(places[number].keyframes)
-        return np.concatenate(changed)
+            yield np.concatenate(changed)
 
 
 class SearchedMap:
@@ -80,8 +93,12 @@ class SearchedMap:
         """Bytes of the tiles."""
         return self._whole.nbytes
 
+    def forget(self, number: int) -> None:
+        """See `WholeMap.forget`."""
+        self._whole.forget(number)
+
     def endpoint(self, places: Sequence[LocalMap], poses: Array) -> Endpoint:
         """The field of the local maps `places` at `poses` (n, 3), valid until the next call."""
-        changed = self._whole.update(places, poses)
-        self._endpoint.refresh(self._whole.map_model, changed)
+        for changed in self._whole.drawing(places, poses):
+            self._endpoint.refresh(self._whole.map_model, changed)
         return self._endpoint

@@ -253,9 +253,12 @@ class Tiles:
 
     def dense(self, layer: Layer) -> np.ndarray:
         """A copy of a layer as one array (rows, cols, ...) of the grid `spec`."""
-        rows, cols = self.index.shape
-        tiles = layer.values.reshape(-1, TILE, TILE, *layer.values.shape[2:])[self.index]
-        return np.moveaxis(tiles, 2, 1).reshape(rows * TILE, cols * TILE, *tiles.shape[4:])
+        (rows, cols), shape = self.index.shape, layer.values.shape[2:]
+        tiles = layer.values.reshape(-1, TILE, TILE, *shape)
+        result = np.empty((rows, TILE, cols, TILE, *shape), tiles.dtype)
+        for row, slots in zip(result, self.index, strict=True):
+            row[:] = np.moveaxis(tiles[slots], 1, 0)
+        return result.reshape(rows * TILE, cols * TILE, *shape)
 
 
 @kernel

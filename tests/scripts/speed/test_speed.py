@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.speed import environment as speed_env
+from dynslam_cli.speed import long as speed_long
 from dynslam_cli.speed import measurements
 from dynslam_cli.speed import patrol as speed_patrol
 
@@ -26,6 +27,8 @@ def small(monkeypatch):
     monkeypatch.setattr(speed_patrol, "WORLDS", 2)
     monkeypatch.setattr(speed_patrol, "STEPS_PER_ROUND", 2)
     monkeypatch.setattr(measurements, "BUILDING_SIDE", 20.0)
+    monkeypatch.setattr(measurements, "SCANS", 20)
+    monkeypatch.setattr(speed_long, "WARM_UP_SCANS", 3)
 
 
 @pytest.fixture
@@ -95,6 +98,7 @@ def test_it_prints_tables(small, short, monkeypatch, capsys):
         "4/4 over 1/4",
         "with layers",
         "learning by PPO, 2 processes",
+        "DoorLoop-v0, 20 scans",
     ):
         assert part in printed
     assert "20 x 20 m" in printed

@@ -1,11 +1,14 @@
 """Graph SLAM around a block: it closes the loop, and whatever else is asked changes nothing."""
 
 import math
+import pickle
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from slam.algorithms import graph_slam
 from slam.algorithms.graph_slam import MIN_KEYFRAMES, GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
@@ -15,13 +18,16 @@ from slam.geometry import Pose2, compose
 from slam.graph import pose_graph
 from slam.graph.loops import Loops
 from slam.interface import Revising
+from slam.maps.clamped import Clamped
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.scan import Scan
 from slam.sensor_models.beam import Beam
+from slam.sessions.session import session_of
+from tests.slam import naive
 from tests.slam.graph.graphs import error
 from tests.slam.graph.test_chain import along
-from tests.slam.rings import drive, off
+from tests.slam.rings import ANGLES, WALLS, drive, off
 from tests.slam.worlds import FAN, scan_at
 
 NONE = Loops(explained=2.0)  # more than all: no loop is believed
@@ -144,9 +150,26 @@ def test_stretches_are_as_long_as_asked_and_begin_with_seeds() -> None:
     assert len(all_but_last) >= 8
     assert all(2.0 <= place.length < 2.3 for place in all_but_last)
     assert last.length < 2.3
-    assert [len(place.seeds) for place in robot.places] == [0] + [4] * len(all_but_last)
-    for before, after in zip(all_but_last, robot.places[1:], strict=True):
-        assert [one.scan for one in after.seeds] == [one.scan for one in list(before)[-4:]]
+
+
+def test_a_stretch_begins_with_the_last_keyframes_before_it() -> None:
+    robot, begun = GraphSlam(stretch=2.0, seeds=4, loops=NONE), []
+    for given in paired(drive(1.0, reach=3.0)):
+        robot.update(*given)
+        if len(robot.places) > len(begun):
+            begun.append([one.scan.time for one in robot.places[-1].seeds])
+    own = [[one.scan.time for one in place.keyframes] for place in robot.places]
+    assert begun == [[], *(times[-4:] for times in own[:-1])]
+
+
+def test_what_a_finished_stretch_no_longer_needs_is_dropped() -> None:
+    robot, _, _ = finished()
+    *closed, last = robot.places
+    assert len(closed) > 5
+    assert last.seeds
+    assert not any(place.seeds for place in closed)
+    for place in closed:
+        assert all("points" not in vars(one.scan) for one in place.keyframes)
 
 
 def test_any_reading_closes_loops() -> None:
@@ -286,6 +309,165 @@ def test_it_goes_on_after_it_was_finished() -> None:
     assert len(robot.trajectory()) == len(before) + 1
     np.testing.assert_array_equal(robot.trajectory()[:-1], before)
     assert math.dist(estimate.pose[:2], before[-1, :2]) < 0.3
+
+
+# -- many laps of one place --------------------------------------------------------------------
+
+DOOR = np.array([[3.0, -1.0, 3.8, -1.0]])  # closes a niche of the block's outer wall
+
+
+@cache
+def laps(count: int, closed_from: float = math.inf) -> Episode:
+    """So many laps, of which the door is closed from lap `closed_from` on."""
+    episode = drive(float(count), reach=4.0, bias=0.02)
+    assert episode.truth is not None
+    rng, scans = np.random.default_rng(1), list(episode.scans)
+    for k in range(round(len(scans) * min(closed_from / count, 1.0)), len(scans)):
+        pose, walls = Pose2.of(episode.truth.poses[k]), np.vstack([WALLS, DOOR])
+        ranges = naive.cast(pose, ANGLES, walls, 4.0) + rng.normal(0, 0.01, len(ANGLES))
+        scans[k] = replace(scans[k], ranges=ranges)
+    return replace(episode, scans=tuple(scans))
+
+
+@cache
+def kept(visits: int) -> tuple[GraphSlam, list[int], list[int]]:
+    """A SLAM after ten laps; the numbers of its local maps and of its edges on the way."""
+    robot, places, edges = GraphSlam(visits=visits), [], []
+    for given in paired(laps(10)):
+        robot.update(*given)
+        places.append(len(robot.places))
+        edges.append(len(robot.graph.edges))
+    robot.finish()
+    return robot, places, edges
+
+
+def test_in_a_small_place_few_stretches_are_kept() -> None:
+    robot, places, edges = kept(1)
+    third = len(places) // 3
+    assert robot.places[-1].ordinal >= 45
+    assert max(places[2 * third :]) <= max(places[:third]) + 2 <= 20
+    assert max(edges[2 * third :]) <= 1.3 * max(edges[:third])
+    assert len(robot.places) == len(robot.graph.poses)
+    assert len(robot._matcher._frozen) <= len(robot.places)
+    assert [place.ordinal for place in robot.places] == sorted(
+        {place.ordinal for place in robot.places}
+    )
+    _, many, _ = kept(100)
+    assert many[-1] == robot.places[-1].ordinal + 1
+
+
+@pytest.mark.parametrize("visits", [1, 2])
+def test_who_forgets_is_as_accurate(visits: int) -> None:
+    episode = laps(10)
+    found, known = (off(kept(n)[0].trajectory(), episode) for n in (visits, 100))
+    assert len(found) == len(episode.scans)
+    assert math.sqrt(np.square(found).mean()) < 1.3 * math.sqrt(np.square(known).mean()) + 0.01
+    assert found.max() < known.max() + 0.05
+
+
+def test_forgetting_moves_nothing() -> None:
+    robot, moved = GraphSlam(visits=1), []
+    forget = robot._forget
+
+    def noting(here: int) -> bool:
+        before, poses = robot.trajectory(), robot.graph.poses
+        forgotten = forget(here)
+        if forgotten:
+            moved.append(np.abs(robot.trajectory() - before)[:, :2].max())
+            assert len(robot.graph.poses) == len(poses) - 1
+        return forgotten
+
+    robot._forget = noting
+    for given in paired(laps(10)):
+        robot.update(*given)
+    assert len(moved) > 20
+    assert max(moved) < 1e-9
+
+
+@pytest.mark.parametrize("grid", [Static, Histogram])
+def test_who_forgets_does_the_same_again_whatever_is_asked(grid) -> None:
+    found = []
+    for every in (10_000, 97):
+        robot = GraphSlam(visits=1, map_model=grid)
+        for k, given in enumerate(paired(laps(10))):
+            robot.update(*given)
+            if k % every == every - 1:
+                robot.map()
+        robot.finish()
+        found.append(state(robot))
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_door_that_was_closed_after_many_laps_is_learned(asked: bool) -> None:
+    """Also in the map that was drawn on the way, and in the local maps that are kept."""
+    robot = GraphSlam(visits=2, map_model=Clamped)
+    for k, given in enumerate(paired(laps(10, closed_from=8.0))):
+        robot.update(*given)
+        if asked and k % 50 == 0:
+            robot.map()
+    drawn = seen_closed(robot)
+    robot.finish()
+    assert drawn > 0.6
+    assert seen_closed(robot) > 0.6
+    assert seen_closed(kept(2)[0]) < 0.4
+    newest = [place for place in robot.places if place.keyframes[0].scan.time > 0.85 * last(robot)]
+    assert len(newest) >= 4
+
+
+def seen_closed(robot: GraphSlam) -> float:
+    """How sure the map is that the door is closed: of the cells on both sides of its line."""
+    return float(robot.sample(np.array([[3.4, -1.02], [3.4, -0.98]]))[0].max())
+
+
+def last(robot: GraphSlam) -> float:
+    return robot.places[-1].keyframes[-1].scan.time
+
+
+def test_a_robot_that_stands_still_fills_no_memory(monkeypatch) -> None:
+    monkeypatch.setattr(graph_slam, "MAX_KEYFRAMES", 20)
+    robot, rng = GraphSlam(visits=2), np.random.default_rng(0)
+    exact = scan_at(Pose2())
+    for k in range(800):  # a keyframe each 2 s
+        ranges = exact.ranges + rng.normal(0, 0.01, len(exact.ranges))
+        robot.update(Pose2(), replace(exact, ranges=ranges, time=2.0 * k))
+    assert robot.places[-1].ordinal >= 38
+    assert len(robot.places) <= 6
+    assert max(len(place.keyframes) for place in robot.places) <= 20
+    assert np.abs(robot.trajectory()).max() < 0.05
+
+
+def test_a_copy_goes_on_as_the_original() -> None:
+    episode = laps(10)
+    robot, found, given = GraphSlam(visits=1), [], iter(list(paired(episode)))
+    while len(robot.trajectory()) < len(episode.scans) // 2 or robot._work:
+        robot.update(*next(given))
+    rest = list(given)
+    for mine in (robot, pickle.loads(pickle.dumps(robot))):
+        for one in rest:
+            mine.update(*one)
+        mine.finish()
+        found.append(state(mine))
+    assert found[0] == found[1]
+
+
+def test_a_saved_map_that_is_continued_is_forgotten_in_part() -> None:
+    episode = laps(10)
+    session = session_of(episode, kept(1)[0].trajectory())
+    robot = GraphSlam(visits=1)
+    robot.remember(session.keyframes())
+    remembered = len(robot.places)
+    robot.place(Pose2.of(session.poses[-1]))
+    for given in paired(laps(3)):
+        robot.update(*given)
+    robot.finish()
+    assert remembered >= 45
+    ordinals = [place.ordinal for place in robot.places]
+    assert len(ordinals) <= 20
+    assert ordinals[0] == 0
+    assert ordinals[-1] > remembered + 10
+    assert (np.diff(ordinals) > 0).all()
+    assert off(robot.trajectory(), laps(3)).max() < 0.15
 
 
 # -- odd starts --------------------------------------------------------------------------------

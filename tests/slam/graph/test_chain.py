@@ -8,12 +8,13 @@ from hypothesis import strategies as st
 
 from slam.geometry import Pose2, between, compose
 from slam.graph import chain
-from slam.graph.chain import LEVER
+from slam.graph.covariance import LEVER
+from slam.graph.covariance import MIN_INFORMATION as LEAST
 from slam.graph.edges import Edge, Edges
 from tests.slam.graph import graphs
 
 seeds = st.integers(0, 2**32 - 1)
-MIN_INFORMATION = np.diag(chain.MIN_INFORMATION)
+MIN_INFORMATION = np.diag(LEAST)
 
 
 def chained(n: int, edges: Iterable[Edge], trust, origin: int):

@@ -51,3 +51,23 @@ def test_those_chosen_are_a_copy() -> None:
     assert all(map(same, chosen, [expected[k] for k in (1, 4, 8, 0)]))
     assert all(map(same, edges, expected))
     assert len(edges.chosen(numbers[:0])) == 0
+
+
+def test_what_was_removed_is_gone_and_more_can_be_added() -> None:
+    every = some(20)
+    for left in ([], [0, 3, 19], list(range(20))):
+        edges = Edges(every)
+        edges.remove(set(range(20)) - set(left))
+        assert len(edges) == len(left)
+        edges.extend(every[:3])
+        expected = [every[k] for k in left] + every[:3]
+        assert all(same(one, other) for one, other in zip(edges, expected, strict=True))
+
+
+def test_an_edge_is_replaced_and_poses_are_renumbered() -> None:
+    edges, other = Edges(some(4)), some(9, seed=1)[-1]
+    edges[2] = other
+    assert same(edges[2], other)
+    edges = Edges([other._replace(first=3, second=5), other._replace(first=0, second=1)])
+    edges.remove_pose(2)
+    assert edges.ends.tolist() == [[2, 4], [0, 1]]

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
+from slam.graph import global_search
 from slam.graph.global_search import (
     CANDIDATE_CELL,
     MAX_POINTS,
@@ -160,3 +161,15 @@ def test_no_candidate_is_below_the_least() -> None:
     search = GlobalSearch(reading)
     assert search.candidates(points, Pose2(), reach, least=reading.top) == []
     assert len(search.candidates(points, Pose2(), reach, most=3, least=reading.nothing)) == 3
+
+
+@pytest.mark.parametrize("row", range(-5, 6))
+@pytest.mark.parametrize("col", range(-12, 13))
+def test_of_points_beside_the_map_nothing_is_added(row: int, col: int) -> None:
+    phase = np.arange(1, 13, dtype=np.uint16).reshape(3, 4)
+    found, expected = np.zeros((2, 2, 6), np.uint16)
+    for a, b in np.ndindex(expected.shape):
+        if 0 <= row + a < 3 and 0 <= col + b < 4:
+            expected[a, b] = phase[row + a, col + b]
+    global_search._accumulate(found, phase, row, col)
+    np.testing.assert_array_equal(found, expected)

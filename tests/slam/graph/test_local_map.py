@@ -53,6 +53,35 @@ def test_the_way_is_that_of_its_own_keyframes() -> None:
     assert place.middle() == pytest.approx((9 / 4, 10 / 4, 0.0))
 
 
+@pytest.mark.parametrize("step", [0.05, 0.1, 0.7, 2.0])
+def test_its_path_is_thinned_out_evenly(step: float) -> None:
+    place = LocalMap((), beam(1.0))
+    assert place.path().tolist() == [[0, 0, 0]]
+    own = [Pose2()]
+    while place.length < 4.0:
+        own.append(own[-1] @ Pose2(step, 0.0, 0.1 * step))
+        place.add(beam(1.0), own[-1])
+    path = place.path()
+    assert path[[0, -1]].tolist() == [list(own[0]), list(own[-1])]
+    assert {tuple(pose) for pose in path.tolist()} <= {tuple(pose) for pose in own}
+    steps = np.hypot(*np.diff(path, axis=0)[:, :2].T)
+    assert steps.max() <= max(step, 0.4 + step) + 1e-9
+    assert len(path) <= 12
+
+
+def test_a_compact_one_is_drawn_in_the_same_way() -> None:
+    place = LocalMap((), scan_at(Pose2())).following(scan_at(Pose2(0.3)), Pose2(0.3), 1)
+    place.add(scan_at(Pose2(0.6)), Pose2(0.3))
+    before, seen = place.keyframes, place.panorama()
+    assert any("points" in vars(one.scan) for one in before)
+    place.compact()
+    assert place.seeds == ()
+    assert place.ordinal == 1
+    assert not any("points" in vars(one.scan) for one in place.keyframes)
+    assert [one.pose for one in place.keyframes] == [one.pose for one in before]
+    np.testing.assert_array_equal(place.panorama().ranges, seen.ranges)
+
+
 @settings(max_examples=20)
 @given(seeds, st.integers(1, 5))
 def test_a_panorama_is_what_its_own_keyframes_saw_thinned_out(seed: int, n: int) -> None:

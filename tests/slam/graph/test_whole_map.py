@@ -5,9 +5,10 @@ from hypothesis import strategies as st
 
 from slam.geometry import Pose2
 from slam.graph.local_map import LocalMap
-from slam.graph.whole_map import WholeMap
+from slam.graph.whole_map import SearchedMap, WholeMap
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.worlds import loop, scan_at
 
 POSES = [Pose2.of(pose) for pose in loop(30)]
@@ -98,3 +99,53 @@ def test_the_map_is_a_copy_and_of_nothing_there_is_none() -> None:
     course.grow()
     whole.map(course.places, course.poses)
     np.testing.assert_array_equal(first.occupied, kept)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_what_was_forgotten_stays_until_the_map_is_made_anew(number: int) -> None:
+    course, whole = Course(), WholeMap(Static)
+    for _ in range(3):
+        course.begin()
+        course.grow()
+    before = whole.map(course.places, course.poses)
+    for _ in range(2):  # the second time after more was drawn
+        assert_same(whole.map(course.places, course.poses), before)
+        whole.forget(number)
+        del course.places[number]
+        course.poses = np.delete(course.poses, number, axis=0)
+        assert_same(whole.map(course.places, course.poses), before)
+        number = len(course.places) - 1
+        course.begin()
+        before = whole.map(course.places, course.poses)
+    course.move(0.3)
+    assert_same(whole.map(course.places, course.poses), anew(Static, course.places, course.poses))
+
+
+def test_what_is_forgotten_before_it_was_drawn_is_not_drawn() -> None:
+    course, whole = Course(), WholeMap(Static)
+    course.begin()
+    whole.map(course.places, course.poses)
+    course.begin()
+    course.begin()
+    whole.forget(1)
+    del course.places[1]
+    course.poses = np.delete(course.poses, 1, axis=0)
+    assert_same(whole.map(course.places, course.poses), anew(Static, course.places, course.poses))
+
+
+def test_a_map_that_is_searched_is_the_field_of_the_whole_map() -> None:
+    course, searched = Course(), SearchedMap()
+    for _ in range(4):
+        course.begin()
+        course.grow()
+        searched.endpoint(course.places, course.poses)
+    found = searched.endpoint(course.places, course.poses)
+    whole = WholeMap(Static)
+    whole.update(course.places, course.poses)
+    expected = Endpoint()
+    every = np.flatnonzero(whole.map_model.cells.observed.flat)
+    expected.refresh(whole.map_model, every)
+    one, other = (field.tiles.dense(field.field()) for field in (found, expected))
+    np.testing.assert_allclose(one, other, atol=0.05)  # of what hardly moves it is not redone
+    assert (one != other).mean() < 1e-3
+    assert np.ptp(other) > 1.0

@@ -1,0 +1,58 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slam.geometry import Pose2, compose
+from slam.graph.path import INITIAL_UPDATES, Path
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_path(rng, n: int, maps: int) -> tuple[Path, np.ndarray, np.ndarray]:
+    """A path, the frames of its local maps, and the poses that it should have."""
+    path, frames = Path(), rng.uniform(-3, 3, (maps, 3))
+    numbers, within = np.sort(rng.integers(0, maps, n)), rng.uniform(-3, 3, (n, 3))
+    for number, pose in zip(numbers.tolist(), within, strict=True):
+        path.append(number, Pose2.of(pose))
+    return path, frames, compose(frames[numbers], within)
+
+
+def same(found, expected) -> None:
+    off = np.asarray(found) - expected
+    off[..., 2] = np.angle(np.exp(1j * off[..., 2]))
+    np.testing.assert_allclose(off, 0.0, atol=1e-9)
+
+
+@given(seeds, st.sampled_from([0, 1, 30, INITIAL_UPDATES, 2 * INITIAL_UPDATES + 3]))
+def test_a_path_is_what_was_appended(seed: int, n: int) -> None:
+    path, frames, expected = random_path(np.random.default_rng(seed), n, 5)
+    assert len(path) == n
+    assert path.poses(frames).shape == (n, 3)
+    same(path.poses(frames), expected)
+    if n:
+        same(np.array(path.last(frames)), expected[-1])
+
+
+@given(seeds, st.integers(0, 4), st.integers(0, 4))
+def test_poses_given_to_another_map_stay_where_they_are(seed: int, number: int, into: int) -> None:
+    path, frames, expected = random_path(np.random.default_rng(seed), 40, 5)
+    if into == number:
+        into = (number + 1) % 5
+    path.forget(number, into, Pose2.of(frames[into]).between(Pose2.of(frames[number])))
+    left = np.delete(frames, number, axis=0)
+    same(path.poses(left), expected)
+    left[into - (into > number)] = compose((1.0, 2.0, 0.5), left[into - (into > number)])
+    assert np.abs(path.poses(left) - expected).max() > 0.4  # they move with the other map
+
+
+@given(seeds, st.integers(0, 40))
+def test_a_part_given_to_a_new_frame_stays_where_it_is(seed: int, since: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = Path()
+    within = rng.uniform(-3, 3, (40, 3))
+    for pose in within:
+        path.append(0, Pose2.of(pose))
+    frame = Pose2.of(rng.uniform(-3, 3, 3))
+    path.rebase(since, 1, frame)
+    frames = np.array([(1.0, -2.0, 0.3), compose((1.0, -2.0, 0.3), frame)])
+    same(path.poses(frames), compose(frames[0], within))
