@@ -14,7 +14,8 @@ from slam.maps.cells import Cells
 from slam.maps.outline import NOTHING, Outline
 from slam.maps.surfaces import COUNT, NONE, SAME, TX, TY, Surfaces, X, Y
 from slam.maps.tiles import SHIFT
-from slam.motion.gaussian import Prediction
+from slam.motion.gaussian import Prediction, add_slope
+from slam.search.gauss_newton import newton_step
 from slam.sensor_models.blocks import cell_at
 from slam.validation import positive, whole
 
@@ -50,6 +51,26 @@ class EchoModel(NamedTuple):
 
 
 ECHO = EchoModel()
+
+
+class SurfaceMap(NamedTuple):
+    """Surfaces, and the cells that they belong to, as kernels read them.
+
+    left, low   m, world, where `index` begins
+    resolution  m, side of a cell
+    index       of the tiles
+    occupied    (cells,) h
+    first, table, next  see `Surfaces`
+    """
+
+    left: float
+    low: float
+    resolution: float
+    index: np.ndarray
+    occupied: np.ndarray
+    first: np.ndarray
+    table: np.ndarray
+    next: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -98,83 +119,111 @@ class Registration:
 
         `cells` are those of the map that the surfaces belong to.
         """
-        pose, information = start, np.zeros((3, 3))
-        for _ in range(self.rounds):
-            pairs = self.pairs(outline, surfaces, cells, pose)
-            if (pairs[:, 0] == PLANE).sum() < self.paired * len(pairs):
-                return None
-            _, slope, bend = prediction.slope(pose)
-            moved, information = _climbed(outline.points, pairs, np.array(pose), slope, bend,
-                                          self.model, self.steps, self.precision)  # fmt: skip
-            short = np.abs(moved).max() < self.precision
-            pose = _plus(pose, moved)
-            if short:
-                break
-        near = math.dist(pose[:2], start[:2]) <= self.farthest
-        return (pose, SHARPER * information) if near else None
+        limits = self.rounds, self.steps, self.precision, self.paired
+        pose, information, enough = _registered(
+            outline, start, self._map(surfaces, cells), self.model, prediction.gaussian, limits
+        )
+        if not enough or math.dist(pose[:2], start[:2]) > self.farthest:
+            return None
+        return Pose2(*pose), SHARPER * information
 
     def pairs(self, outline: Outline, surfaces: Surfaces, cells: Cells, pose: Pose2) -> Array:
         """(n, 5) what each echo is compared with: PLANE, its normal (2,), its distance from the
         origin along the normal, h; or SPOT, x, y, 0, h; zeros if with nothing."""
+        pairs = np.zeros((len(outline.points), 5))
+        _pair(outline, pose, self._map(surfaces, cells), self.model, pairs)
+        return pairs
+
+    def _map(self, surfaces: Surfaces, cells: Cells) -> SurfaceMap:
         tiles = cells.tiles
-        where = np.array([*tiles.origin, tiles.resolution])
-        return _paired(outline, np.array(pose), where, tiles.index, cells.occupied.flat,
-                       surfaces.first.flat, surfaces.table, surfaces.next, self.model)  # fmt: skip
+        return SurfaceMap(*tiles.origin, tiles.resolution, tiles.index, cells.occupied.flat,
+                          surfaces.first.flat, surfaces.table, surfaces.next)  # fmt: skip
 
 
 SURFACES = Registration()  # the default
 
 
-def _plus(pose: Pose2, step: Array) -> Pose2:
-    x, y, theta = step.tolist()
-    return Pose2(pose.x + x, pose.y + y, math.remainder(pose.theta + theta, math.tau))
+@kernel
+def _registered(outline: Outline, start, where: SurfaceMap, model: EchoModel, prior, limits):
+    """The pose (x, y, theta) at which the steps end, the information (3, 3) of the echoes there,
+    and whether enough of them were paired.
+
+    prior   of the pose, see `Prediction.gaussian`
+    limits  rounds, steps of a round, precision, least share of echoes on walls
+    """
+    rounds, steps, precision, least = limits
+    points, pose, H = outline.points, (start[0], start[1], start[2]), np.zeros((3, 3))
+    pairs, slope, bend = np.empty((len(points), 5)), np.empty(3), np.empty((3, 3))
+    for _ in range(rounds):
+        if _pair(outline, pose, where, model, pairs) < least * len(points):
+            return pose, H, False
+        slope[:], bend[:] = 0.0, 0.0
+        add_slope(*pose, *prior, slope, bend)
+        x, y, theta = _climb(points, pairs, pose, slope, bend, model, steps, precision, H)
+        turned = (pose[2] + theta + np.pi) % (2.0 * np.pi) - np.pi
+        pose = pose[0] + x, pose[1] + y, turned
+        if max(abs(x), abs(y), abs(theta)) < precision:
+            break
+    return pose, -H, True
 
 
 @kernel
-def _paired(
-    outline: Outline, pose, where, index, occupied, first, table, following, model: EchoModel
-):
-    points = outline.points
-    pairs = np.zeros((len(points), 5))
+def _pair(outline: Outline, pose, where: SurfaceMap, model: EchoModel, pairs):
+    """Write to pairs (n, 5) what the echoes are compared with; returns how many with planes."""
+    points, index = outline.points, where.index
     rows, cols = (index.shape[0] << SHIFT) - AROUND, (index.shape[1] << SHIFT) - AROUND
-    c, s, scale = np.cos(pose[2]), np.sin(pose[2]), 1.0 / where[2]
+    c, s, scale, planes = np.cos(pose[2]), np.sin(pose[2]), 1.0 / where.resolution, 0
     for k in range(len(points)):
+        pairs[k] = 0.0
         if outline.kind[k] == NOTHING:
             continue
         x = pose[0] + c * points[k, 0] - s * points[k, 1]
         y = pose[1] + s * points[k, 0] + c * points[k, 1]
-        row, col = int((y - where[1]) * scale), int((x - where[0]) * scale)
-        if not (AROUND <= row < rows and AROUND <= col < cols):
-            continue
-        tx = c * outline.tangents[k, 0] - s * outline.tangents[k, 1]
-        ty = s * outline.tangents[k, 0] + c * outline.tangents[k, 1]
-        total = nx = ny = off = mean = best = 0.0
-        for i in range(row - AROUND, row + AROUND + 1):
-            for j in range(col - AROUND, col + AROUND + 1):
-                cell = cell_at(index, i, j)
-                surface = first[cell]
-                while surface != NONE:
-                    known = table[surface, COUNT] / (table[surface, COUNT] + model.new)
-                    h = known * min(max(occupied[cell], H_MIN), H_MAX)
-                    dx, dy = x - table[surface, X], y - table[surface, Y]
-                    ux, uy = table[surface, TX], table[surface, TY]
-                    along = ux * tx + uy * ty
-                    if ux == 0.0 and uy == 0.0:
-                        w = h * _falloff(dx / model.point_sigma, dy / model.point_sigma)
-                        if w > best:
-                            best = w
-                            pairs[k] = (SPOT, x - dx, y - dy, 0.0, h)
-                    elif abs(along) >= SAME:
-                        r, sign = dy * ux - dx * uy, np.copysign(1.0, along)
-                        w = h * _falloff((dx * ux + dy * uy) * scale, r / model.sigma)
-                        total, mean, off = total + w, mean + w * h, off + sign * w * r
-                        nx, ny = nx - sign * w * uy, ny + sign * w * ux
-                    surface = following[surface]
-        if total > 0.0:
-            length = np.hypot(nx, ny)
-            nx, ny = nx / length, ny / length
-            pairs[k] = (PLANE, nx, ny, nx * x + ny * y - off / total, mean / total)
-    return pairs
+        row, col = int((y - where.low) * scale), int((x - where.left) * scale)
+        if AROUND <= row < rows and AROUND <= col < cols:
+            tx = c * outline.tangents[k, 0] - s * outline.tangents[k, 1]
+            ty = s * outline.tangents[k, 0] + c * outline.tangents[k, 1]
+            planes += _compare(x, y, tx, ty, row, col, where, model, pairs[k])
+    return planes
+
+
+@kernel
+def _compare(x, y, tx, ty, row, col, where: SurfaceMap, model: EchoModel, pair):
+    """Write what an echo in a cell is compared with; returns whether it is a plane.
+
+    The surfaces along its tangent (tx, ty) are averaged, weighted by their likelihood; of points
+    the most likely one counts.
+    """
+    index, table, scale = where.index, where.table, 1.0 / where.resolution
+    total = nx = ny = off = mean = best = 0.0
+    for i in range(row - AROUND, row + AROUND + 1):
+        for j in range(col - AROUND, col + AROUND + 1):
+            cell = np.uint64(cell_at(index, i, j))
+            surface = np.uint64(where.first[cell])
+            while surface != NONE:
+                line = table[surface]
+                dx, dy, ux, uy = x - line[X], y - line[Y], line[TX], line[TY]
+                known = line[COUNT] / (line[COUNT] + model.new)
+                h = known * min(max(where.occupied[cell], H_MIN), H_MAX)
+                surface = np.uint64(where.next[surface])
+                if ux == 0.0 and uy == 0.0:
+                    w = h * _falloff(dx / model.point_sigma, dy / model.point_sigma)
+                    if w > best:
+                        best = w
+                        pair[0], pair[1], pair[2], pair[3], pair[4] = SPOT, x - dx, y - dy, 0.0, h
+                    continue
+                along = ux * tx + uy * ty
+                if abs(along) >= SAME:
+                    r, sign = dy * ux - dx * uy, np.copysign(1.0, along)
+                    w = h * _falloff((dx * ux + dy * uy) * scale, r / model.sigma)
+                    total, mean, off = total + w, mean + w * h, off + sign * w * r
+                    nx, ny = nx - sign * w * uy, ny + sign * w * ux
+    if total > 0.0:
+        length = np.sqrt(nx * nx + ny * ny)
+        nx, ny = nx / length, ny / length
+        pair[0], pair[1], pair[2] = PLANE, nx, ny
+        pair[3], pair[4] = nx * x + ny * y - off / total, mean / total
+    return total > 0.0
 
 
 @kernel
@@ -184,17 +233,20 @@ def _falloff(t, r):
 
 
 @kernel
-def _climbed(points, pairs, pose, slope, bend, model: EchoModel, steps, precision):
-    """How far Newton steps lead from a pose, with the same pairs, and the information (3, 3) of the
-    echoes there; `slope` (3,) and `bend` (3, 3) are the prediction's at the pose."""
-    moved, g, H = np.zeros(3), np.zeros(3), np.zeros((3, 3))
+def _climb(points, pairs, pose, slope, bend, model: EchoModel, steps, precision, H):
+    """How far Newton steps lead from a pose, with the same pairs; the curvature (3, 3) of the
+    echoes there is written to H. `slope` (3,) and `bend` (3, 3) are the prediction's at the pose.
+    """
+    moved, g = np.zeros(3), np.zeros(3)
     for _ in range(steps):
-        _expand(points, pairs, pose + moved, model, g, H)
-        step = np.linalg.solve(H + bend, -(g + slope + bend @ moved))
-        moved += step
-        if np.abs(step).max() < precision:
+        here = pose[0] + moved[0], pose[1] + moved[1], pose[2] + moved[2]
+        _expand(points, pairs, here, model, g, H)
+        step = newton_step(g + slope + bend @ moved, H + bend)
+        for k in range(3):
+            moved[k] += step[k]
+        if max(abs(step[0]), abs(step[1]), abs(step[2])) < precision:
             break
-    return moved, -H
+    return moved[0], moved[1], moved[2]
 
 
 @kernel
