@@ -167,69 +167,70 @@ def _registered(outline: Outline, start, where: SurfaceMap, model: EchoModel, pr
     return pose, -H, True
 
 
-@kernel
+@kernel(error_model="numpy")
 def _pair(outline: Outline, pose, where: SurfaceMap, model: EchoModel, pairs):
-    """Write to pairs (n, 5) what the echoes are compared with; returns how many with planes."""
-    points, index = outline.points, where.index
+    """Write to pairs (n, 5) what the echoes are compared with; returns how many with planes.
+
+    The surfaces along an echo's tangent are averaged, weighted by their likelihood; of points the
+    most likely one counts. (One loop: numba counts references to arrays at calls of functions.)
+    """
+    points, tangents, kind = outline
+    left, low, resolution, index, occupied, first, table, following = where
     rows, cols = (index.shape[0] << SHIFT) - AROUND, (index.shape[1] << SHIFT) - AROUND
-    c, s, scale, planes = np.cos(pose[2]), np.sin(pose[2]), 1.0 / where.resolution, 0
+    c, s, scale, planes = np.cos(pose[2]), np.sin(pose[2]), 1.0 / resolution, 0
+    across, around = CUT * model.sigma, CUT * model.point_sigma
     for k in range(len(points)):
         pairs[k] = 0.0
-        if outline.kind[k] == NOTHING:
+        if kind[k] == NOTHING:
             continue
         x = pose[0] + c * points[k, 0] - s * points[k, 1]
         y = pose[1] + s * points[k, 0] + c * points[k, 1]
-        row, col = int((y - where.low) * scale), int((x - where.left) * scale)
-        if AROUND <= row < rows and AROUND <= col < cols:
-            tx = c * outline.tangents[k, 0] - s * outline.tangents[k, 1]
-            ty = s * outline.tangents[k, 0] + c * outline.tangents[k, 1]
-            planes += _compare(x, y, tx, ty, row, col, where, model, pairs[k])
+        row, col = int((y - low) * scale), int((x - left) * scale)
+        if not (AROUND <= row < rows and AROUND <= col < cols):
+            continue
+        tx = c * tangents[k, 0] - s * tangents[k, 1]
+        ty = s * tangents[k, 0] + c * tangents[k, 1]
+        total = nx = ny = off = mean = best = 0.0
+        for i in range(row - AROUND, row + AROUND + 1):
+            for j in range(col - AROUND, col + AROUND + 1):
+                cell = np.uint64(cell_at(index, i, j))
+                surface = np.uint64(first[cell])
+                while surface != NONE:
+                    dx, dy = x - table[surface, X], y - table[surface, Y]
+                    ux, uy, echoes = table[surface, TX], table[surface, TY], table[surface, COUNT]
+                    surface = np.uint64(following[surface])
+                    along, r = ux * tx + uy * ty, dy * ux - dx * uy
+                    if abs(along) >= SAME and abs(r) < across:
+                        h = _known(echoes, model.new, occupied[cell])
+                        w = h * _falloff((dx * ux + dy * uy) * scale, r / model.sigma)
+                        total, mean = total + w, mean + w * h
+                        w = np.copysign(w, along)
+                        nx, ny, off = nx - w * uy, ny + w * ux, off + w * r
+                    elif ux == 0.0 and uy == 0.0 and max(abs(dx), abs(dy)) < around:
+                        h = _known(echoes, model.new, occupied[cell])
+                        w = h * _falloff(dx / model.point_sigma, dy / model.point_sigma)
+                        if w > best:
+                            best, pairs[k, 0], pairs[k, 4] = w, SPOT, h
+                            pairs[k, 1], pairs[k, 2] = x - dx, y - dy
+        if total > 0.0:
+            length = np.sqrt(nx * nx + ny * ny)
+            pairs[k, 0], pairs[k, 1], pairs[k, 2] = PLANE, nx / length, ny / length
+            pairs[k, 3] = (nx * x + ny * y) / length - off / total
+            pairs[k, 4] = mean / total
+            planes += 1
     return planes
 
 
-@kernel
-def _compare(x, y, tx, ty, row, col, where: SurfaceMap, model: EchoModel, pair):
-    """Write what an echo in a cell is compared with; returns whether it is a plane.
-
-    The surfaces along its tangent (tx, ty) are averaged, weighted by their likelihood; of points
-    the most likely one counts.
-    """
-    index, table, scale = where.index, where.table, 1.0 / where.resolution
-    total = nx = ny = off = mean = best = 0.0
-    for i in range(row - AROUND, row + AROUND + 1):
-        for j in range(col - AROUND, col + AROUND + 1):
-            cell = np.uint64(cell_at(index, i, j))
-            surface = np.uint64(where.first[cell])
-            while surface != NONE:
-                line = table[surface]
-                dx, dy, ux, uy = x - line[X], y - line[Y], line[TX], line[TY]
-                known = line[COUNT] / (line[COUNT] + model.new)
-                h = known * min(max(where.occupied[cell], H_MIN), H_MAX)
-                surface = np.uint64(where.next[surface])
-                if ux == 0.0 and uy == 0.0:
-                    w = h * _falloff(dx / model.point_sigma, dy / model.point_sigma)
-                    if w > best:
-                        best = w
-                        pair[0], pair[1], pair[2], pair[3], pair[4] = SPOT, x - dx, y - dy, 0.0, h
-                    continue
-                along = ux * tx + uy * ty
-                if abs(along) >= SAME:
-                    r, sign = dy * ux - dx * uy, np.copysign(1.0, along)
-                    w = h * _falloff((dx * ux + dy * uy) * scale, r / model.sigma)
-                    total, mean, off = total + w, mean + w * h, off + sign * w * r
-                    nx, ny = nx - sign * w * uy, ny + sign * w * ux
-    if total > 0.0:
-        length = np.sqrt(nx * nx + ny * ny)
-        nx, ny = nx / length, ny / length
-        pair[0], pair[1], pair[2] = PLANE, nx, ny
-        pair[3], pair[4] = nx * x + ny * y - off / total, mean / total
-    return total > 0.0
+@kernel(error_model="numpy")
+def _known(echoes, new, h):
+    """h of a surface of so many echoes in a cell."""
+    return echoes / (echoes + new) * min(max(h, H_MIN), H_MAX)
 
 
 @kernel
 def _falloff(t, r):
     """The likelihood by the distances along two axes, in standard deviations."""
-    return np.exp(-0.5 * (t * t + r * r)) if abs(t) < CUT and abs(r) < CUT else 0.0
+    return np.exp(-0.5 * (t * t + r * r))
 
 
 @kernel
@@ -249,38 +250,37 @@ def _climb(points, pairs, pose, slope, bend, model: EchoModel, steps, precision,
     return moved[0], moved[1], moved[2]
 
 
-@kernel
+@kernel(error_model="numpy")
 def _expand(points, pairs, pose, model: EchoModel, g, H):
     """Write gradient (3,) and curvature (3, 3) of the log-likelihood at a pose to g and H."""
-    g[:], H[:] = 0.0, 0.0
     c, s = np.cos(pose[2]), np.sin(pose[2])
+    gx = gy = gt = xx = xy = yy = xt = yt = tt = 0.0
     for k in range(len(points)):
         wx, wy = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
         x, y, h = pose[0] + wx, pose[1] + wy, pairs[k, 4]
         if pairs[k, 0] == PLANE:
             nx, ny = pairs[k, 1], pairs[k, 2]
-            off = nx * x + ny * y - pairs[k, 3]
-            w = model.beta * _weight(off * off, h, model.sigma, model)
-            _pull(g, H, nx, ny, off, w, wx * ny - wy * nx)
+            off, turn = nx * x + ny * y - pairs[k, 3], wx * ny - wy * nx
+            w = model.beta * _weight(off * off, h, model.sigma, model.z_hit, model.z_rand)
+            gx, gy, gt = gx - w * off * nx, gy - w * off * ny, gt - w * off * turn
+            xx, xy, yy = xx - w * nx * nx, xy - w * nx * ny, yy - w * ny * ny
+            xt, yt, tt = xt - w * nx * turn, yt - w * ny * turn, tt - w * turn * turn
         elif pairs[k, 0] == SPOT:
             dx, dy = x - pairs[k, 1], y - pairs[k, 2]
-            w = model.point_beta * _weight(dx * dx + dy * dy, h, model.point_sigma, model)
-            _pull(g, H, 1.0, 0.0, dx, w, -wy)
-            _pull(g, H, 0.0, 1.0, dy, w, wx)
+            square = dx * dx + dy * dy
+            w = model.point_beta * _weight(square, h, model.point_sigma, model.z_hit, model.z_rand)
+            gx, gy, gt = gx - w * dx, gy - w * dy, gt + w * (dx * wy - dy * wx)
+            xx, yy, xt, yt = xx - w, yy - w, xt + w * wy, yt - w * wx
+            tt -= w * (wx * wx + wy * wy)
+    g[0], g[1], g[2] = gx, gy, gt
+    H[0, 0], H[1, 1], H[2, 2] = xx, yy, tt
+    H[0, 1] = H[1, 0] = xy
+    H[0, 2] = H[2, 0] = xt
+    H[1, 2] = H[2, 1] = yt
 
 
-@kernel
-def _weight(square, h, sigma, model: EchoModel):
+@kernel(error_model="numpy")
+def _weight(square, h, sigma, z_hit, z_rand):
     """The derivative of log(z_hit h exp(-d^2 / 2 sigma^2) + z_rand) by -d^2 / 2."""
-    explained = model.z_hit * h * np.exp(-0.5 * square / (sigma * sigma))
-    return explained / ((explained + model.z_rand) * sigma * sigma)
-
-
-@kernel
-def _pull(g, H, nx, ny, off, w, turn):
-    """Add an echo of weight `w` at distance `off` along the normal; `turn`: by the heading."""
-    J = (nx, ny, turn)
-    for a in range(3):
-        g[a] -= w * off * J[a]
-        for b in range(3):
-            H[a, b] -= w * J[a] * J[b]
+    explained = z_hit * h * np.exp(-0.5 * square / (sigma * sigma))
+    return explained / ((explained + z_rand) * sigma * sigma)
