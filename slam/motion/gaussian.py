@@ -164,6 +164,7 @@ def _covariance(centre, moved, deviations):
 
 @kernel
 def add_slope(x, y, theta, centre, moved, deviations, g, H):
+    """See `Prediction.add_slope`; `centre`, `moved` and `deviations` are `Prediction.gaussian`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y, theta = _error((x, y, theta), centre, moved)
     hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)
