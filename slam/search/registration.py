@@ -96,7 +96,7 @@ class Registration:
     model: EchoModel = ECHO
     rounds: int = 5
     steps: int = 2
-    precision: float = 0.0005
+    precision: float = 0.002
     farthest: float = 0.1
     paired: float = 0.7
 
