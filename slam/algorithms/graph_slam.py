@@ -32,7 +32,7 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
-MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
+MIN_KEYFRAMES = 24  # of a local map, where scans are far apart: each begins with many seeds
 SPARSE = 0.3  # m between keyframes that are far apart
 SPARSE_SEEDS, MAX_SEEDS = 150, 150  # seeds there, by the distance in m; at most
 MAX_MIDDLE_DISTANCE = (
