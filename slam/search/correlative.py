@@ -20,7 +20,7 @@ NODE_SIDE = 2  # candidates along the side of a node, which share a bound
 FIRST_BATCH = 2  # nodes evaluated at first; then twice as many, and so on
 ROUNDING = 1e-6  # added to bounds, which rounding errors could make too small
 MAX_REACH = (0.5, 0.5, math.pi)  # m, m, rad, of the search: farther, the odometry has jumped
-PRECISION = 0.001  # m and rad, of the climb; registration, which follows, has one of its own
+PRECISION = 0.0005  # m and rad, of the climb; registration, which follows, has one of its own
 Axes = tuple[Array, Array, Array]  # turns, x, y: the ticks of the grid of candidates
 
 

@@ -56,9 +56,9 @@ ECHO = EchoModel()
 class SurfaceMap(NamedTuple):
     """Surfaces, and the cells that they belong to, as kernels read them.
 
-    left, low   m, world, where `index` begins
+    left, low   m, world, where `lattice` begins
     resolution  m, side of a cell
-    index       of the tiles
+    lattice     slots of the tiles, see `Tiles.index`
     occupied    (cells,) h
     first, table, next  see `Surfaces`
     """
@@ -66,7 +66,7 @@ class SurfaceMap(NamedTuple):
     left: float
     low: float
     resolution: float
-    index: np.ndarray
+    lattice: np.ndarray
     occupied: np.ndarray
     first: np.ndarray
     table: np.ndarray
