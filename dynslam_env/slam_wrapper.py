@@ -130,6 +130,7 @@ class SlamWrapper(
         self._slam = None
         observation, info = self.env.reset(seed=seed, options=options)
         self._slam = self._build(self._world.pose)
+        self._sampled = self._slam if isinstance(self._slam, Sampled) else None  # slow to ask
         self._seen: SeenSurface | None = None
         self._trail: list[Pose2] = []
         self._steps, self._moved = 0, Pose2()
@@ -209,7 +210,7 @@ class SlamWrapper(
     def _observed(self, observation: Observation, pose: Pose2) -> Observation:
         extra: Observation = {}
         if self._crop is not None:
-            source = self.slam if isinstance(self.slam, Sampled) else self.slam.map()
+            source = self._sampled or self.slam.map()
             extra["map"] = crop_map(source, pose, self._crop)[None]
         if self._with_pose:
             wrapped = math.remainder(pose.theta, math.tau)

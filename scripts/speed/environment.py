@@ -13,7 +13,7 @@ import numpy as np
 from rich.box import HORIZONTALS
 from rich.table import Table
 
-from dynslam_env import Corridor, DoorWorldEnv, DoorWorldVectorEnv, Laser, Layout
+from dynslam_env import Corridor, DoorWorldEnv, DoorWorldVectorEnv, Laser, Layout, SlamWrapper
 from dynslam_env.simulation.chipmunk import BodyStates
 from dynslam_env.simulation.world import World
 from slam.benchmark.results import Result
@@ -25,14 +25,17 @@ DOORS = (0, 8, 20, 50, 200)
 EXTRA_WALLS = (0, 100, 300, 1000)
 THREADS = (1, 2)
 STEPS_PER_ROUND = 640  # of an environment
+SLAM_STEPS_PER_ROUND = 160  # of one with a SLAM
+CROP = 4.0  # m, side of the map that a robot observes
 
 
 def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Result]:
     """Time of a step and of its floor for each case, and of a reset.
 
     The floor is the time of the ten calls of pymunk's `Space.step` in a step, measured on a twin in
-    the same worlds on the same drive, alternating in each round. The ratio is the median over the
-    rounds, times are of the fastest round.
+    the same worlds on the same drive, alternating in each round. That of `SlamWrapper` with
+    `map_crop` is the time of its step without. The ratio is the median over the rounds, times are
+    of the fastest round.
     """
     return [case(rounds) for case in track(list(_cases(num_envs)), "environment")]
 
@@ -69,6 +72,7 @@ def _cases(num_envs: int) -> Iterator[Case]:
         yield lambda rounds, n=doors: _single(f"{n} doors", rounds, world=_corridor(n))
     for extra in EXTRA_WALLS:
         yield lambda rounds, n=extra: _single(f"{n} more walls", rounds, world=_walled(n))
+    yield _crop
     yield _reset
 
 
@@ -80,6 +84,31 @@ def _single(name: str, rounds: int, **parameters: Any) -> Result:
         return env, [env.unwrapped.physics]
 
     return {"what": name} | _against_floor((make(), make()), (), STEPS_PER_ROUND, rounds)
+
+
+def _crop(rounds: int) -> Result:
+    """A step of `SlamWrapper` that observes the map around the robot; its floor: without."""
+    twins = [_mapping(None), _mapping(CROP)]
+    rng, pairs = np.random.default_rng(0), []
+    for _ in range(rounds + 1):
+        actions = rng.uniform(-1, 1, (SLAM_STEPS_PER_ROUND, 2)).astype(np.float32)
+        spent = [_timed(lambda env=env, a=actions: _drive(env, a)) for env in twins]
+        pairs.append([seconds / SLAM_STEPS_PER_ROUND for seconds in spent])
+    without, fastest = (min(column) for column in zip(*pairs[1:], strict=True))
+    return {
+        "what": f"SlamWrapper, map_crop={CROP:g} (floor: none)",
+        "floor_us": without * 1e6,
+        "step_us": fastest * 1e6,
+        "ratio": median(step / floor for floor, step in pairs[1:]),
+        "steps_per_s": 1 / fastest,
+    }
+
+
+def _mapping(map_crop: float | None) -> SlamWrapper:
+    env = gym.make("DoorCorridor-v0", max_episode_steps=10**9)
+    wrapped = SlamWrapper(env, score_every=0, map_crop=map_crop)
+    wrapped.reset(seed=0)
+    return wrapped
 
 
 def _vector(num_envs: int, threads: int, rounds: int) -> Result:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from statistics import median
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ from slam.benchmark.run import true_start, warm_up
 from slam.episode import Episode, Truth
 from slam.geometry import Array
 from slam.interface import Slam
+from slam.search.registration import Registration
 
 from ..console.progress import ProgressTracker
 from .memory import map_memory, map_of
@@ -29,14 +31,16 @@ YARDSTICK = "static-ml"
 class Cost(NamedTuple):
     """Processor time of a SLAM on an episode.
 
-    seconds  (n,) per scan: prediction, search and map update
-    matched  (n,) bool, the matched scans
-    mapping  seconds spent on the map and on the refresh of its sensor model
+    seconds      (n,) per scan: prediction, search and map update
+    matched      (n,) bool, the matched scans
+    mapping      seconds spent on the map and on the refresh of its sensor model
+    registering  seconds spent on the registration of matched poses on the map's surfaces
     """
 
     seconds: Array
     matched: np.ndarray
     mapping: float
+    registering: float = 0.0
 
     @property
     def ms(self) -> float:
@@ -97,6 +101,7 @@ def slam_table(rows: list[Result]) -> Table:
         "CPU ms",
         f"/ {YARDSTICK}",
         "map %",
+        "reg %",
         "2nd/1st",
         "2nd/new",
         "B/seen",
@@ -110,6 +115,7 @@ def slam_table(rows: list[Result]) -> Table:
             f"{row['cpu_ms']:.3f}",
             f"{row['ratio']:.2f}",
             _shown(row["map_share"], "{:.0%}"),
+            _shown(row["registration_share"], "{:.0%}"),
             _shown(row["second_half"], "{:.2f}"),
             _shown(row["second_half_grown"], "{:.2f}"),
             _shown(row["bytes_per_observed_cell"], "{:.1f}"),
@@ -121,9 +127,10 @@ def slam_table(rows: list[Result]) -> Table:
 
 COLUMN_LEGEND = (
     "CPU ms: of the processor per matched scan, prediction, search and map update; map: share of "
-    "the map update; 2nd/1st: cost of the drive's second half over that of its first; 2nd/new: "
-    "over that of the same half on a map of its own, 1 if cost does not grow with the map; B/seen, "
-    "B/cell: bytes per cell that was seen, and per cell of the tiles in use; MB: of the map"
+    "the map update, reg: of the registration; 2nd/1st: cost of the drive's second half over that "
+    "of its first; 2nd/new: over that of the same half on a map of its own, 1 if cost does not "
+    "grow with the map; B/seen, B/cell: bytes per cell that was seen, and per cell of the tiles in "
+    "use; MB: of the map"
 )
 
 
@@ -137,19 +144,20 @@ def second_half(episode: Episode) -> Episode:
 
 def cost(robot: Slam, episode: Episode) -> Cost:
     """Run `robot` over the whole episode and measure its processor time."""
-    stopwatch = Stopwatch()
+    stopwatch, registering = Stopwatch(), Stopwatch()
     parts = ((map_of(robot), "integrate"), (getattr(robot, "sensor_model", None), "refresh"))
     for part, method in parts:
         if part is not None:
             setattr(part, method, stopwatch.around(getattr(part, method)))
     scans = episode.scans
     seconds, matched = np.empty(len(scans)), np.empty(len(scans), dtype=np.bool_)
-    for k, (displacement, scan) in enumerate(zip(episode.displacements(), scans, strict=True)):
-        begun = time.process_time()
-        estimate = robot.update(displacement, scan)
-        seconds[k] = time.process_time() - begun
-        matched[k] = estimate.matched
-    return Cost(seconds, matched, stopwatch.seconds)
+    with registering.timing(Registration, "__call__"):
+        for k, (displacement, scan) in enumerate(zip(episode.displacements(), scans, strict=True)):
+            begun = time.process_time()
+            estimate = robot.update(displacement, scan)
+            seconds[k] = time.process_time() - begun
+            matched[k] = estimate.matched
+    return Cost(seconds, matched, stopwatch.seconds, registering.seconds)
 
 
 class Stopwatch:
@@ -169,6 +177,16 @@ class Stopwatch:
 
         return timed
 
+    @contextmanager
+    def timing(self, owner: type, method: str) -> Iterator[None]:
+        """Time a method of all objects of a class, as of those that a graph makes on the way."""
+        untimed = getattr(owner, method)
+        setattr(owner, method, self.around(untimed))
+        try:
+            yield
+        finally:
+            setattr(owner, method, untimed)
+
 
 def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) -> Result:
     fastest = min((one.whole for one in costs), key=lambda whole: whole.ms)
@@ -180,6 +198,7 @@ def _row(variant: str, name: str, costs: list[Costs], yardstick: list[Costs]) ->
             own.whole.ms / other.whole.ms for own, other in zip(costs, yardstick, strict=True)
         ),
         "map_share": fastest.mapping / fastest.seconds.sum() or None,
+        "registration_share": fastest.registering / fastest.seconds.sum() or None,
         "second_half": median(whole.halves[1] / whole.halves[0] for whole, _ in costs),
         "second_half_grown": median(whole.halves[1] / alone.ms for whole, alone in costs),
         "matched": int(fastest.matched.sum()),

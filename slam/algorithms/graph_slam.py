@@ -35,9 +35,10 @@ from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
-MIN_KEYFRAMES = 12  # of a local map, where scans are far apart
+MIN_KEYFRAMES = 12  # of a local map
 MAX_KEYFRAMES = 400  # of a local map, where the robot stands or turns
 SPARSE = 0.3  # m between keyframes that are far apart
+SPARSE_KEYFRAMES = 24  # of a local map there, at least: each redraws many seeds
 SPARSE_SEEDS, MAX_SEEDS = 150, 150  # seeds there, by the distance in m; at most
 MAX_MIDDLE_DISTANCE = (
     6.0  # m between the centres of two local maps, beyond which they are not matched
@@ -274,13 +275,14 @@ class GraphSlam:
     def _seeds(self, place: LocalMap) -> int:
         """The number of seeds of the local map after `place`: more where scans are far apart, and
         each shows what few others do."""
-        spacing = place.length / max(len(place.keyframes) - 1, 1)
+        spacing = _spacing(place)
         if spacing < SPARSE:
             return self.seeds
         return min(max(round(SPARSE_SEEDS * spacing), self.seeds), max(self.seeds, MAX_SEEDS))
 
     def _complete(self, place: LocalMap) -> bool:
-        long = place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES
+        least = MIN_KEYFRAMES if _spacing(place) < SPARSE else SPARSE_KEYFRAMES
+        long = place.length >= self.stretch and len(place.keyframes) >= least
         return long or len(place.keyframes) >= MAX_KEYFRAMES
 
     def _continues(self, place: LocalMap, scan: Scan, pose: Pose2) -> bool:
@@ -435,6 +437,11 @@ class GraphSlam:
         graph.poses = np.vstack([found, compose(moved, graph.poses[len(found) :])])
         self._frame_covariance = self._chained_to_last()
         self._revisions += 1
+
+
+def _spacing(place: LocalMap) -> float:
+    """m between the keyframes of a local map."""
+    return place.length / max(len(place.keyframes) - 1, 1)
 
 
 NO_WORK_LEFT = object()

@@ -7,6 +7,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
+from slam.search.laplace import positive
 
 SHARPNESS = 30.0  # by how much the information of a keyframe's match exceeds the curvature of its
 # likelihood, which is as wide as cells need it; chosen, with LAST_KEYFRAMES, such that errors in
@@ -134,7 +135,9 @@ def fused(predicted, ground, information):
     The error of the map (`ground`) is common to prediction and match: it is subtracted, the rest is
     fused with the information, and it is added again.
     """
-    values, axes = np.linalg.eigh(predicted - ground)
-    within = (axes * np.maximum(values, 0.0)) @ axes.T
+    within = predicted - ground
+    if not positive(within):
+        values, axes = np.linalg.eigh(within)
+        within = (axes * np.maximum(values, 0.0)) @ axes.T
     sure = np.linalg.solve(np.eye(3) + within @ information, within)
     return ground + 0.5 * (sure + sure.T)

@@ -14,22 +14,22 @@ from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
 KNOWN_CELL = 4  # the same, where the place is known
-BOUND_LEVELS = 3  # squares of side 1, 2 and 4 candidates share a bound
-SQUARE = 1 << (BOUND_LEVELS - 1)  # candidates along the side of the largest ones
+SQUARE = 4  # candidates along the side of the squares that share a bound
 TURN_STEP = math.radians(0.5)  # between candidates
-MAX_POINTS = 150  # maximum number matched; evenly subsampled
+MAX_POINTS = 150  # maximum number matched; evenly subsampled: the largest sum is below 1 << LANE
 OTHER_DISTANCE = 0.5  # m, OTHER_TURN in rad: two poses farther apart are different places
 OTHER_TURN = math.radians(20.0)
-CHUNK = 8  # points after which a sum is compared with the best one
 MAX_UNITS = 255  # of the field's span, uint8
-NO_SUM = -1  # below any sum
-ABOVE_ALL = np.iinfo(np.int64).max  # sums
+LANE = 16  # bits of one of the SQUARE sums in a word of 64
+EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
+LANE_MASK = np.uint64((1 << LANE) - 1)
+MARGIN = SQUARE - 1  # columns of words that begin before the first cell
 ROUNDING = 1e-6  # of a unit
 ANYWHERE = np.empty((0, 0, 0), np.bool_)
 
 
 class GlobalSearch:
-    """A map prepared for the search: maxima of its field over squares of 1, 2, 4, ... cells.
+    """A map prepared for the search: its field, and the maxima of it over squares of cells.
 
     centre, reach  a pose, and (3,) m, m, rad around it, that hold all poses in the map
 
@@ -48,7 +48,7 @@ class GlobalSearch:
         known  whether the place is known: the robot stands where the map is free, and unknown cells
                explain no echo
         """
-        tiles, self._pad = endpoint.tiles, 1 << (BOUND_LEVELS - 1)
+        tiles, self._pad = endpoint.tiles, SQUARE
         self._low, self._unit = endpoint.nothing, (endpoint.top - endpoint.nothing) / MAX_UNITS
         unknown, free = (self._units(value) for value in (endpoint.unknown, endpoint.free))
         self._unknown = 0 if known else unknown
@@ -59,10 +59,10 @@ class GlobalSearch:
         explaining, every = _coarse(index, endpoint.field().values, width, self._pad,
                                     np.float32(endpoint.unknown), unknown,
                                     np.float32(self._low), np.float32(1 / self._unit))  # fmt: skip
-        self._maxima = _maxima(explaining if known else every, BOUND_LEVELS, self._unknown)
-        self._phases = _phases(self._maxima[-1], self._unknown)
-        self._top = max(int(self._maxima[-1].max()), self._unknown)
-        self._standing = _any(every < free, BOUND_LEVELS) if known else ANYWHERE
+        cells = explaining if known else every
+        self._words = _words(cells, self._unknown)
+        self._phases = _phases(_square_maxima(cells, self._unknown), self._unknown)
+        self._standing = _squares(every < free) if known else ANYWHERE
         self._origin = np.array(tiles.origin) + first * side
         self._cell = width * tiles.resolution
         self.centre = Pose2.of([*(self._origin + (last - first) * side / 2), 0.0])
@@ -74,8 +74,8 @@ class GlobalSearch:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the maxima."""
-        return self._maxima.nbytes + self._phases.nbytes
+        """Bytes of the field and of the maxima."""
+        return self._words.nbytes + self._phases.nbytes
 
     def best(
         self,
@@ -113,8 +113,8 @@ class GlobalSearch:
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         least_units = max((least - self._low) / self._unit, -1.0)
         found = _search(
-            self._maxima, self._phases, self._standing, points[every] / self._cell, turns, middle,
-            window, self._excluded(turns, around, but), (self._unknown, self._top),
+            self._words, self._phases, self._standing, points[every] / self._cell, turns, middle,
+            window, self._excluded(turns, around, but), self._unknown,
             max(math.floor(least_units * len(every)), 0), (OTHER_DISTANCE / self._cell) ** 2, most,
         )  # fmt: skip
         xy = np.array(around[:2]) + found[:, :0:-1] * self._cell
@@ -185,37 +185,52 @@ def _pool(top, width, low, scale, result):
 
 
 @kernel
-def _maxima(field, levels, unknown):
-    """(levels, rows, cols) the maximum over the square of 1 << level cells up and right of each."""
-    rows, cols = field.shape
-    result = np.empty((levels, rows, cols), np.uint8)
-    result[0] = field
-    wide = np.full((rows, cols), unknown, np.uint8)
-    for level in range(1, levels):
-        step = 1 << (level - 1)
-        for r in range(rows):
-            _larger(result[level - 1, r, :-step], result[level - 1, r, step:], wide[r, :-step])
-            for c in range(cols - step, cols):
-                wide[r, c] = max(result[level - 1, r, c], unknown)
-        for r in range(rows - step):
-            _larger(wide[r], wide[r + step], result[level, r])
-        for r in range(rows - step, rows):
-            for c in range(cols):
-                result[level, r, c] = max(wide[r, c], unknown)
+def _words(cells, unknown):
+    """(rows, MARGIN + cols) uint64: each holds SQUARE neighbouring cells of a row, in LANE bits
+    each, so that one addition adds to SQUARE sums; those at the borders hold unknown cells too."""
+    rows, cols = cells.shape
+    words, row = np.empty((rows, MARGIN + cols), np.uint64), np.empty(2 * MARGIN + cols, np.uint64)
+    row[:] = unknown
+    for r in range(rows):
+        for c in range(cols):
+            row[MARGIN + c] = cells[r, c]
+        for c in range(MARGIN + cols):
+            word = np.uint64(0)
+            for k in range(SQUARE):
+                word |= row[c + k] << np.uint64(LANE * k)
+            words[r, c] = word
+    return words
+
+
+@kernel
+def _square_maxima(cells, unknown):
+    """(rows, cols) the maximum over the square of SQUARE cells up and right of each."""
+    rows, cols = cells.shape
+    wide, high = cells.copy(), np.full((rows, cols), unknown, np.uint8)
+    for r in range(rows):
+        for k in range(1, SQUARE):
+            _larger(wide[r, : cols - k], cells[r, k:], wide[r, : cols - k])
+        for c in range(max(cols - SQUARE + 1, 0), cols):
+            wide[r, c] = max(wide[r, c], unknown)
+    for r in range(rows):
+        high[r] = wide[r]
+        for k in range(r + 1, min(r + SQUARE, rows)):
+            _larger(high[r], wide[k], high[r])
+        for c in range(cols if r > rows - SQUARE else 0):
+            high[r, c] = max(high[r, c], unknown)
+    return high
+
+
+def _squares(cells: np.ndarray) -> np.ndarray:
+    """(2, rows, cols) the cells, and whether one of the square of SQUARE cells up and right of each
+    is true."""
+    result = np.array([cells, cells])
+    for k in range(1, SQUARE):
+        result[1, :, :-k] |= cells[:, k:]
+    wide = result[1].copy()
+    for k in range(1, SQUARE):
+        result[1, :-k] |= wide[k:]
     return result
-
-
-def _any(cells: np.ndarray, levels: int) -> np.ndarray:
-    """(levels, rows, cols) whether one of the 1 << level cells up and right of each is true."""
-    result = [cells]
-    for level in range(1, levels):
-        step, last = 1 << (level - 1), result[-1]
-        wide = last.copy()
-        wide[:, :-step] |= last[:, step:]
-        high = wide.copy()
-        high[:-step] |= wide[step:]
-        result.append(high)
-    return np.array(result)
 
 
 @kernel
@@ -224,45 +239,70 @@ def _larger(a, b, result):
         result[k] = a[k] if a[k] > b[k] else b[k]
 
 
-def _phases(maxima: np.ndarray, unknown: int) -> np.ndarray:
+@kernel
+def _phases(maxima, unknown):
     """(SQUARE, SQUARE, rows, cols) uint16 every SQUARE-th row and column of the maxima, from each
     of the first ones on, by how much they exceed unknown cells, modulo 2^16."""
-    high, wide = (-(-n // SQUARE) for n in maxima.shape)
-    result = np.zeros((SQUARE, SQUARE, high, wide), np.uint16)
-    for i, j in np.ndindex(SQUARE, SQUARE):
-        part = maxima[i::SQUARE, j::SQUARE]
-        result[i, j, : len(part), : part.shape[1]] = part - np.uint16(unknown)
+    rows, cols = maxima.shape
+    result = np.zeros((SQUARE, SQUARE, -(-rows // SQUARE), -(-cols // SQUARE)), np.uint16)
+    for r in range(rows):
+        for c in range(cols):
+            excess = np.int64(maxima[r, c]) - unknown
+            result[r % SQUARE, c % SQUARE, r // SQUARE, c // SQUARE] = np.uint16(excess)
     return result
 
 
 @kernel
 def _search(
-    maxima, phases, standing, points, turns, middle, window, excluded, limits, least, radius, most
+    words, phases, standing, points, turns, middle, window, excluded, unknown, least, radius, most
 ):
     """(n, 3) turns, rows and columns of the best candidates above `least`, at most so many, the
-    best one first; depth first, best node first.
+    best one first; best square first.
 
-    limits  the field of unknown cells, and its maximum
-    radius  squared, of a place, of which only the best candidate counts
+    unknown  the field of unknown cells
+    radius   squared, of a place, of which only the best candidate counts
     """
-    beams = _beams(points, turns, middle, maxima.shape[2])
-    bounds = _bounds(phases, beams, window, limits[0])
+    beams = _beams(points, turns, middle, words.shape[1])
+    bounds = _bounds(phases, beams, window, unknown)
     _stand(bounds, standing, middle, window)
     found, values = np.full((most, 3), -1), np.full(most, least)
-    kept, node = (found, values, turns, radius, least), np.empty(3, np.int64)
+    kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
+    rows, cols, box, places = beams
+    flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
     high, wide = bounds.shape[1:]
-    flat = bounds.ravel()
-    for first in (True, False):  # the most promising node, then those that may be better
+    for first in (True, False):  # the most promising square, then those that may be better
         nodes = np.full(1, flat.argmax()) if first else np.flatnonzero(flat > values.min())
+        worst = values.min()
         for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
-            if flat[o] <= values.min():
+            if flat[o] <= worst:
                 break
-            node[0] = o // (high * wide)
-            node[1] = o // wide % high * SQUARE - window[1]
-            node[2] = o % wide * SQUARE - window[0]
-            _descend(maxima, standing, beams, middle, window, excluded, limits, node, kept)
+            t, i, j = o // (high * wide), o // wide % high * SQUARE, o % wide * SQUARE
+            i, j = i - window[1], j - window[0]
+            inside = box[t, 0] + i >= 0 and box[t, 1] + i + SQUARE <= len(words)
+            if inside and box[t, 2] + j >= -MARGIN and box[t, 3] + j < pitch - MARGIN:
+                shift = i * pitch + j
+                for a in range(SQUARE):  # in this loop: calls count references to arrays
+                    total = np.uint64(0)
+                    for k in range(places.shape[1]):
+                        total += cells[np.uint64(places[t, k] + shift)]
+                    sums[a], shift = total, shift + pitch
+            else:
+                _add_up(words, unknown, rows[t] + i, cols[t] + j + MARGIN, sums)
+            if _largest(sums[0], sums[1], sums[2], sums[3]) > worst:
+                _keep_best(sums, standing, middle, window, excluded, (t, i, j), kept)
+                worst = values.min()
     order = np.argsort(-values, kind="mergesort")
     return found[order[: (values > least).sum()]]
+
+
+@kernel
+def _largest(a, b, c, d):
+    """The largest of all lanes of SQUARE words."""
+    best = np.uint64(0)
+    for word in (a, b, c, d):
+        for k in range(SQUARE):
+            best = max(best, (word >> np.uint64(LANE * k)) & LANE_MASK)
+    return np.int64(best)
 
 
 @kernel
@@ -315,44 +355,22 @@ def _stand(bounds, standing, middle, window):
     for a in range(bounds.shape[1]):
         for b in range(bounds.shape[2]):
             i, j = a * SQUARE - window[1], b * SQUARE - window[0]
-            if not _stands(standing, BOUND_LEVELS - 1, middle, i, j):
+            if not _stands(standing, 1, middle, i, j):
                 bounds[:, a, b] = 0
 
 
 @kernel
-def _descend(maxima, standing, beams, middle, window, excluded, limits, node, kept):
-    """Search a node, given by turn, row and column, for candidates to be kept."""
+def _keep_best(sums, standing, middle, window, excluded, node, kept):
+    """Keep the candidates of a square, given by turn, row and column, that are good enough."""
+    t, i, j = node
     values = kept[1]
-    best = values.min()
-    stack, tops = np.empty((4 * BOUND_LEVELS, 4), np.int64), np.empty(4 * BOUND_LEVELS, np.int64)
-    four, depth = np.empty(4, np.int64), 1
-    stack[0, 0], stack[0, 1:], tops[0] = BOUND_LEVELS - 1, node, ABOVE_ALL
-    while depth:
-        depth -= 1
-        level, t, i, j = stack[depth]
-        if tops[depth] <= best:
-            continue
-        if level == 0:
-            if not _is_excluded(excluded, t, i, j):
-                _keep(kept, t, i, j, tops[depth])
-                best = values.min()
-            continue
-        half = 1 << (level - 1)
-        for q in range(4):
-            a, b = i + half * (q // 2), j + half * (q % 2)
-            four[q] = NO_SUM
-            within = a <= window[1] and b <= window[0]
-            if within and _stands(standing, level - 1, middle, a, b):
-                four[q] = _sum(maxima[level - 1], beams, t, a, b, limits, best)
-        for _ in range(4):  # the best one last: it is taken first
-            q = np.argmin(four)
-            bound, four[q] = four[q], ABOVE_ALL
-            if bound > best:
-                stack[depth, 0], stack[depth, 1] = level - 1, t
-                stack[depth, 2] = i + half * (q // 2)
-                stack[depth, 3] = j + half * (q % 2)
-                tops[depth] = bound
-                depth += 1
+    for r in range(min(SQUARE, window[1] - i + 1)):
+        for c in range(min(SQUARE, window[0] - j + 1)):
+            value = np.int64((sums[r] >> np.uint64(LANE * c)) & LANE_MASK)
+            if value <= values.min() or not _stands(standing, 0, middle, i + r, j + c):
+                continue
+            if not _is_excluded(excluded, t, i + r, j + c):
+                _keep(kept, t, i + r, j + c, value)
 
 
 @kernel
@@ -381,7 +399,8 @@ def _descending(values, most):
 
 @kernel
 def _stands(standing, level, middle, i, j):
-    """Whether the robot may stand in one of the cells from row i and column j of the window on."""
+    """Whether the robot may stand at row i and column j of the window (level 0), or somewhere in
+    the square from there on (1)."""
     if not len(standing):
         return True
     r, c = int(np.floor(middle[1])) + i, int(np.floor(middle[0])) + j
@@ -392,7 +411,7 @@ def _stands(standing, level, middle, i, j):
 @kernel
 def _beams(points, turns, middle, wide):
     """(turns, n) rows and columns of the points' cells, (turns, 4) their least and largest, and
-    (turns, n) their places in an array of that many columns."""
+    (turns, n) their places in `words` of that many columns."""
     rows = np.empty((len(turns), len(points)), np.int64)
     cols, box = rows.copy(), np.zeros((len(turns), 4), np.int64)
     for t in range(len(turns)):
@@ -403,37 +422,16 @@ def _beams(points, turns, middle, wide):
         if len(points):
             box[t, 0], box[t, 1] = rows[t].min(), rows[t].max()
             box[t, 2], box[t, 3] = cols[t].min(), cols[t].max()
-    return rows, cols, box, (rows * wide + cols).astype(np.uint64)
+    return rows, cols, box, rows * wide + cols + MARGIN
 
 
 @kernel
-def _sum(maxima, beams, t, i, j, limits, least):
-    """The sum of the maxima at the points, or NO_SUM as soon as it cannot exceed `least`."""
-    rows, cols, box, places = beams
-    high, wide = maxima.shape
-    unknown, top = limits
-    inside = box[t, 0] + i >= 0 and box[t, 1] + i < high
-    if inside and box[t, 2] + j >= 0 and box[t, 3] + j < wide:
-        return _sum_inside(maxima.ravel(), places[t], np.uint64(i * wide + j), top, least)
-    total, n = 0, rows.shape[1]
-    for k in range(n):
-        r, c = rows[t, k] + i, cols[t, k] + j
-        total += np.int64(maxima[r, c]) if 0 <= r < high and 0 <= c < wide else unknown
-        if total + (n - 1 - k) * top <= least:
-            return NO_SUM
-    return total
-
-
-@kernel
-def _sum_inside(maxima, places, shift, top, least):
-    """The same, of points all of which lie in the array (loops of a fixed length are fast)."""
-    total, n = 0, len(places)
-    whole = n - n % CHUNK
-    for begin in range(0, whole, CHUNK):
-        for k in range(CHUNK):
-            total += maxima[places[np.uint64(begin + k)] + shift]
-        if total + (n - CHUNK - begin) * top <= least:
-            return NO_SUM
-    for k in range(whole, n):
-        total += maxima[places[np.uint64(k)] + shift]
-    return total if total > least else NO_SUM
+def _add_up(words, unknown, rows, cols, sums):
+    """Write to sums (SQUARE,) those of the words at rows and columns (n,), and in the rows above;
+    words that do not exist hold `unknown` cells."""
+    high, wide = words.shape
+    sums[:] = 0
+    for k in range(len(rows)):
+        for a in range(SQUARE):
+            within = 0 <= rows[k] + a < high and 0 <= cols[k] < wide
+            sums[a] += words[rows[k] + a, cols[k]] if within else EVERY_LANE * np.uint64(unknown)

@@ -9,9 +9,11 @@ from slam.grid import OccupancyGrid
 from slam.kernel import kernel
 from slam.maps.centroids import Centroids
 from slam.maps.rays import TILE_MARGIN, ObservedCells, Rays, Tracer
-from slam.maps.tiles import AREA, MASK, SHIFT, Tiles
+from slam.maps.tiles import MASK, SHIFT, Tiles
 from slam.scan import Scan
 from slam.validation import positive_number
+
+U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # unsigned: numba checks no index for its sign
 
 
 class Cells:
@@ -62,15 +64,17 @@ class Cells:
                        self.occupied.flat, self.observed.flat)  # fmt: skip
 
 
-@kernel
+@kernel(error_model="numpy")
 def _sample(points, index, row0, col0, resolution, occupied, observed):
     rows, cols, scale = index.shape[0] << SHIFT, index.shape[1] << SHIFT, 1.0 / resolution
     h, known = np.zeros(len(points), np.float32), np.zeros(len(points), np.bool_)
     for k in range(len(points)):
         x, y = points[k, 0] * scale - col0, points[k, 1] * scale - row0
         if 0.0 <= x < cols and 0.0 <= y < rows:
-            row, col = int(y), int(x)
-            cell = index[row >> SHIFT, col >> SHIFT] * AREA + ((row & MASK) << SHIFT) + (col & MASK)
+            row, col = np.uint64(np.int64(y)), np.uint64(np.int64(x))
+            tile = np.uint64(index[row >> U_SHIFT, col >> U_SHIFT])
+            within = ((row & U_MASK) << U_SHIFT) + (col & U_MASK)
+            cell = (tile << (U_SHIFT + U_SHIFT)) + within
             h[k], known[k] = occupied[cell], observed[cell]
     return h, known
 

@@ -46,7 +46,7 @@ def outline(points: Array) -> Outline:
     return Outline(points, *_outline(points))
 
 
-@kernel
+@kernel(error_model="numpy")
 def _outline(points):
     n = len(points)
     tangents, kind = np.zeros((n, 2)), np.zeros(n, np.uint8)
@@ -78,7 +78,7 @@ def _sums(points):
     return sums
 
 
-@kernel
+@kernel(error_model="numpy")
 def _end(points, i, step):
     """The last echo from echo `i` on, in steps of 1 or -1, that a line through `i` is fitted to."""
     k = i
@@ -91,7 +91,7 @@ def _end(points, i, step):
     return k
 
 
-@kernel
+@kernel(error_model="numpy")
 def _fitted(sums, first, last):
     """The unit vector along the line through echoes `first` to `last`, by least squares, and the
     standard deviation of their distances from it."""
@@ -107,7 +107,7 @@ def _fitted(sums, first, last):
     return along, across if xy >= 0.0 else -across, residual
 
 
-@kernel
+@kernel(error_model="numpy")
 def _is_point(points, i):
     """Whether an echo without a line has a neighbour near by, or lies before both of them."""
     before = _apart(points, i, i - 1) if i > 0 else np.inf
@@ -123,7 +123,7 @@ def _is_point(points, i):
     )
 
 
-@kernel
+@kernel(error_model="numpy")
 def _apart(points, i, k):
     x, y = points[i, 0] - points[k, 0], points[i, 1] - points[k, 1]
     return math.sqrt(x * x + y * y)  # several times faster than math.hypot

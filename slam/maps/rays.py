@@ -158,45 +158,43 @@ def _trace(sensor, ends, hit, x, y, scale, marks, pitch, window, index, free, us
     for k in range(len(echoes)):
         row, col = int((echoes[k, 1] - y) * scale - low), int((echoes[k, 0] - x) * scale - left)
         marks[np.uint64(row * pitch + col)] = HIT
-        taken = _allocate_around(low + row, left + col, index, free, used, taken)
+        if not _allocated_around(low + row, left + col, index):
+            taken = _allocate_around(low + row, left + col, index, free, used, taken)
     cells, flags, n = np.empty(most, np.int64), np.zeros(most, np.bool_), 0
     words = marks.view(np.uint64)
     for r in range(row0, row1 + 1):
         for c in range(col0, col1 + 1):
-            first = ((r - row0) * pitch + c - col0) << SHIFT
-            for line in range(0, AREA, TILE):
-                start = np.uint64((first + (line >> SHIFT) * pitch) >> 3)
-                if _any(words[start : start + U_WORDS]):
+            corner = ((r - row0) * pitch + c - col0) << SHIFT
+            for line in range(TILE):  # in this loop: calls count references to arrays
+                start, marked = np.uint64((corner + line * pitch) >> 3), np.uint64(0)
+                for w in range(U_WORDS):
+                    marked |= words[start + w]
+                if not marked:
+                    continue
+                if index[r, c] == 0:
                     taken = _allocate(r, c, index, free, used, taken)
-                    n = _collect(marks, words, start, index[r, c] * AREA + line, cells, flags, n)
+                first = index[r, c] * AREA + line * TILE
+                for w in range(U_WORDS):
+                    word = words[start + w]
+                    if not word:
+                        continue
+                    hits, begin = word & ALL_HIT, first + WORD * np.int64(w)
+                    for k in range(WORD):
+                        mark = marks[((start + w) << U_3) + np.uint64(k)]
+                        cells[n] = begin + k
+                        if hits:
+                            flags[n] = mark == HIT
+                        n += mark != 0
+                    words[start + w] = 0
     return cells[:n], flags[:n], echoes, taken
 
 
 @kernel
-def _any(words):
-    """Whether one of U_WORDS words is not zero (a loop of a fixed length, without a branch)."""
-    result = np.uint64(0)
-    for k in range(U_WORDS):
-        result |= words[k]
-    return result != 0
-
-
-@kernel
-def _collect(marks, words, start, first, cells, flags, n):
-    """Append the marked cells of one row of a tile, whose first cell has the id `first`, and reset
-    their marks; returns the number of cells."""
-    for w in range(U_WORDS):
-        word = start + np.uint64(w)
-        if words[word]:
-            hits = words[word] & ALL_HIT
-            for k in range(WORD):
-                mark = marks[(word << U_3) + np.uint64(k)]
-                cells[n] = first + w * WORD + k
-                if hits:
-                    flags[n] = mark == HIT
-                n += mark != 0
-            words[word] = 0
-    return n
+def _allocated_around(row, col, index):
+    """Whether the tiles within TILE_MARGIN of a cell are allocated."""
+    r, below = (row + TILE_MARGIN) >> SHIFT, (row - TILE_MARGIN) >> SHIFT
+    c, before = (col + TILE_MARGIN) >> SHIFT, (col - TILE_MARGIN) >> SHIFT
+    return index[r, c] and index[r, before] and index[below, c] and index[below, before]
 
 
 @kernel

@@ -96,11 +96,11 @@ class Prediction:
 
     def log_density(self, poses: Array) -> Array:
         """(n,) log p(s | u, s') of poses (n, 3), up to a constant."""
-        return _log_density(poses, self._centre, self._moved, self.deviations)
+        return _log_density(poses, *self.gaussian)
 
     def covariance(self) -> Array:
         """(3, 3) covariance of the predicted pose by the odometry's errors alone, world."""
-        return _covariance(self._centre, self._moved, self.deviations)
+        return _covariance(*self.gaussian)
 
     def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
         """Value, gradient (3,) and (Gauss-Newton) curvature (3, 3) of the log density."""
@@ -109,7 +109,13 @@ class Prediction:
 
     def add_slope(self, pose: Pose2, gradient: Array, curvature: Array) -> float:
         """The value of the log density; its gradient and curvature are added to those given."""
-        return _add_slope(*pose, self._centre, self._moved, self.deviations, gradient, curvature)
+        return add_slope(*pose, *self.gaussian, gradient, curvature)
+
+    @property
+    def gaussian(self) -> tuple[Array, Array, Array]:
+        """What kernels evaluate the density by: (3,) the predicted pose, (2,) m, the displacement
+        in the frame of that pose, and (3,) the deviations."""
+        return self._centre, self._moved, self.deviations
 
 
 @kernel
@@ -157,7 +163,8 @@ def _covariance(centre, moved, deviations):
 
 
 @kernel
-def _add_slope(x, y, theta, centre, moved, deviations, g, H):
+def add_slope(x, y, theta, centre, moved, deviations, g, H):
+    """See `Prediction.add_slope`; `centre`, `moved` and `deviations` are `Prediction.gaussian`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y, theta = _error((x, y, theta), centre, moved)
     hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)

@@ -14,12 +14,13 @@ from slam.kernel import kernel
 from slam.search.gauss_newton import GaussNewton
 from slam.validation import positive
 
-FEW = 3  # candidates of which all are evaluated in full
+FEW = 16  # candidates of which all are evaluated in full: a floor would cost more than it saves
 MAX_EXHAUSTIVE = 100  # candidates up to which all are evaluated, without bounds
 NODE_SIDE = 2  # candidates along the side of a node, which share a bound
 FIRST_BATCH = 2  # nodes evaluated at first; then twice as many, and so on
 ROUNDING = 1e-6  # added to bounds, which rounding errors could make too small
 MAX_REACH = (0.5, 0.5, math.pi)  # m, m, rad, of the search: farther, the odometry has jumped
+PRECISION = 0.0005  # m and rad, of the climb; registration, which follows, has one of its own
 Axes = tuple[Array, Array, Array]  # turns, x, y: the ticks of the grid of candidates
 
 
@@ -39,7 +40,7 @@ class Correlative:
     step: float = 0.05
     turn: float = math.radians(1.0)
     reach: float = 1.5
-    refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=1))
+    refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=1, precision=PRECISION))
 
     def __post_init__(self) -> None:
         positive(self, "step", "turn", "reach")
@@ -79,7 +80,10 @@ class Correlative:
         return Pose2.of(pose)
 
     def _axes(self, deviations: Array) -> Axes:
-        x, y, turn = np.minimum(self.reach * deviations, MAX_REACH).tolist()
+        x, y, turn = (
+            min(self.reach * deviation, most)
+            for deviation, most in zip(deviations.tolist(), MAX_REACH, strict=True)
+        )
         return _ticks(turn, self.turn), _ticks(x, self.step), _ticks(y, self.step)
 
 

@@ -56,7 +56,7 @@ class GaussNewton:
     def _climb(self, posterior: Posterior, pose: Pose2, level: int) -> tuple[Pose2, Slope]:
         here = posterior.slope(pose, level)
         for _ in range(self.steps):
-            x, y, theta = _step(here.gradient, here.curvature)
+            x, y, theta = newton_step(here.gradient, here.curvature)
             while max(abs(x), abs(y), abs(theta)) > self.precision:
                 turned = math.remainder(pose.theta + theta, math.tau)
                 next_pose = Pose2(pose.x + x, pose.y + y, turned)
@@ -71,7 +71,7 @@ class GaussNewton:
 
 
 @kernel
-def _step(g, H):
+def newton_step(g, H):
     """-(H - e)^-1 g by Cramer's rule, for negative semi-definite H; e keeps it invertible."""
     e = DAMPING * (1.0 - H[0, 0] - H[1, 1] - H[2, 2])
     a, b, c = e - H[0, 0], e - H[1, 1], e - H[2, 2]

@@ -60,14 +60,14 @@ def _information(values, steps):
                 mixed = (mixed - 2 * values[0] - hessian[i, i] - hessian[j, j]) / 2
             hessian[i, j] = hessian[j, i] = mixed
             n += 2
-    if _positive(-hessian):
+    if positive(-hessian):
         return -hessian / np.outer(steps, steps)
     curvature, axes = np.linalg.eigh(-hessian)
     return (axes * np.maximum(curvature, 0.0)) @ axes.T / np.outer(steps, steps)
 
 
 @kernel
-def _positive(a):
+def positive(a):
     """Whether a symmetric (3, 3) matrix is positive definite, by its leading minors."""
     two = a[0, 0] * a[1, 1] - a[0, 1] * a[0, 1]
     three = a[2, 2] * two - a[0, 0] * a[1, 2] ** 2 - a[1, 1] * a[0, 2] ** 2

@@ -14,7 +14,8 @@ from slam.maps.cells import Cells
 from slam.maps.outline import NOTHING, Outline
 from slam.maps.surfaces import COUNT, NONE, SAME, TX, TY, Surfaces, X, Y
 from slam.maps.tiles import SHIFT
-from slam.motion.gaussian import Prediction
+from slam.motion.gaussian import Prediction, add_slope
+from slam.search.gauss_newton import newton_step
 from slam.sensor_models.blocks import cell_at
 from slam.validation import positive, whole
 
@@ -52,6 +53,26 @@ class EchoModel(NamedTuple):
 ECHO = EchoModel()
 
 
+class SurfaceMap(NamedTuple):
+    """Surfaces, and the cells that they belong to, as kernels read them.
+
+    left, low   m, world, where `lattice` begins
+    resolution  m, side of a cell
+    lattice     slots of the tiles, see `Tiles.index`
+    occupied    (cells,) h
+    first, table, next  see `Surfaces`
+    """
+
+    left: float
+    low: float
+    resolution: float
+    lattice: np.ndarray
+    occupied: np.ndarray
+    first: np.ndarray
+    table: np.ndarray
+    next: np.ndarray
+
+
 @dataclass(frozen=True)
 class Registration:
     """Newton steps on the distances of a scan's echoes to the surfaces of the map.
@@ -75,7 +96,7 @@ class Registration:
     model: EchoModel = ECHO
     rounds: int = 5
     steps: int = 2
-    precision: float = 0.0005
+    precision: float = 0.002
     farthest: float = 0.1
     paired: float = 0.7
 
@@ -98,137 +119,168 @@ class Registration:
 
         `cells` are those of the map that the surfaces belong to.
         """
-        pose, information = start, np.zeros((3, 3))
-        for _ in range(self.rounds):
-            pairs = self.pairs(outline, surfaces, cells, pose)
-            if (pairs[:, 0] == PLANE).sum() < self.paired * len(pairs):
-                return None
-            _, slope, bend = prediction.slope(pose)
-            moved, information = _climbed(outline.points, pairs, np.array(pose), slope, bend,
-                                          self.model, self.steps, self.precision)  # fmt: skip
-            short = np.abs(moved).max() < self.precision
-            pose = _plus(pose, moved)
-            if short:
-                break
-        near = math.dist(pose[:2], start[:2]) <= self.farthest
-        return (pose, SHARPER * information) if near else None
+        limits = self.rounds, self.steps, self.precision, self.paired
+        pose, information, enough = _registered(
+            outline, start, self._map(surfaces, cells), self.model, prediction.gaussian, limits
+        )
+        if not enough or math.dist(pose[:2], start[:2]) > self.farthest:
+            return None
+        return Pose2(*pose), SHARPER * information
 
     def pairs(self, outline: Outline, surfaces: Surfaces, cells: Cells, pose: Pose2) -> Array:
         """(n, 5) what each echo is compared with: PLANE, its normal (2,), its distance from the
         origin along the normal, h; or SPOT, x, y, 0, h; zeros if with nothing."""
+        pairs = np.zeros((len(outline.points), 5))
+        _pair(outline, pose, self._map(surfaces, cells), self.model, pairs)
+        return pairs
+
+    def _map(self, surfaces: Surfaces, cells: Cells) -> SurfaceMap:
         tiles = cells.tiles
-        where = np.array([*tiles.origin, tiles.resolution])
-        return _paired(outline, np.array(pose), where, tiles.index, cells.occupied.flat,
-                       surfaces.first.flat, surfaces.table, surfaces.next, self.model)  # fmt: skip
+        return SurfaceMap(*tiles.origin, tiles.resolution, tiles.index, cells.occupied.flat,
+                          surfaces.first.flat, surfaces.table, surfaces.next)  # fmt: skip
 
 
 SURFACES = Registration()  # the default
 
 
-def _plus(pose: Pose2, step: Array) -> Pose2:
-    x, y, theta = step.tolist()
-    return Pose2(pose.x + x, pose.y + y, math.remainder(pose.theta + theta, math.tau))
-
-
 @kernel
-def _paired(
-    outline: Outline, pose, where, index, occupied, first, table, following, model: EchoModel
-):
-    points = outline.points
-    pairs = np.zeros((len(points), 5))
+def _registered(outline: Outline, start, where: SurfaceMap, model: EchoModel, prior, limits):
+    """The pose (x, y, theta) at which the steps end, the information (3, 3) of the echoes there,
+    and whether enough of them were paired.
+
+    prior   of the pose, see `Prediction.gaussian`
+    limits  rounds, steps of a round, precision, least share of echoes on walls
+    """
+    rounds, steps, precision, least = limits
+    points, pose, H = outline.points, (start[0], start[1], start[2]), np.zeros((3, 3))
+    pairs, slope, bend = np.empty((len(points), 5)), np.empty(3), np.empty((3, 3))
+    for _ in range(rounds):
+        if _pair(outline, pose, where, model, pairs) < least * len(points):
+            return pose, H, False
+        slope[:], bend[:] = 0.0, 0.0
+        add_slope(*pose, *prior, slope, bend)
+        x, y, theta = _climb(points, pairs, pose, slope, bend, model, steps, precision, H)
+        turned = (pose[2] + theta + np.pi) % (2.0 * np.pi) - np.pi
+        pose = pose[0] + x, pose[1] + y, turned
+        if max(abs(x), abs(y), abs(theta)) < precision:
+            break
+    return pose, -H, True
+
+
+@kernel(error_model="numpy")
+def _pair(outline: Outline, pose, where: SurfaceMap, model: EchoModel, pairs):
+    """Write to pairs (n, 5) what the echoes are compared with; returns how many with planes.
+
+    The surfaces along an echo's tangent are averaged, weighted by their likelihood; of points the
+    most likely one counts. (One loop: numba counts references to arrays at calls of functions.)
+    """
+    points, tangents, kind = outline
+    left, low, resolution, index, occupied, first, table, following = where
     rows, cols = (index.shape[0] << SHIFT) - AROUND, (index.shape[1] << SHIFT) - AROUND
-    c, s, scale = np.cos(pose[2]), np.sin(pose[2]), 1.0 / where[2]
+    c, s, scale, planes = np.cos(pose[2]), np.sin(pose[2]), 1.0 / resolution, 0
+    across, around = CUT * model.sigma, CUT * model.point_sigma
     for k in range(len(points)):
-        if outline.kind[k] == NOTHING:
+        pairs[k] = 0.0
+        if kind[k] == NOTHING:
             continue
         x = pose[0] + c * points[k, 0] - s * points[k, 1]
         y = pose[1] + s * points[k, 0] + c * points[k, 1]
-        row, col = int((y - where[1]) * scale), int((x - where[0]) * scale)
+        row, col = int((y - low) * scale), int((x - left) * scale)
         if not (AROUND <= row < rows and AROUND <= col < cols):
             continue
-        tx = c * outline.tangents[k, 0] - s * outline.tangents[k, 1]
-        ty = s * outline.tangents[k, 0] + c * outline.tangents[k, 1]
+        tx = c * tangents[k, 0] - s * tangents[k, 1]
+        ty = s * tangents[k, 0] + c * tangents[k, 1]
         total = nx = ny = off = mean = best = 0.0
         for i in range(row - AROUND, row + AROUND + 1):
             for j in range(col - AROUND, col + AROUND + 1):
-                cell = cell_at(index, i, j)
-                surface = first[cell]
+                cell = np.uint64(cell_at(index, i, j))
+                surface = np.uint64(first[cell])
                 while surface != NONE:
-                    known = table[surface, COUNT] / (table[surface, COUNT] + model.new)
-                    h = known * min(max(occupied[cell], H_MIN), H_MAX)
                     dx, dy = x - table[surface, X], y - table[surface, Y]
-                    ux, uy = table[surface, TX], table[surface, TY]
-                    along = ux * tx + uy * ty
-                    if ux == 0.0 and uy == 0.0:
+                    ux, uy, echoes = table[surface, TX], table[surface, TY], table[surface, COUNT]
+                    surface = np.uint64(following[surface])
+                    along, r = ux * tx + uy * ty, dy * ux - dx * uy
+                    if abs(along) >= SAME and abs(r) < across:
+                        h = _known(echoes, model.new, occupied[cell])
+                        w = h * _falloff((dx * ux + dy * uy) * scale, r / model.sigma)
+                        total, mean = total + w, mean + w * h
+                        w = np.copysign(w, along)
+                        nx, ny, off = nx - w * uy, ny + w * ux, off + w * r
+                    elif ux == 0.0 and uy == 0.0 and max(abs(dx), abs(dy)) < around:
+                        h = _known(echoes, model.new, occupied[cell])
                         w = h * _falloff(dx / model.point_sigma, dy / model.point_sigma)
                         if w > best:
-                            best = w
-                            pairs[k] = (SPOT, x - dx, y - dy, 0.0, h)
-                    elif abs(along) >= SAME:
-                        r, sign = dy * ux - dx * uy, np.copysign(1.0, along)
-                        w = h * _falloff((dx * ux + dy * uy) * scale, r / model.sigma)
-                        total, mean, off = total + w, mean + w * h, off + sign * w * r
-                        nx, ny = nx - sign * w * uy, ny + sign * w * ux
-                    surface = following[surface]
+                            best, pairs[k, 0], pairs[k, 4] = w, SPOT, h
+                            pairs[k, 1], pairs[k, 2] = x - dx, y - dy
         if total > 0.0:
-            length = np.hypot(nx, ny)
-            nx, ny = nx / length, ny / length
-            pairs[k] = (PLANE, nx, ny, nx * x + ny * y - off / total, mean / total)
-    return pairs
+            length = np.sqrt(nx * nx + ny * ny)
+            pairs[k, 0], pairs[k, 1], pairs[k, 2] = PLANE, nx / length, ny / length
+            pairs[k, 3] = (nx * x + ny * y) / length - off / total
+            pairs[k, 4] = mean / total
+            planes += 1
+    return planes
+
+
+@kernel(error_model="numpy")
+def _known(echoes, new, h):
+    """h of a surface of so many echoes in a cell."""
+    return echoes / (echoes + new) * min(max(h, H_MIN), H_MAX)
 
 
 @kernel
 def _falloff(t, r):
     """The likelihood by the distances along two axes, in standard deviations."""
-    return np.exp(-0.5 * (t * t + r * r)) if abs(t) < CUT and abs(r) < CUT else 0.0
+    return np.exp(-0.5 * (t * t + r * r))
 
 
 @kernel
-def _climbed(points, pairs, pose, slope, bend, model: EchoModel, steps, precision):
-    """How far Newton steps lead from a pose, with the same pairs, and the information (3, 3) of the
-    echoes there; `slope` (3,) and `bend` (3, 3) are the prediction's at the pose."""
-    moved, g, H = np.zeros(3), np.zeros(3), np.zeros((3, 3))
+def _climb(points, pairs, pose, slope, bend, model: EchoModel, steps, precision, H):
+    """How far Newton steps lead from a pose, with the same pairs; the curvature (3, 3) of the
+    echoes there is written to H. `slope` (3,) and `bend` (3, 3) are the prediction's at the pose.
+    """
+    moved, g = np.zeros(3), np.zeros(3)
     for _ in range(steps):
-        _expand(points, pairs, pose + moved, model, g, H)
-        step = np.linalg.solve(H + bend, -(g + slope + bend @ moved))
-        moved += step
-        if np.abs(step).max() < precision:
+        here = pose[0] + moved[0], pose[1] + moved[1], pose[2] + moved[2]
+        _expand(points, pairs, here, model, g, H)
+        step = newton_step(g + slope + bend @ moved, H + bend)
+        for k in range(3):
+            moved[k] += step[k]
+        if max(abs(step[0]), abs(step[1]), abs(step[2])) < precision:
             break
-    return moved, -H
+    return moved[0], moved[1], moved[2]
 
 
-@kernel
+@kernel(error_model="numpy")
 def _expand(points, pairs, pose, model: EchoModel, g, H):
     """Write gradient (3,) and curvature (3, 3) of the log-likelihood at a pose to g and H."""
-    g[:], H[:] = 0.0, 0.0
     c, s = np.cos(pose[2]), np.sin(pose[2])
+    gx = gy = gt = xx = xy = yy = xt = yt = tt = 0.0
     for k in range(len(points)):
         wx, wy = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
         x, y, h = pose[0] + wx, pose[1] + wy, pairs[k, 4]
         if pairs[k, 0] == PLANE:
             nx, ny = pairs[k, 1], pairs[k, 2]
-            off = nx * x + ny * y - pairs[k, 3]
-            w = model.beta * _weight(off * off, h, model.sigma, model)
-            _pull(g, H, nx, ny, off, w, wx * ny - wy * nx)
+            off, turn = nx * x + ny * y - pairs[k, 3], wx * ny - wy * nx
+            w = model.beta * _weight(off * off, h, model.sigma, model.z_hit, model.z_rand)
+            gx, gy, gt = gx - w * off * nx, gy - w * off * ny, gt - w * off * turn
+            xx, xy, yy = xx - w * nx * nx, xy - w * nx * ny, yy - w * ny * ny
+            xt, yt, tt = xt - w * nx * turn, yt - w * ny * turn, tt - w * turn * turn
         elif pairs[k, 0] == SPOT:
             dx, dy = x - pairs[k, 1], y - pairs[k, 2]
-            w = model.point_beta * _weight(dx * dx + dy * dy, h, model.point_sigma, model)
-            _pull(g, H, 1.0, 0.0, dx, w, -wy)
-            _pull(g, H, 0.0, 1.0, dy, w, wx)
+            square = dx * dx + dy * dy
+            w = model.point_beta * _weight(square, h, model.point_sigma, model.z_hit, model.z_rand)
+            gx, gy, gt = gx - w * dx, gy - w * dy, gt + w * (dx * wy - dy * wx)
+            xx, yy, xt, yt = xx - w, yy - w, xt + w * wy, yt - w * wx
+            tt -= w * (wx * wx + wy * wy)
+    g[0], g[1], g[2] = gx, gy, gt
+    H[0, 0], H[1, 1], H[2, 2] = xx, yy, tt
+    H[0, 1] = H[1, 0] = xy
+    H[0, 2] = H[2, 0] = xt
+    H[1, 2] = H[2, 1] = yt
 
 
-@kernel
-def _weight(square, h, sigma, model: EchoModel):
+@kernel(error_model="numpy")
+def _weight(square, h, sigma, z_hit, z_rand):
     """The derivative of log(z_hit h exp(-d^2 / 2 sigma^2) + z_rand) by -d^2 / 2."""
-    explained = model.z_hit * h * np.exp(-0.5 * square / (sigma * sigma))
-    return explained / ((explained + model.z_rand) * sigma * sigma)
-
-
-@kernel
-def _pull(g, H, nx, ny, off, w, turn):
-    """Add an echo of weight `w` at distance `off` along the normal; `turn`: by the heading."""
-    J = (nx, ny, turn)
-    for a in range(3):
-        g[a] -= w * off * J[a]
-        for b in range(3):
-            H[a, b] -= w * J[a] * J[b]
+    explained = z_hit * h * np.exp(-0.5 * square / (sigma * sigma))
+    return explained / ((explained + z_rand) * sigma * sigma)

@@ -53,10 +53,11 @@ class Endpoint:
         self._map_model: MapModel | None = None
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
-        """Update the field around the `changed` cells (ids) of the map."""
+        """Update the field around the `changed` cells (ids) of the map; a new map's are all."""
+        cells, tiles = map_model.cells, map_model.cells.tiles
         if map_model is not self._map_model:
             self._begin(map_model)
-        cells, tiles = map_model.cells, map_model.cells.tiles
+            changed = np.flatnonzero(cells.observed.flat)
         blocks = field.mark_stale(
             changed, cells.occupied.flat, cells.centroids.offset.flat, cells.centroids.count.flat,
             self._h_level.flat, self._centroid.flat, self._stale.values, tiles.places, tiles.corner,

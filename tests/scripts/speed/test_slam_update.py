@@ -14,6 +14,7 @@ from slam.episode import Episode
 from slam.geometry import Pose2
 from slam.maps.static import Static
 from slam.maps.tiles import AREA
+from slam.search.registration import Registration
 from tests.scripts.figures.test_figures import first_scans
 
 
@@ -79,6 +80,15 @@ def test_a_stopwatch_changes_nothing_of_the_run(episode):
     np.testing.assert_array_equal(robot.map().occupied, plain.grid.occupied)
     assert found.matched.sum() == plain.matched
     assert 0 < found.mapping < found.seconds.sum()
+    assert 0 < found.registering < found.seconds.sum() - found.mapping
+
+
+@pytest.mark.parametrize("variant", ["static-graph", "static-ml/no-registration"])
+def test_the_registration_is_a_part_of_the_cost_where_there_is_one(episode, variant):
+    untimed = Registration.__call__
+    found = cost(slam.make(variant, true_start(episode)), episode)
+    assert (found.registering > 0) == (variant == "static-graph")
+    assert Registration.__call__ is untimed
 
 
 class Slow(Static):
@@ -104,7 +114,8 @@ def test_what_costs_more_is_told_as_such(episode, known, ticking):
     assert 1 > slow["map_share"] > static["map_share"] > 0
     assert slow["matched"] == static["matched"] > 20 > odometry["matched"] == 0
     assert slow["bytes"] == static["bytes"] + 1_000_000
-    assert odometry["bytes"] is odometry["map_share"] is None
+    assert odometry["bytes"] is odometry["map_share"] is odometry["registration_share"] is None
+    assert 1 > static["registration_share"] > slow["registration_share"] > 0
 
 
 def test_variants_take_turns(episode, monkeypatch):
@@ -152,7 +163,7 @@ class Growing(Static):
 
     def integrate(self, scan, pose):
         self.scans += 1
-        CLOCK.spend(0.001 * self.scans)
+        CLOCK.spend(0.002 * self.scans)
         return super().integrate(scan, pose)
 
 

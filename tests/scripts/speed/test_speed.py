@@ -21,6 +21,7 @@ TINY = {
 @pytest.fixture
 def small(monkeypatch):
     monkeypatch.setattr(speed_env, "STEPS_PER_ROUND", 20)
+    monkeypatch.setattr(speed_env, "SLAM_STEPS_PER_ROUND", 5)
     monkeypatch.setattr(speed_env, "BEAMS", (31,))
     monkeypatch.setattr(speed_env, "DOORS", (0, 2))
     monkeypatch.setattr(speed_env, "EXTRA_WALLS", (10,))
@@ -55,6 +56,7 @@ def test_it_measures_every_case_beside_its_floor(small, capsys):
         "0 doors",
         "2 doors",
         "10 more walls",
+        "SlamWrapper, map_crop=4 (floor: none)",
         "reset",
     ]
     for what, row in by_name.items():

@@ -192,7 +192,7 @@ def test_the_trajectory_ends_where_the_robot_is() -> None:
 
 
 def test_what_was_put_off_till_the_end_moves_the_robot_too() -> None:
-    robot, episode = GraphSlam(), drive(2.0, reach=2.5)
+    robot, episode = GraphSlam(), drive(2.0, reach=2.4)
     last = [robot.update(*given).pose for given in paired(episode)][-1]
     robot.finish()
     assert tuple(robot.pose) == pytest.approx(robot.trajectory()[-1], abs=1e-9)
