@@ -71,14 +71,14 @@ class Recent:
         return changed
 
     def overlaps(self, match: Match, pose: Pose2) -> Array:
-        """(k,) overlap of each of the last scans, the latest first, with the scan of a match, if it
-        was taken at `pose`."""
+        """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
+        it was taken at `pose`; and the number of its echoes in view."""
         seen, away = sight(match.scan), match.last.between(pose)
         result = []
         for before, step in zip(reversed(self._sights), reversed(self._steps), strict=True):
             result.append(overlap(before, seen, away))
             away = step @ away
-        return np.array(result)
+        return np.array(result).reshape(-1, 2)
 
 
 def sight(scan: Scan) -> Sight:
@@ -98,16 +98,17 @@ def change(before: Sight, after: Sight, displacement: Pose2) -> float:
     return _share(before, after, displacement) + _share(after, before, displacement.inverse())
 
 
-def overlap(before: Sight, after: Sight, displacement: Pose2) -> float:
+def overlap(before: Sight, after: Sight, displacement: Pose2) -> tuple[float, int]:
     """Share of the echoes of the second scan, as far as they are in the view of the first, that lie
-    on surfaces of the first, if the robot moved by `displacement` between them."""
+    on surfaces of the first, if the robot moved by `displacement` between them; and their
+    number."""
     sensor = before.mount.inverse() @ displacement
     view = before.angles[0], before.angles[-1]
     step = max(len(after.points) // FEW, 1)
     agreeing, known = _near(
         before.outline, before.bearings, view, after.points, step, sensor.x, sensor.y, sensor.theta
     )
-    return agreeing / known if known >= MIN_POINTS else 0.0
+    return (agreeing / known if known >= MIN_POINTS else 0.0), known * step
 
 
 def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:

@@ -75,7 +75,7 @@ class OdometryFailure:
         found, prediction = match.estimate.pose, match.prediction
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
-        fall = self.fall(overlaps)
+        fall = self.fall(overlaps[:, 0])
         self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL
         error = (np.abs(prediction.error(found)) / prediction.deviations).max()
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
@@ -83,7 +83,7 @@ class OdometryFailure:
         if not suspected:
             return found
         pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
-        proof = evidence(overlaps, recent.overlaps(match, pose)) * len(match.scan.points)
+        proof = evidence(overlaps, recent.overlaps(match, pose))
         if odds + proof > 0.0 and self._agrees(match.agreement(pose)):
             self.sudden = proof < PROVEN
             return pose
@@ -122,11 +122,12 @@ class OdometryFailure:
 
 
 def evidence(found: Array, corrected: Array) -> float:
-    """Log-likelihood ratio, nats an echo, of a correction, by the overlaps (k,) of the last scans
-    where the match found the scan, and where it is corrected: if the odometry failed after one of
-    them, that one agrees better with the corrected pose. This does not depend on the map, in which
-    a room may look like itself turned around."""
+    """Log-likelihood ratio, nats, of a correction, by the overlaps (k, 2) of the last scans where
+    the match found the scan, and where it is corrected: if the odometry failed after one of them,
+    that one agrees better with the corrected pose. This does not depend on the map, in which a room
+    may look like itself turned around."""
     if len(found) < RECENT:
         return 0.0
-    possible = corrected > found[0] - LESS_OVERLAP
-    return ECHO_EVIDENCE * float((corrected - found)[possible].max(initial=-1.0))
+    possible = corrected[:, 0] > found[0, 0] - LESS_OVERLAP
+    gains = (corrected[:, 0] - found[:, 0]) * corrected[:, 1]
+    return ECHO_EVIDENCE * float(gains[possible].max(initial=-found[0, 1]))

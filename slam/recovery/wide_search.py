@@ -37,7 +37,7 @@ class WideSearch:
     """
 
     reach: tuple[float, float, float] = (1.0, 1.0, math.radians(100.0))
-    deviations: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    deviations: tuple[float, float, float] = (0.5, 0.5, 0.35)
     rate: float = 0.005
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
 

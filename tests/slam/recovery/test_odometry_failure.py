@@ -16,6 +16,10 @@ def failure() -> OdometryFailure:
     return OdometryFailure(LostBelief(), WideSearch())
 
 
+def seen(*shares: float, echoes: int = 100) -> np.ndarray:
+    return np.column_stack([shares, np.full(len(shares), echoes)])
+
+
 def after(failure: OdometryFailure, overlaps: list[np.ndarray]) -> list[float]:
     return [failure.fall(one) for one in overlaps]
 
@@ -37,19 +41,26 @@ def test_new_ground_lets_it_fall_step_by_step(failure):
 
 def test_few_scans_tell_nothing(failure):
     assert failure.fall(np.array([0.9, 0.2])) == 0.0
-    assert evidence(np.array([0.9, 0.2]), np.array([0.2, 0.9])) == 0.0
+    assert evidence(seen(0.9, 0.2), seen(0.2, 0.9)) == 0.0
 
 
 def test_a_scan_before_the_failure_speaks_for_the_correction():
-    found, corrected = np.array([0.98, 0.88, 0.88, 0.88, 0.88]), np.array([0.88] + [0.98] * 4)
-    assert evidence(found, corrected) == pytest.approx(0.05)  # nats an echo, of 0.1 of them
+    found, corrected = seen(0.98, 0.88, 0.88, 0.88, 0.88), seen(0.88, 0.98, 0.98, 0.98, 0.98)
+    assert evidence(found, corrected) == pytest.approx(5.0)  # nats: half of each of 10 echoes
+
+
+def test_few_echoes_in_view_are_little_evidence():
+    found = seen(0.98, 0.88, 0.88, 0.88, 0.88)
+    corrected = seen(0.88, 0.98, 0.98, 0.98, 0.98, echoes=20)
+    assert evidence(found, corrected) == pytest.approx(1.0)
 
 
 def test_scans_that_all_agree_less_speak_against_it():
-    assert evidence(USUAL, USUAL - 0.3) < -0.1
+    assert evidence(seen(*USUAL), seen(*(USUAL - 0.1))) == pytest.approx(-5.0)
+    assert evidence(seen(*USUAL), seen(*(USUAL - 0.3))) < -10.0
 
 
 def test_an_earlier_scan_that_hardly_agrees_is_no_witness():
-    found = np.array([0.98, 0.9, 0.7, 0.5, 0.3])
-    corrected = np.array([0.5, 0.5, 0.5, 0.6, 0.7])  # a little better, far from what agrees
-    assert evidence(found, corrected) < 0.0
+    found = seen(0.98, 0.9, 0.7, 0.5, 0.3)
+    corrected = seen(0.5, 0.5, 0.5, 0.6, 0.7)  # a little better, far from what agrees
+    assert evidence(found, corrected) < -10.0
