@@ -165,7 +165,7 @@ class Watch:
         """The probability after a check that does not speak against the believed place."""
         self._rivals.votes = 0
         self.belief.dismiss()
-        return min(self.belief.probability, UNCHECKED) if self._jumped else NOT_ELSEWHERE
+        return NOT_ELSEWHERE
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
