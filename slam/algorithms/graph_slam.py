@@ -38,7 +38,6 @@ from slam.validation import positive_number, whole_number
 MIN_KEYFRAMES = 12  # of a local map
 MAX_KEYFRAMES = 400  # of a local map, where the robot stands or turns
 SPARSE = 0.3  # m between keyframes that are far apart
-SPARSE_KEYFRAMES = 24  # of a local map there, at least: each redraws many seeds
 SPARSE_SEEDS, MAX_SEEDS = 150, 150  # seeds there, by the distance in m; at most
 MAX_MIDDLE_DISTANCE = (
     6.0  # m between the centres of two local maps, beyond which they are not matched
@@ -281,8 +280,7 @@ class GraphSlam:
         return min(max(round(SPARSE_SEEDS * spacing), self.seeds), max(self.seeds, MAX_SEEDS))
 
     def _complete(self, place: LocalMap) -> bool:
-        least = MIN_KEYFRAMES if _spacing(place) < SPARSE else SPARSE_KEYFRAMES
-        long = place.length >= self.stretch and len(place.keyframes) >= least
+        long = place.length >= self.stretch and len(place.keyframes) >= MIN_KEYFRAMES
         return long or len(place.keyframes) >= MAX_KEYFRAMES
 
     def _continues(self, place: LocalMap, scan: Scan, pose: Pose2) -> bool:

@@ -15,7 +15,7 @@ from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 
-WORSE = 4.0  # nats by which a scan fits worse than expected: a wide window is searched
+WORSE = 8.0  # nats by which a scan fits worse than expected: a wide window is searched
 MUCH_WORSE = 16.0  # nats; such a match is judged at once
 LARGE_ERROR = 2.5  # standard deviations of the odometry, beyond which likewise
 FALL = 0.04  # share of the echoes by which the overlap with earlier scans falls at once: likewise
