@@ -32,8 +32,9 @@ def test_fewer_doors_are_left_in_the_map(tmp_path, capsys, without_doors):
 
 def test_the_pose_is_that_of_the_same_map(tmp_path, capsys, without_doors):
     map_a_log.MapALog(seed=3, out=tmp_path)()
-    errors = dict(re.findall(r"([\w-]+): .* ATE (\d+) mm", capsys.readouterr().out))
-    assert errors["without-doors"] == errors["hmm-ml"]
+    found = re.findall(r"([\w-]+): .* ATE (\d+) mm", capsys.readouterr().out)
+    errors = {name: int(error) for name, error in found}
+    assert abs(errors["without-doors"] - errors["hmm-ml"]) <= 1  # it does not watch for a loss
 
 
 def test_an_explorer_is_trained_and_judged(tmp_path, capsys):
