@@ -53,6 +53,7 @@ class Recent:
     def __init__(self) -> None:
         self._sights: deque[Sight] = deque(maxlen=RECENT)
         self._steps: deque[Pose2] = deque(maxlen=RECENT)  # to each of them from the one before
+        self._latest: tuple[Scan, Sight] | None = None
 
     def clear(self) -> None:
         """Forget the keyframes: the next one is taken elsewhere."""
@@ -64,7 +65,7 @@ class Recent:
         known."""
         if not match.continuous:
             self.clear()
-        seen, step = sight(match.scan), match.last.between(match.estimate.pose)
+        seen, step = self._sight(match.scan), match.last.between(match.estimate.pose)
         changed = change(self._sights[-1], seen, step) if self._sights else 0.0
         self._sights.append(seen)
         self._steps.append(step)
@@ -73,12 +74,18 @@ class Recent:
     def overlaps(self, match: Match, pose: Pose2) -> Array:
         """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
         it was taken at `pose`; and the number of its echoes in view."""
-        seen, away = sight(match.scan), match.last.between(pose)
+        seen, away = self._sight(match.scan), match.last.between(pose)
         result = []
         for before, step in zip(reversed(self._sights), reversed(self._steps), strict=True):
             result.append(overlap(before, seen, away))
             away = step @ away
         return np.array(result).reshape(-1, 2)
+
+    def _sight(self, scan: Scan) -> Sight:
+        """What the scan saw; that of a keyframe is needed up to three times."""
+        if self._latest is None or self._latest[0] is not scan:
+            self._latest = scan, sight(scan)
+        return self._latest[1]
 
 
 def sight(scan: Scan) -> Sight:
