@@ -24,7 +24,7 @@ MIN_POINTS = 10  # that both scans can see; fewer tell nothing
 NEAR = 0.1  # m from the outline of the other scan, at most, of an echo of the same surface
 MAX_GAP = 0.5  # m between neighbouring echoes of one surface
 WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
-FEW = 200  # echoes that are compared
+FEW = 200  # echoes that are compared, at most
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
 
 
@@ -111,7 +111,7 @@ def overlap(before: Sight, after: Sight, displacement: Pose2) -> tuple[float, in
     number."""
     sensor = before.mount.inverse() @ displacement
     view = before.angles[0], before.angles[-1]
-    step = max(len(after.points) // FEW, 1)
+    step = max(math.ceil(len(after.points) / FEW), 1)
     agreeing, known = _near(
         before.outline, before.bearings, view, after.points, step, sensor.x, sensor.y, sensor.theta
     )

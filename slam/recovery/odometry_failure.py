@@ -82,14 +82,21 @@ class OdometryFailure:
         suspected = [sign for sign, value in signs if sign.surprising(value)]
         if not suspected:
             return found
-        pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
-        proof = evidence(overlaps, recent.overlaps(match, pose))
-        if odds + proof > 0.0 and self._agrees(match.agreement(pose)):
-            self.sudden = proof < PROVEN
-            return pose
+        if worse + self._provable(overlaps) + self.wide.prior_odds(prediction, found) > 0.0:
+            pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
+            proof = evidence(overlaps, recent.overlaps(match, pose))
+            if odds + proof > 0.0 and self._agrees(match.agreement(pose)):
+                self.sudden = proof < PROVEN
+                return pose
         for sign in suspected:
             sign.dismiss()
         return found
+
+    def _provable(self, overlaps: Array) -> float:
+        """Nats by which the last scans may speak for a correction, by how much less than usual they
+        overlap; twice as much, since a corrected scan may overlap more than usual."""
+        less = (self._overlap - overlaps[:, 0]) * overlaps[:, 1]
+        return 2.0 * ECHO_EVIDENCE * float(less.max(initial=0.0))
 
     def _suddenly(self, worse: float) -> bool:
         """Whether a match fits so much worse than the one before as is not usual."""

@@ -54,13 +54,31 @@ class WideSearch:
         size = FARTHEST + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
         start = region.best(searched(scan), narrow.pose, reach, turn_step=TURN_STEP)
-        wide = Prediction(narrow.pose, Pose2(), np.array(self.deviations))
+        wide = self._wide(narrow)
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
         return pose, failed - _log_probability(endpoint, scan, narrow, found)
 
+    def prior_odds(self, narrow: Prediction, found: Pose2) -> float:
+        """The log-odds, nats, that the odometry failed, against `found`, at the predicted pose and
+        before scans are compared: those of `best` are larger by what the scan fits better, at
+        most."""
+        wide = self._wide(narrow)
+        failed = math.log(self.rate) + _log_prior(wide, wide.pose)
+        return failed - _log_prior(narrow, found)
+
+    def _wide(self, narrow: Prediction) -> Prediction:
+        """The prediction if the odometry failed."""
+        return Prediction(narrow.pose, Pose2(), np.array(self.deviations))
+
 
 def _log_probability(endpoint: Endpoint, scan: Scan, prediction: Prediction, pose: Pose2) -> float:
     """log p(scan, pose), up to a constant that all predictions share."""
-    value = Posterior(endpoint, scan, prediction)(np.array([pose]))[0]
-    return float(value - np.log(prediction.deviations).sum())
+    value = endpoint.log_likelihood(scan, np.array([pose]))[0]
+    return float(value) + _log_prior(prediction, pose)
+
+
+def _log_prior(prediction: Prediction, pose: Pose2) -> float:
+    """log p(pose), up to a constant that all predictions share."""
+    density = prediction.log_density(np.array([pose]))[0]
+    return float(density - np.log(prediction.deviations).sum())
