@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from slam.benchmark.score import score
     from slam.episode import Episode, Truth
     from slam.errors import InputError
+    from slam.forecast.door import DoorForecast
     from slam.geometry import Pose2
     from slam.grid import GridSpec, OccupancyGrid
     from slam.interface import (
@@ -72,6 +73,7 @@ _MODULES = {
     "Clamped": "slam.maps.clamped",
     "Correlative": "slam.search.correlative",
     "DeadReckoning": "slam.algorithms.dead_reckoning",
+    "DoorForecast": "slam.forecast.door",
     "Endpoint": "slam.sensor_models.endpoint",
     "Episode": "slam.episode",
     "Estimate": "slam.interface",
