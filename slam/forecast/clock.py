@@ -20,8 +20,9 @@ EARLIEST, LATEST = -2.2e9, 7.2e9  # s, unix time: the years 1900 to 2198
 class WeekClock:
     """The local clock of a time zone.
 
-    name  of the IANA data base, such as "Europe/London". A constant offset from the local clock only
-          shifts the week; a change to daylight saving time within the data does not.
+    name  of the IANA data base, such as "Europe/London". With "UTC" the week is only shifted, as
+          long as the building's clock is never changed. Daylight saving time changes it: habits
+          then come an hour early or late.
     """
 
     def __init__(self, name: str) -> None:

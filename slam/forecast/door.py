@@ -51,8 +51,8 @@ class DoorForecast:
         self.watched_hours = np.zeros(HOURS)  # by weekday and hour, none of them forgotten
         self.look: Look | None = None
         self.reference: int | None = None  # day since 1970 whose minutes are counted with weight 1
-        self._rates_day: int | None = None  # for which the rates were worked out
-        self._rates = self.week.rates(1.0)
+        self.rates_day: int | None = None  # for which the rates were worked out
+        self.known_rates = self.week.rates(1.0)
         self._curves: tuple[Array, Array] | None = None
 
     @classmethod
@@ -167,6 +167,17 @@ class DoorForecast:
             "watched_hours": np.round(self.watched_hours, 2).tolist(),
         }
 
+    def sums(self) -> dict[str, Array]:
+        """All weighted sums that were learned, by name; they can be written to."""
+        return {
+            "week_watched": self.week.watched,
+            "week_open": self.week.open,
+            "lags_common": self.lags.common,
+            "lags_fit": self.lags.fit,
+            "dwells_watched": self.dwells.watched,
+            "dwells_ended": self.dwells.ended,
+        }
+
     # -- learning ------------------------------------------------------------------------------
 
     def _learn(self, minutes: np.ndarray, states: np.ndarray) -> None:
@@ -175,9 +186,9 @@ class DoorForecast:
         day = int(minutes[0]) // DAY_MINUTES
         if self.reference is None:
             self.reference = day
-        if day != self._rates_day:
+        if day != self.rates_day:
             self._rescale(day)
-            self._rates, self._rates_day = self.rates(), day
+            self.known_rates, self.rates_day = self.rates(), day
         block = self.window.append(minutes, states)
         weights = self._weights(block)
         of_week = self._minute_of_week(block.first + block.new)
@@ -206,7 +217,7 @@ class DoorForecast:
         lag, place = np.nonzero((at >= 0) & (block.new - at < ends) & (block.new >= LAGS[:, None]))
         looked, later = at[lag, place], block.new[place]
         of_week = self._minute_of_week(block.first + np.arange(len(block.state)))
-        week = at_minutes(self._rates, of_week)
+        week = at_minutes(self.known_rates, of_week)
         pairs = Pairs(
             lag, block.state[looked], block.state[later], week[looked], week[later],
             relaxation.age_bin(block.age[looked]),
@@ -241,13 +252,9 @@ class DoorForecast:
         passed = (day - self.reference) / self.half_life_days
         if passed <= RESCALED_AFTER:
             return
-        for sums in self._sums():
+        for sums in self.sums().values():
             sums *= np.exp2(-passed)
         self.reference = day
-
-    def _sums(self) -> tuple[Array, ...]:
-        return (self.week.watched, self.week.open, self.lags.common, self.lags.fit,
-                self.dwells.watched, self.dwells.ended)  # fmt: skip
 
     # -- forecasting ---------------------------------------------------------------------------
 
