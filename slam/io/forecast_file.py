@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any
 
@@ -15,7 +16,7 @@ from slam.io.files import replacing
 
 FORMAT = "dynslam-door-forecast-1"
 WHAT = "a forecast saved by dynslam"
-NOTHING = -1.0  # in the place of a time or a day that is not there
+NOTHING = math.nan  # in the place of a time or a day that is not there
 
 
 def save_forecast(door: DoorForecast, path: str | os.PathLike[str]) -> None:
@@ -32,8 +33,9 @@ def save_forecast(door: DoorForecast, path: str | os.PathLike[str]) -> None:
         "window_age": door.window.age,
         "look": [] if door.look is None else [*door.look[:2], _or_nothing(door.look.since)],
     }
+    arrays |= door.sums()
     with replacing(path) as file:
-        np.savez_compressed(file, **arrays, **door.sums())
+        np.savez_compressed(file, **arrays)
 
 
 def load_forecast(path: str | os.PathLike[str]) -> DoorForecast:
@@ -72,9 +74,9 @@ def _whole_like(known: np.ndarray, data: dict[str, Any], name: str, most: int) -
 
 
 def _look(time: float, state: float, since: float) -> Look:
-    if state not in (0.0, 1.0) or not np.isfinite([time, since]).all():
+    if state not in (0.0, 1.0) or not math.isfinite(time) or math.isinf(since):
         raise InputError("look must have a time, a state of 0 or 1, and a time since when")
-    return Look(time, int(state), None if since == NOTHING else since)
+    return Look(time, int(state), None if math.isnan(since) else since)
 
 
 def _or_nothing(value: float | None) -> float:
@@ -82,4 +84,4 @@ def _or_nothing(value: float | None) -> float:
 
 
 def _whole(value: float) -> int | None:
-    return None if value == NOTHING else int(value)
+    return None if math.isnan(value) else int(value)
