@@ -14,7 +14,7 @@ from slam.forecast.week import BIN, WeekCounts, at_minutes
 from slam.geometry import Array
 from slam.validation import positive_number
 
-HALF_LIFE = 35.0  # days, after which what was seen counts half
+HALF_LIFE = 50.0  # days, after which what was seen counts half
 HOURS = (7, 24)
 RESCALED_AFTER = 30  # half-lives from the reference day of the weights, before they grow too large
 

@@ -15,9 +15,9 @@ from slam.geometry import Array
 
 BIN = 10  # min
 DAYS, DAY_BINS = 7, 144
-SMOOTHING = 45.0  # min, standard deviation of the kernel
-PRIOR_WEEKS = 4.0  # weight of the prior of a bin of the week, in weeks
-PRIOR_DAYS = 1.0  # weight of the mean rate, in the rate of a time of day, in days
+SMOOTHING = 40.0  # min, standard deviation of the kernel
+PRIOR_WEEKS = 8.0  # weight of the prior of a bin of the week, in weeks
+PRIOR_DAYS = 3.0  # weight of the mean rate, in the rate of a time of day, in days
 PRIOR_WATCH = 60.0  # min, weight of a rate of one half, and of a weekday factor of one
 MAX_PRIOR, MIN_RATE = 0.95, 1e-3
 
