@@ -15,10 +15,11 @@ from slam.geometry import Array
 
 BIN = 10  # min
 DAYS, DAY_BINS = 7, 144
-SMOOTHING = 40.0  # min, standard deviation of the kernel
-PRIOR_WEEKS = 8.0  # weight of the prior of a bin of the week, in weeks
+SMOOTHING = 20.0  # min, standard deviation of the kernel
+PRIOR_WEEKS = 16.0  # weight of the prior of a bin of the week, in weeks
 PRIOR_DAYS = 3.0  # weight of the mean rate, in the rate of a time of day, in days
 PRIOR_WATCH = 60.0  # min, weight of a rate of one half, and of a weekday factor of one
+WEEKDAY_SHARE, MAX_INCREASE = 0.6, 2.0  # of a weekday factor's distance from one; times a factor
 MAX_PRIOR, MIN_RATE = 0.95, 1e-3
 
 
@@ -62,8 +63,14 @@ def _prior(watched: Array, opened: Array) -> Array:
     by_time = (_smooth(opened.sum(0)) + weight * mean) / (_smooth(watched.sum(0)) + weight)
     expected = (watched * by_time).sum(axis=1)
     few = mean * PRIOR_WATCH
-    factor = (opened.sum(axis=1) + few) / (expected + few)
+    factor = _tempered((opened.sum(axis=1) + few) / (expected + few))
     return np.minimum(factor[:, None] * by_time, MAX_PRIOR)
+
+
+def _tempered(factor: Array) -> Array:
+    """Weekday factors drawn towards one, since weekdays differ less in later weeks than in those
+    learned from; but a day off stays one."""
+    return np.minimum(1.0 + WEEKDAY_SHARE * (factor - 1.0), MAX_INCREASE * factor)
 
 
 def _smooth(values: Array) -> Array:
