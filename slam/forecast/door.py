@@ -52,7 +52,8 @@ class DoorForecast:
         self.look: Look | None = None
         self.reference: int | None = None  # day since 1970 whose minutes are counted with weight 1
         self.rates_day: int | None = None  # for which the rates were worked out
-        self.known_rates = self.week.rates(1.0)
+        self.estimates = self.week.estimates(1.0)  # at the begin of that day
+        self.known_rates = self.week.blend(self.estimates, 1.0)
         self._curves: tuple[Array, Array] | None = None
 
     @classmethod
@@ -74,9 +75,8 @@ class DoorForecast:
     def update(self, begin_s: Any, end_s: Any, state: Any) -> None:
         """Learn from further runs, (n,) as for `fit` or one as three numbers; they begin after
         those before have ended. Raises InputError."""
-        begin, end, states = (np.atleast_1d(values) for values in (begin_s, end_s, state))
         after = -np.inf if self.look is None else self.look.time
-        runs = watched.checked(begin, end, states, after)
+        runs = watched.checked(begin_s, end_s, state, after)
         for minutes, seen in watched.days(runs, self.window.last):
             self._learn(minutes, seen)
         for run in zip(*(part.tolist() for part in runs), strict=True):
@@ -172,6 +172,7 @@ class DoorForecast:
         return {
             "week_watched": self.week.watched,
             "week_open": self.week.open,
+            "week_errors": self.week.errors,
             "lags_common": self.lags.common,
             "lags_fit": self.lags.fit,
             "dwells_watched": self.dwells.watched,
@@ -188,11 +189,13 @@ class DoorForecast:
             self.reference = day
         if day != self.rates_day:
             self._rescale(day)
-            self.known_rates, self.rates_day = self.rates(), day
+            self.estimates, self.rates_day = self.week.estimates(self._scale()), day
+            self.known_rates = self.week.blend(self.estimates, self._scale())
         block = self.window.append(minutes, states)
         weights = self._weights(block)
         of_week = self._minute_of_week(block.first + block.new)
         new = block.state[block.new]
+        self.week.compare(self.estimates, of_week, new, weights * block.weight)
         self.week.add(of_week, new, weights * block.weight)
         hours = np.bincount(of_week // 60, minlength=WEEK_MINUTES // 60).reshape(HOURS)
         self.watched_hours += hours * (MINUTE / 3600.0)

@@ -72,8 +72,13 @@ class Window:
 
 def checked(begin_s: Any, end_s: Any, state: Any, after: float) -> Runs:
     """Runs (n,) in order of time that begin at `after` or later. Raises InputError for others."""
-    begin, end = check_times("begin_s", begin_s), check_times("end_s", end_s)
-    states = check_states("state", state)
+    begin, end, states = (
+        np.atleast_1d(values)
+        for values in (
+            check_times("begin_s", begin_s), check_times("end_s", end_s),
+            check_states("state", state),
+        )
+    )  # fmt: skip
     if not begin.shape == end.shape == states.shape or begin.ndim != 1:
         raise InputError(
             f"begin_s, end_s and state must be of one length, got shapes {begin.shape}, "

@@ -27,6 +27,7 @@ def save_forecast(door: DoorForecast, path: str | os.PathLike[str]) -> None:
         "half_life_days": door.half_life_days,
         "days": [_or_nothing(door.reference), _or_nothing(door.rates_day)],
         "rates": door.known_rates,
+        "estimates": door.estimates,
         "watched_hours": door.watched_hours,
         "last_minute": _or_nothing(door.window.last),
         "window_state": door.window.state,
@@ -49,6 +50,7 @@ def _forecast(data: dict[str, Any]) -> DoorForecast:
         sums[...] = _like(sums, data, name)
     door.reference, door.rates_day = map(_whole, floats(data["days"], 1).tolist())
     door.known_rates = _like(door.known_rates, data, "rates")
+    door.estimates = _like(door.estimates, data, "estimates")
     door.watched_hours = _like(door.watched_hours, data, "watched_hours")
     door.window.last = _whole(float(data["last_minute"]))
     door.window.state = _whole_like(door.window.state, data, "window_state", 1)

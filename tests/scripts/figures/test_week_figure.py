@@ -27,5 +27,5 @@ def test_bins_with_few_looks_are_not_drawn() -> None:
     diagram = Reliability([100, 3] + [0] * 7 + [90], [0.05, 0.15] + [0.0] * 7 + [0.95],
                           [0.0, 1.0] + [0.0] * 7 + [0.9])  # fmt: skip
     figure = week_figure(DoorForecast().to_dict(), [Calibration("1 min", diagram)], "a door")
-    line = figure.axes[1].lines[1]
+    line = figure.axes[-1].lines[1]
     assert np.asarray(line.get_xdata()).tolist() == [0.05, 0.95]
