@@ -31,13 +31,14 @@ def door(tmp_path: Path) -> Path:
     return written(tmp_path / "door.csv", runs_of(states * chain(len(states), 0.1, 0.03, 4)))
 
 
-def test_ours_is_better_than_each_baseline(door: Path, tmp_path: Path, capsys) -> None:
+def test_ours_is_best_after_some_minutes_and_never_far_from_it(door: Path, tmp_path: Path, capsys) -> None:
     out = tmp_path / "out"
     assert status(["forecast", str(door), "--out", str(out)]) == 0
     scores = json.loads((out / "scores.json").read_text())
-    for horizon in map(str, HORIZONS[:-1]):  # after a day, the rates are all that is known
+    for horizon in map(str, HORIZONS):
         brier = {name: np.mean(s[horizon]["brier"]) for name, s in scores.items() if horizon in s}
-        assert brier[OURS] <= min(b for n, b in brier.items() if n not in (OURS, OURS_SINCE)) + 2e-3
+        best = min(value for name, value in brier.items() if name not in (OURS, OURS_SINCE))
+        assert brier[OURS] < (0.9 * best if horizon == "5" else best + 3e-3)
     assert len(scores[OURS]["1"]["brier"]) == 2
     assert "FreMEn" in (out / "table.md").read_text()
     assert "persistence" in capsys.readouterr().out
