@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import UTC, datetime
 from zoneinfo import ZoneInfo
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 
+UTC_NAME = "UTC"  # known without a data base of time zones
 MINUTE, DAY_MINUTES = 60, 1440  # s; min
 WEEK_MINUTES = 7 * DAY_MINUTES
 MONDAY = 3 * DAY_MINUTES  # min from the beginning of the week to 1970-01-01, a Thursday
@@ -27,7 +28,7 @@ class WeekClock:
 
     def __init__(self, name: str) -> None:
         try:
-            self._zone = ZoneInfo(name)
+            self._zone = UTC if name == UTC_NAME else ZoneInfo(name)
         except (OSError, ValueError, TypeError, KeyError):
             raise InputError(
                 f'timezone must be a name such as "UTC" or "Europe/London", got {name!r}'
@@ -41,7 +42,7 @@ class WeekClock:
         return (local + MONDAY) % WEEK_MINUTES
 
     def _offsets(self, times: Array) -> Array:
-        if self.name == "UTC":
+        if self.name == UTC_NAME:
             return np.zeros_like(times)
         steps, place = np.unique(np.floor(times / OFFSET_STEP), return_inverse=True)
         offsets = np.array([self._offset(step * OFFSET_STEP) for step in steps.tolist()])

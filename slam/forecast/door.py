@@ -82,14 +82,14 @@ class DoorForecast:
         for run in zip(*(part.tolist() for part in runs), strict=True):
             self._remember(*run)
 
-    def observe(self, t: float, state: int) -> None:
+    def observe(self, t: Any, state: Any) -> None:
         """Learn from one look at `t`, s (unix time), not before the last one. Raises InputError.
 
         A minute counts once, with the state of its first look. Looks in adjacent minutes count as
         watching. A look counts for the time since the one before, at most 30 min.
         """
-        time = float(watched.check_times("t", t))
-        seen = int(watched.check_states("state", state))
+        time = float(_one("t", watched.check_times("t", t)))
+        seen = int(_one("state", watched.check_states("state", state)))
         if self.look is not None and time < self.look.time:
             raise InputError(
                 f"the look at {time:.0f} s comes after one at {self.look.time:.0f} s: was the "
@@ -134,14 +134,15 @@ class DoorForecast:
             return self.probability(t)
         return self.probability(t, *self.look[:2], self.look.since)
 
-    def lasting(self, state: int, age_s: float, further_s: Any) -> Any:
+    def lasting(self, state: Any, age_s: Any, further_s: Any) -> Any:
         """P(a state that began `age_s` s ago does not change for `further_s` s, up to a week).
 
         From the life table of both states, which knows no time of the day.
         """
-        seen = int(watched.check_states("state", state))
-        age, ahead = np.asarray(age_s, np.float64), np.asarray(further_s, np.float64)
-        if age.ndim or not (np.isfinite(age) and age >= 0 and (ahead >= 0).all()):
+        seen = int(_one("state", watched.check_states("state", state)))
+        age = float(_one("age_s", watched.check_times("age_s", age_s)))
+        ahead = watched.check_times("further_s", further_s)
+        if age < 0 or not (ahead >= 0).all():
             raise InputError("age_s and further_s must be times of at least 0 s")
         if not (ahead <= MINUTE * dwell.MAX_AHEAD).all():
             raise InputError("further_s must be at most a week, 604800 s")
@@ -277,6 +278,13 @@ class DoorForecast:
         own = by_age[:, state[known].astype(np.int64), relaxation.age_bin(age[known])]
         rho[known] = relaxation.interpolated(own, lag[known]) if known.any() else 0.0
         return rho
+
+
+def _one(name: str, value: np.ndarray) -> np.ndarray:
+    """A single value. Raises InputError for an array."""
+    if value.ndim:
+        raise InputError(f"{name} must be a single number, got an array of shape {value.shape}")
+    return value
 
 
 def _age(looked: Array, since: Any) -> np.ndarray:

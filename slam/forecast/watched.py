@@ -13,6 +13,7 @@ from slam.forecast.relaxation import LAG_END
 from slam.geometry import Array
 
 UNKNOWN = -1  # state of a minute that was not watched; age of a state whose begin was not seen
+MAX_RUN = 10 * 365.25 * 86400.0  # s; a longer run is a mistake in the times
 LOOK_WORTH = 30  # min: a look counts for the time since the one before, but for no more than this
 
 
@@ -88,6 +89,9 @@ def checked(begin_s: Any, end_s: Any, state: Any, after: float) -> Runs:
     if len(empty):
         k = int(empty[0])
         raise InputError(f"run {k} ends at {end[k]:.0f} s, not after its begin {begin[k]:.0f} s")
+    long = np.flatnonzero(end - begin > MAX_RUN)
+    if len(long):
+        raise InputError(f"run {int(long[0])} lasts over ten years: are its times in s?")
     back = np.flatnonzero(begin < np.concatenate([[after], end[:-1]]))
     if len(back):
         k = int(back[0])

@@ -31,7 +31,9 @@ def door(tmp_path: Path) -> Path:
     return written(tmp_path / "door.csv", runs_of(states * chain(len(states), 0.1, 0.03, 4)))
 
 
-def test_ours_is_best_after_some_minutes_and_never_far_from_it(door: Path, tmp_path: Path, capsys) -> None:
+def test_ours_is_best_after_some_minutes_and_never_far_from_it(
+    door: Path, tmp_path: Path, capsys
+) -> None:
     out = tmp_path / "out"
     assert status(["forecast", str(door), "--out", str(out)]) == 0
     scores = json.loads((out / "scores.json").read_text())

@@ -16,7 +16,8 @@ def runs_of(states: np.ndarray, begin: float = MONDAY) -> Runs:
     stop = np.append(first[1:], len(states))
     seen = states[first] >= 0
     return Runs(
-        begin + MINUTE * first[seen], begin + MINUTE * stop[seen],
+        begin + MINUTE * first[seen].astype(np.float64),
+        begin + MINUTE * stop[seen].astype(np.float64),
         states[first[seen]].astype(np.int8),
     )  # fmt: skip
 

@@ -152,9 +152,10 @@ def test_the_last_look_and_since_when_are_remembered() -> None:
     assert door.look == (MONDAY + HOUR, 0, None)
     door.update(MONDAY + HOUR, MONDAY + 2 * HOUR, 1)
     door.observe(MONDAY + 2 * HOUR + 30.0, 1)
+    assert door.look is not None
     assert door.look == (MONDAY + 2 * HOUR + 30.0, 1, MONDAY + HOUR)
     later = MONDAY + 2.1 * HOUR
-    assert door.ahead(later) == door.probability(later, *door.look[:2], MONDAY + HOUR)
+    assert door.ahead(later) == door.probability(later, door.look.time, 1, MONDAY + HOUR)
     door.observe(MONDAY + 3 * HOUR, 1)
     assert door.look == (MONDAY + 3 * HOUR, 1, None)
 
@@ -231,6 +232,11 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "since": (lambda: DoorForecast().probability(9.0, 0.0, 1, 5.0), "not be later than seen_at"),
     "shapes": (lambda: DoorForecast().probability([0.0] * 2, [0.0] * 3, 1), "do not broadcast"),
     "lasting": (lambda: DoorForecast().lasting(1, -1.0, 5.0), "at least 0 s"),
+    "further": (lambda: DoorForecast().lasting(1, 0.0, [-5.0]), "at least 0 s"),
+    "decades": (lambda: DoorForecast.fit([0.0], [9e8], [1]), "over ten years"),
+    "look NaN": (lambda: DoorForecast().observe(np.nan, 1), "t must be finite"),
+    "many looks": (lambda: DoorForecast().observe(np.zeros(2), 1), "t must be a single number"),
+    "looks": (lambda: DoorForecast().observe(0.0, 2), "state must be 0 or 1, got 2"),
     "far": (lambda: DoorForecast().lasting(1, 0.0, 1e9), "at most a week"),
 }  # fmt: skip
 
