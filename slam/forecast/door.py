@@ -54,7 +54,8 @@ class DoorForecast:
         self.rates_day: int | None = None  # for which the rates were worked out
         self.estimates = self.week.estimates(1.0)  # at the begin of that day
         self.known_rates = self.week.blend(self.estimates, 1.0)
-        self._curves: tuple[Array, Array] | None = None
+        self._curves: tuple[Array, Array] | None = None  # worked out when they are asked for
+        self._rates: Array | None = None
 
     @classmethod
     def fit(
@@ -153,7 +154,9 @@ class DoorForecast:
 
     def rates(self) -> Array:
         """(1008,) P(state = 1) in each ten minutes of the week, from Monday 0:00 local time."""
-        return self.week.rates(self._scale())
+        if self._rates is None:
+            self._rates = self.week.rates(self._scale())
+        return self._rates.copy()
 
     def to_dict(self) -> dict[str, Any]:
         """The door's week for JSON: 7 lists (Monday first) of 24 hours of the local clock.
@@ -202,7 +205,7 @@ class DoorForecast:
         self.watched_hours += hours * (MINUTE / 3600.0)
         self._learn_dwells(block, weights)
         self._learn_lags(block, weights)
-        self._curves = None
+        self._curves = self._rates = None
 
     def _learn_dwells(self, block: watched.Block, weights: Array) -> None:
         """A minute of known age, and whether the state changed in the next."""
