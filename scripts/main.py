@@ -98,6 +98,10 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
             "studies.ghosts", "GhostsCommand",
             "Count ghosts in maps: occupied cells where nothing permanent stands.",
         ),
+        "forecast": Subcommand(
+            "studies.forecast", "ForecastCommand",
+            "Learn a door's habits from its history and score forecasts of later weeks.",
+        ),
         "endure": Subcommand(
             "studies.endure", "EndureCommand",
             "Drive at random through all worlds; report NaNs, escapes, memory growth, slow steps.",

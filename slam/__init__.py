@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from slam.benchmark.score import score
     from slam.episode import Episode, Truth
     from slam.errors import InputError
+    from slam.forecast.door import DoorForecast
     from slam.geometry import Pose2
     from slam.grid import GridSpec, OccupancyGrid
     from slam.interface import (
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
         Slope,
     )
     from slam.io.episode_file import load_episode, save_episode
+    from slam.io.forecast_file import load_forecast, save_forecast
     from slam.io.formats import Reader, read_log, register_reader, write_log
     from slam.io.loaded_recording import LoadedRecording
     from slam.maps.cells import Cells
@@ -72,6 +74,7 @@ _MODULES = {
     "Clamped": "slam.maps.clamped",
     "Correlative": "slam.search.correlative",
     "DeadReckoning": "slam.algorithms.dead_reckoning",
+    "DoorForecast": "slam.forecast.door",
     "Endpoint": "slam.sensor_models.endpoint",
     "Episode": "slam.episode",
     "Estimate": "slam.interface",
@@ -117,6 +120,7 @@ _MODULES = {
     "build": "slam.benchmark.run",
     "graph_slam": "slam.algorithms.variants",
     "load_episode": "slam.io.episode_file",
+    "load_forecast": "slam.io.forecast_file",
     "make": "slam.registry",
     "maximum_likelihood": "slam.algorithms.variants",
     "particle_filter": "slam.algorithms.variants",
@@ -126,6 +130,7 @@ _MODULES = {
     "register_reader": "slam.io.formats",
     "run": "slam.benchmark.run",
     "save_episode": "slam.io.episode_file",
+    "save_forecast": "slam.io.forecast_file",
     "score": "slam.benchmark.score",
     "true_start": "slam.benchmark.run",
     "variants": "slam.registry",

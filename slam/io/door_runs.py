@@ -1,0 +1,49 @@
+"""The history of a door as a table: runs of equal state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.forecast.watched import Runs, checked
+from slam.io.files import AnyPath, text_lines
+from slam.io.one_line import one_line
+
+HEADER = "begin_s,end_s,state"
+
+
+def read_door_runs(path: AnyPath) -> Runs:
+    """Read a CSV file with the header `begin_s,end_s,state`: unix times in s, and 0 or 1.
+
+    Runs are in order of time; between them are gaps where nobody looked. Raises InputError that
+    names the file and, for a line that cannot be read, the line.
+    """
+    rows: list[tuple[float, float, float]] = []
+    headed = False
+    for number, text in text_lines(path):
+        if not headed:
+            headed = _is_header(text, f"{path}:{number}")
+            continue
+        rows.append(_row(text, f"{path}:{number}"))
+    if not rows:
+        raise InputError(f"{path}: no runs; expected lines `{HEADER}`")
+    try:
+        return checked(*np.array(rows).T, after=-np.inf)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _is_header(text: str, where: str) -> bool:
+    if text.replace(" ", "") != HEADER:
+        raise InputError(f"{where}: expected the header `{HEADER}`, got {one_line(text, 60)!r}")
+    return True
+
+
+def _row(text: str, where: str) -> tuple[float, float, float]:
+    try:
+        begin, end, state = map(float, text.split(","))
+    except ValueError:
+        raise InputError(
+            f"{where}: expected three numbers `{HEADER}`, got {one_line(text, 60)!r}"
+        ) from None
+    return begin, end, state
