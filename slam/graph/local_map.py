@@ -23,6 +23,10 @@ class Keyframe(NamedTuple):
     scan: Scan
     pose: Pose2
 
+    def seen_from(self, pose: Pose2) -> Keyframe:
+        """The same, in the frame of a pose."""
+        return Keyframe(self.scan, pose.between(self.pose))
+
 
 class LocalMap:
     """Consecutive keyframes, whose poses are not revised.
@@ -54,7 +58,7 @@ class LocalMap:
     def following(self, scan: Scan, pose: Pose2, seeds: int) -> LocalMap:
         """The next local map: its first keyframe is `scan` at `pose`, after so many `seeds`."""
         last = list(self)[-seeds:] if seeds else []
-        around = [Keyframe(one.scan, pose.between(one.pose)) for one in last]
+        around = [one.seen_from(pose) for one in last]
         return LocalMap(around, scan, self.ordinal + 1)
 
     def compact(self) -> None:

@@ -105,7 +105,7 @@ class Astray:
         self._since_attempt.restart(time)
         last = self.keyframes[-1].pose
         recent = self.keyframes[-MAX_RECENT:]
-        scan = panorama([Keyframe(one.scan, last.between(one.pose)) for one in recent])
+        scan = panorama([one.seen_from(last) for one in recent])
         place, attempts = self._place(scan, self._frame @ self.believed @ last)
         origin = None if place is None else self._frame.inverse() @ place.pose @ last.inverse()
         self._count(origin)

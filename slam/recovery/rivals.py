@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from slam.geometry import Pose2
+from slam.graph.local_map import Keyframe
 from slam.recovery.lost_belief import LostBelief
-from slam.recovery.places import CANDIDATES, Place, Places, agree, matched
+from slam.recovery.places import CANDIDATES, Place, Places, agree, at, matched
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
+BEGAN_GAIN = 0.06  # nats a beam by which the scan with which a doubt began fits better there
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 
 
@@ -38,6 +40,9 @@ WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 1)
 class Rivals:
     """Searches the whole map for another place, and counts the scans in a row that speak for it.
 
+    A robot that was carried is at the other place from the scan that was not continuous on, which
+    must fit better there, too: new ground that looks like the place explains only later scans.
+
     votes  scans in a row
     """
 
@@ -51,12 +56,24 @@ class Rivals:
         self._searches = min(self._searches + 1.0 / SEARCH_SPACING, MAX_SEARCHES)
 
     def vote(
-        self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief, proof: Proof
+        self,
+        endpoint: Endpoint,
+        scan: Scan,
+        here: Place,
+        belief: LostBelief,
+        proof: Proof,
+        jump: Keyframe | None,
     ) -> bool:
         """Whether a place other than `here` explains the scan much better. It counts in a row only
-        if the scan before was for the same one."""
+        if the scan before was for the same one.
+
+        jump  the scan with which the doubt began, and its pose from here, if it counts
+        """
         other = self._other(endpoint, scan, here, belief, proof)
         if other is None:
+            return False
+        if jump is not None and not _began(endpoint, here, other, jump):
+            self._way = None
             return False
         before, self._way = self._way, other.pose @ here.pose.inverse()
         same = before is not None and agree(self._way @ here.pose, before @ here.pose)
@@ -80,6 +97,13 @@ class Rivals:
         places = Places(endpoint, here.pose, candidates=proof.candidates)
         other = places.better_than(scan, here, gain, least)
         return other if other is not None and _meets(other, least, proof) else None
+
+
+def _began(endpoint: Endpoint, here: Place, other: Place, jump: Keyframe) -> bool:
+    """Whether the scan with which the doubt began fits better at the other place, as well."""
+    before = at(endpoint, jump.scan, here.pose @ jump.pose)
+    there = matched(endpoint, jump.scan, other.pose @ jump.pose)
+    return there.value > before.value + BEGAN_GAIN * len(jump.scan.points)
 
 
 def _meets(place: Place, explained: float, proof: Proof) -> bool:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from slam.geometry import Pose2
+from slam.graph.local_map import Keyframe
 from slam.interface import Estimate
 from slam.motion.threshold import MotionThreshold, MotionTrigger
 from slam.recovery.astray import GRADUAL, SUDDEN, Demands
@@ -54,7 +55,7 @@ class Watch:
         self._rivals = Rivals()
         self._recent = Recent()
         self._since_check = MotionTrigger(CHECKS)
-        self._jumped = False  # whether the doubt began with a scan that was not continuous
+        self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
 
@@ -71,7 +72,7 @@ class Watch:
     @property
     def demands(self) -> Demands:
         """What is asked of another place, if the robot is lost."""
-        demands = SUDDEN if self._jumped else GRADUAL
+        demands = GRADUAL if self._jump is None else SUDDEN
         usual = self.belief.contradicted + FOUND_CONTRADICTED
         return demands._replace(
             contradicted=max(demands.contradicted, usual), usual=self.belief.explained
@@ -84,7 +85,7 @@ class Watch:
     def found(self) -> None:
         """The robot was found again."""
         self.belief.set(FOUND)
-        self._jumped, self._rivals.votes = False, 0
+        self._jump, self._rivals.votes = None, 0
         self._recent.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -106,10 +107,11 @@ class Watch:
         self.odometry.sudden = False
         self._rivals.keyframe()
         self._since_check.move(match.last.between(pose))
-        begins = self.belief.jumped and not self._jumped
-        self._jumped = self.doubted and (self._jumped or self.belief.jumped)
+        begins = self.belief.jumped and self._jump is None
+        if begins:
+            self._jump = Keyframe(match.scan, pose)
         if not self.doubted:
-            self._rivals.votes, self._unsure = 0, False
+            self._jump, self._rivals.votes, self._unsure = None, 0, False
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
@@ -137,16 +139,18 @@ class Watch:
             return self._dismissed()
         endpoint, frame = surroundings()
         here = at(endpoint, scan, frame @ pose)
-        proof = AFTER_JUMP if self._jumped else WITHOUT_JUMP
-        if not self._rivals.vote(endpoint, scan, here, self.belief, proof):
-            if self._strange(agreement):
+        strange = self._strange(agreement)
+        proof = WITHOUT_JUMP if self._jump is None else AFTER_JUMP
+        jump = None if strange or self._jump is None else self._jump.seen_from(pose)
+        if not self._rivals.vote(endpoint, scan, here, self.belief, proof, jump):
+            if strange:
                 self._rivals.votes += 1
             elif self._contradicts_no_more(agreement):
                 return self._dismissed()
             else:
                 self._unsure = True
                 return UNCHECKED
-        if self._jumped or self._rivals.votes >= MIN_VOTES:
+        if self._jump is not None or self._rivals.votes >= MIN_VOTES:
             return ELSEWHERE[min(self._rivals.votes, MIN_VOTES) - 1]
         return UNCHECKED
 
@@ -154,12 +158,12 @@ class Watch:
         """Whether the map agrees with the scan so well that no other place is searched for."""
         if self.belief.usual(agreement) and self._contradicts_no_more(agreement):
             return True
-        return not self._jumped and agreement.explained > POOR * self.belief.explained
+        return self._jump is None and agreement.explained > POOR * self.belief.explained
 
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
         """Whether the map contradicts no more than usual, if that is asked for: after a jump."""
         most = self.belief.contradicted + NO_MORE_CONTRADICTED
-        return not self._jumped or agreement.contradicted <= most
+        return self._jump is None or agreement.contradicted <= most
 
     def _dismissed(self) -> float:
         """The probability after a check that does not speak against the believed place."""
