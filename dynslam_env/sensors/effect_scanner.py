@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynslam_env.sensors.effects import (
     MAX_AGE,
@@ -31,6 +32,7 @@ from dynslam_env.sensors.laser import SCANS_PER_DRAW, Floats, Laser, Scanner
 from dynslam_env.sensors.materials import DARK, GLASS, Panels, panels_of
 from slam.geometry import Array
 
+Flags = NDArray[np.bool_]
 NO_LOSS = EchoLoss(reach=1e9)
 
 
@@ -99,7 +101,7 @@ class EffectScanner(Scanner):
         self._pose, self._segments = here, now
         return scene, panels.opaque
 
-    def _merged(self, scene: MovingScene, opaque: int, ranges: Array) -> Array:
+    def _merged(self, scene: MovingScene, opaque: int, ranges: Array) -> Flags:
         """Write the ranges without noise; (beams,) bool, whether an echo came through glass."""
         shape = len(self._offsets), self.laser.beams
         rays, hits = np.empty(shape), np.empty(shape, dtype=np.int32)
@@ -113,8 +115,8 @@ class EffectScanner(Scanner):
         return through
 
     def _through_glass(
-        self, scene: MovingScene, opaque: int, offset: float, ranges: Array, hits: Array
-    ) -> Array:
+        self, scene: MovingScene, opaque: int, offset: float, ranges: Array, hits: NDArray[np.int32]
+    ) -> Flags:
         """Let the rays pass through glass; (beams,) bool, which of them did."""
         panes = scene.first_edge - opaque
         behind, behind_hits = np.empty_like(ranges), np.empty_like(hits)
@@ -136,7 +138,7 @@ class EffectScanner(Scanner):
         heading = scene.pose_before[2] + shares * (scene.pose[2] - scene.pose_before[2])
         return heading + self.laser.mount.theta + self.angles
 
-    def _of(self, scene: MovingScene, code: int) -> Array:
+    def _of(self, scene: MovingScene, code: int) -> Flags:
         """(n,) bool, which segments are of a material."""
         assert self._panels is not None
         which = np.zeros(len(scene.segments), dtype=np.bool_)
@@ -167,6 +169,6 @@ def _power(laser: Laser) -> EchoPower:
     mixed = effect_of(laser.effects, MixedPixels) or MixedPixels()
     used = loss or NO_LOSS
     return EchoPower(
-        used.reach if loss else 0.0, used.sharpness, used.reflectivity, surfaces.reflectivity,
+        used.reach if loss else 0.0, used.sharpness, used.share, used.reflectivity, surfaces.reflectivity,
         surfaces.transmission, math.cos(surfaces.visible), mixed.merging,
     )  # fmt: skip

@@ -58,18 +58,18 @@ class MixedPixels:
     most `merging` behind it make one echo, whose range is the mean over their rays; what is farther
     is an echo of its own, which comes too late to be reported.
 
-    width    rad, full angle of the beam
-    merging  m, distance up to which two echoes merge; half the length of the pulse, or more where
+    width    rad, full angle of the beam within which echoes mix
+    merging  m, distance up to which two echoes merge: half the length of the pulse, or more where
              the receiver is slow
     rays     number of rays, odd
 
     Source: Ye, Borenstein (2002), Characterization of a 2-D laser scanner for mobile robot obstacle
-    negotiation, ICRA: mixed pixels of a SICK LMS200. `merging` is the range resolution of a pulse,
-    c tau / 2 (Xiang, Zhang 2001); the default is that of 4 ns.
+    negotiation, ICRA: mixed pixels of a SICK LMS200. The defaults give the share of mixed pixels of
+    a recording of one (Intel; docs/sensors.md): half of the 4.4 mrad by which its beam widens.
     """
 
-    width: float = 0.0064
-    merging: float = 0.6
+    width: float = 0.0022
+    merging: float = 1.5
     rays: int = 5
 
     def __post_init__(self) -> None:
@@ -86,11 +86,12 @@ class EchoLoss:
 
     The power of an echo relative to the weakest that is heard is q = (reach / range)^2
     * reflectivity * cos(incidence), the range equation of a surface that scatters evenly. The echo
-    is lost with probability 1 / (1 + q^sharpness).
+    is lost with probability 1 / (1 + q^sharpness), and in any case with `share`.
 
     reach         m, from which every second echo of a white surface (1.0) at a right angle is lost
     reflectivity  share of the light that ordinary surfaces (walls, leaves, people) give back
     sharpness     how sudden the loss is: at twice the range of an even chance, q is 1/4
+    share         probability that an echo is lost in spite of its power
 
     Source: Jelalian (1992), Laser radar systems, for the range equation. The form of the transition
     and `sharpness` are ours. Default of `reach`: a SICK LMS200 reaches 10 m on a surface of 10 %
@@ -100,9 +101,11 @@ class EchoLoss:
     reach: float = 32.0
     reflectivity: float = 0.7
     sharpness: float = 4.0
+    share: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "reach", "reflectivity", "sharpness")
+        within(self, "share", 0.0, 1.0)
         within(self, "reflectivity", 0.0, 1.0)
 
 

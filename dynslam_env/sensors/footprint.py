@@ -55,6 +55,7 @@ class EchoPower(NamedTuple):
 
     reach: float
     sharpness: float
+    share: float
     ordinary: float
     dark: float
     transmission: float
@@ -174,7 +175,8 @@ def lose(segments, dark, directions, power: EchoPower, chances, hits, through, r
             given *= power.transmission
         cosine = incidence(segments, i, directions[b])
         q = (power.reach / max(ranges[b], 1e-6)) ** 2 * given * cosine
-        if chances[b] * (1.0 + q**power.sharpness) < 1.0:
+        heard = (1.0 - power.share) * (1.0 - 1.0 / (1.0 + q**power.sharpness))
+        if chances[b] >= heard:
             ranges[b], hits[b] = np.inf, -1
 
 

@@ -11,6 +11,7 @@ from dynslam_env.sensors.effects import Surfaces
 from slam.errors import InputError
 from slam.geometry import Array
 
+Rows = NDArray[np.int64]
 Codes = NDArray[np.int8]
 ORDINARY, DARK, GLASS = 0, 1, 2
 
@@ -39,7 +40,7 @@ def panels_of(walls: Array, surfaces: Surfaces | None, rng: np.random.Generator)
     if surfaces is None:
         return Panels(walls.copy(), np.zeros(len(walls), dtype=np.int8))
     counts = np.ceil(np.hypot(*(walls[:, 2:] - walls[:, :2]).T) / surfaces.panel).astype(np.int64)
-    wall_of = np.repeat(np.arange(len(walls)), counts)
+    wall_of = np.repeat(np.arange(len(walls), dtype=np.int64), counts)
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     starts, along = walls[wall_of, :2], (walls[:, 2:] - walls[:, :2])[wall_of]
     low, high = place / counts[wall_of], (place + 1) / counts[wall_of]
@@ -49,7 +50,7 @@ def panels_of(walls: Array, surfaces: Surfaces | None, rng: np.random.Generator)
     return Panels(segments[order], codes[order])
 
 
-def _drawn(surfaces: Surfaces, wall_of: Array, walls: int, rng: np.random.Generator) -> Codes:
+def _drawn(surfaces: Surfaces, wall_of: Rows, walls: int, rng: np.random.Generator) -> Codes:
     """(p,) the materials of the panels."""
     number = rng.random(len(wall_of))
     glass = _chosen(surfaces.glass, wall_of, walls, number)
@@ -59,7 +60,7 @@ def _drawn(surfaces: Surfaces, wall_of: Array, walls: int, rng: np.random.Genera
 
 
 def _chosen(
-    which: float | tuple[int, ...], wall_of: Array, walls: int, number: Array
+    which: float | tuple[int, ...], wall_of: Rows, walls: int, number: Array
 ) -> NDArray[np.bool_]:
     """(p,) the panels of the walls that are named, or a share of all."""
     if not isinstance(which, tuple):
