@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from slam.episode import Episode
 from slam.geometry import Array
 from slam.io.formats import read_log
 
-STILL_SCANS = 20  # least number of scans in a row from one pose, for the noise
+STILL_SCANS = 10  # least number of scans in a row from one pose, for the noise
 MOVED = 0.1  # m: a beam whose ranges differ by more meanwhile saw something that moved
 NOISE_BINS = (0.5, 2.0, 4.0, 8.0, 16.0)  # m
 SMOOTH = 0.1  # m, from beam to beam: the same surface
@@ -194,11 +195,11 @@ def table(columns: dict[str, LaserStatistics]) -> str:
         lines.append(f"| {name} | {' | '.join(cells)} |")
 
     row("scans, of these standing", (f"{s.scans:,}, {s.still:,}" for s in found))
-    for k, (low, high) in enumerate(zip(NOISE_BINS, NOISE_BINS[1:], strict=False)):
+    for k, (low, high) in enumerate(pairwise(NOISE_BINS)):
         row(f"noise at {low:g} to {high:g} m, mm", (f"{1e3 * s.noise[k]:.1f}" for s in found))
     row("beams without an echo, %", (f"{100 * s.no_echo:.2f}" for s in found))
     row("lost within a smooth surface, %", (f"{100 * s.lost:.3f}" for s in found))
-    for k, (low, high) in enumerate(zip(JUMP_BINS, JUMP_BINS[1:], strict=False)):
+    for k, (low, high) in enumerate(pairwise(JUMP_BINS)):
         cells = (f"{100 * s.mixed[k]:.1f} of {s.edges[k]:,}" for s in found)
         row(f"jumps of {low:g} to {high:g} m with a mixed pixel, %", cells)
     return "\n".join(lines)

@@ -169,6 +169,6 @@ def _power(laser: Laser) -> EchoPower:
     mixed = effect_of(laser.effects, MixedPixels) or MixedPixels()
     used = loss or NO_LOSS
     return EchoPower(
-        used.reach if loss else 0.0, used.sharpness, used.share, used.reflectivity, surfaces.reflectivity,
-        surfaces.transmission, math.cos(surfaces.visible), mixed.merging,
+        used.reach if loss else 0.0, used.sharpness, used.share, used.reflectivity,
+        surfaces.reflectivity, surfaces.transmission, math.cos(surfaces.visible), mixed.merging,
     )  # fmt: skip

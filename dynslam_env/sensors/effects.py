@@ -58,17 +58,18 @@ class MixedPixels:
     most `merging` behind it make one echo, whose range is the mean over their rays; what is farther
     is an echo of its own, which comes too late to be reported.
 
-    width    rad, full angle of the beam within which echoes mix
+    width    rad, full angle of the beam
     merging  m, distance up to which two echoes merge: half the length of the pulse, or more where
              the receiver is slow
     rays     number of rays, odd
 
     Source: Ye, Borenstein (2002), Characterization of a 2-D laser scanner for mobile robot obstacle
-    negotiation, ICRA: mixed pixels of a SICK LMS200. The defaults give the share of mixed pixels of
-    a recording of one (Intel; docs/sensors.md): half of the 4.4 mrad by which its beam widens.
+    negotiation, ICRA: mixed pixels of a SICK LMS200. Default of `width`: its beam widens by 0.25
+    degrees (technical description). That of `merging` is chosen such that recordings of one have as
+    many mixed pixels by the jump of the range (docs/sensors.md).
     """
 
-    width: float = 0.0022
+    width: float = 0.0044
     merging: float = 1.5
     rays: int = 5
 

@@ -26,15 +26,15 @@ SICK_LMS200 = Laser(
     sigma=0.005,
     effects=(
         Quantisation(0.01),
-        MixedPixels(width=0.0022, merging=1.5),
+        MixedPixels(width=0.0044, merging=1.5),
         EchoLoss(reach=32.0, share=0.0006),
         Sweep(180.0 / 360.0 / 75.0),
     ),
 )
 """SICK LMS200, 1 degree, centimetres. Technical description: 80 m, resolution 10 mm, statistical
-error 5 mm (1 sigma), 10 m on a surface of 10 %, mirror at 75 Hz. From the Intel
-log: mixed pixels, and the share of echoes lost on ordinary surfaces. Ours: how sudden weak echoes
-are lost."""
+error 5 mm (1 sigma), 10 m on a surface of 10 %, mirror at 75 Hz, beam of 4.4 mrad.
+From the Intel log (docs/sensors.md): `merging`, and the share of echoes lost in spite of their
+power. Ours: how sudden weak echoes are lost."""
 
 HOKUYO_UTM_30LX = Laser(
     beams=1081,
@@ -45,15 +45,14 @@ HOKUYO_UTM_30LX = Laser(
     effects=(
         RangeNoise(linear=0.0004),
         Quantisation(0.001),
-        MixedPixels(width=0.0067, merging=1.5),
+        MixedPixels(width=0.0133, merging=1.5),
         EchoLoss(reach=32.0),
         Sweep(0.025 * 270.0 / 360.0),
     ),
 )
 """Hokuyo UTM-30LX. Specification: 0.1 to 30 m, 270 degrees in steps of 0.25, 25 ms a turn, 1 mm,
 repeatability below 10 mm to 10 m and below 30 mm to 30 m (sigma here: 10 mm at 10 m, 18 mm at
-30 m), spot of 0.4 m at 30 m (half of its angle mixes here, as with
-the LMS200). Ours: `merging` and reach as those of the LMS200."""
+30 m), spot of 0.4 m at 30 m. Ours: `merging` and reach as those of the LMS200."""
 
 RPLIDAR_A2 = Laser(
     beams=800,
@@ -64,7 +63,7 @@ RPLIDAR_A2 = Laser(
     effects=(
         RangeNoise(quadratic=0.00022),
         Quantisation(0.001),
-        MixedPixels(width=0.0022, merging=0.2),
+        MixedPixels(width=0.0044, merging=0.2),
         EchoLoss(reach=17.0),
         Sweep(0.1 * 799.0 / 800.0),
     ),
