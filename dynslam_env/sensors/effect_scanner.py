@@ -62,7 +62,8 @@ class EffectScanner(Scanner):
         self._growth = np.array([noise.linear, noise.quadratic])
         rounded = effect_of(laser.effects, Quantisation)
         self._step = rounded.step if rounded else 0.0
-        self._panels: Panels | None = None
+        self.panels: Panels | None = None
+        """The walls of the episode, divided into panels; None before the first scan."""
         self._pose: Array | None = None
         self._segments = np.empty((0, 4))
         self._chances = np.empty((0, 0))
@@ -88,10 +89,10 @@ class EffectScanner(Scanner):
     def _scene(self, pose: Array, segments: Array, first_edge: int) -> tuple[MovingScene, int]:
         """The world since the last scan, its walls divided into panels, and the number of panels
         that are not of glass."""
-        if self._panels is None:
+        if self.panels is None:
             surfaces = effect_of(self.laser.effects, Surfaces)
-            self._panels = panels_of(segments[:first_edge], surfaces, self._panel_rng)
-        panels = self._panels
+            self.panels = panels_of(segments[:first_edge], surfaces, self._panel_rng)
+        panels = self.panels
         now = np.concatenate([panels.segments, segments[first_edge:]])
         here = np.array(pose[:3], dtype=np.float64)
         if self._pose is None or len(self._segments) != len(now):
@@ -140,9 +141,9 @@ class EffectScanner(Scanner):
 
     def _of(self, scene: MovingScene, code: int) -> Flags:
         """(n,) bool, which segments are of a material."""
-        assert self._panels is not None
+        assert self.panels is not None
         which = np.zeros(len(scene.segments), dtype=np.bool_)
-        which[: scene.first_edge] = self._panels.codes == code
+        which[: scene.first_edge] = self.panels.codes == code
         return which
 
     def _draw(self) -> None:
