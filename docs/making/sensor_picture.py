@@ -36,7 +36,8 @@ from dynslam_env.sensors.laser import Scanner
 from dynslam_env.sensors.materials import DARK, GLASS
 from slam.geometry import Array
 
-SEED, STEPS, TURN = 2, 60, 0.35  # of the drive; share of the largest turning velocity
+SEED, START = 1, (3.4, 0.0, -0.9)  # of the episode; m, m, rad
+STEPS, TURN = 12, 0.35  # of the turn on the spot; share of the largest turning velocity
 WRONG = 0.05  # m of error from which an echo is drawn as wrong
 FANS: dict[str, Any] = {"beams": 361, "sigma": 0.005}
 PANELS: dict[str, Laser | str] = {
@@ -64,11 +65,11 @@ def sensors(path: Path) -> None:
 
 
 def _env_with(laser: Laser | str) -> DoorWorldEnv:
-    env = gym.make("DoorOffice-v0", laser=laser, doors="static").unwrapped
+    env = gym.make("DoorCorridor-v0", laser=laser, doors="static").unwrapped
     assert isinstance(env, DoorWorldEnv)
-    env.reset(seed=SEED)
+    env.reset(seed=SEED, options={"start": START})
     for _ in range(STEPS):
-        env.step(np.array([0.3, TURN], dtype=np.float32))
+        env.step(np.array([0.0, TURN], dtype=np.float32))
     return env
 
 
@@ -90,7 +91,7 @@ def _panel(axis: Axes, env: DoorWorldEnv) -> None:
     with np.errstate(invalid="ignore"):
         wrong = np.abs(scan.ranges - truth) > WRONG
     for which, colour in ((~wrong & scan.hit, TRUTH), (wrong & scan.hit, ESTIMATE)):
-        axis.plot(*ends[which].T, ".", color=colour, markersize=3.0)
+        axis.plot(*ends[which].T, ".", color=colour, markersize=3.5)
     silent = np.flatnonzero(scan.no_echo)
     far = np.column_stack([place.x + 8 * np.cos(turned), place.y + 8 * np.sin(turned)])[silent]
     starts = np.tile([place.x, place.y], (len(far), 1))
@@ -98,7 +99,7 @@ def _panel(axis: Axes, env: DoorWorldEnv) -> None:
     nose = math.cos(place.theta), math.sin(place.theta)
     axis.plot(place.x, place.y, "o", color=INK, markersize=6)
     axis.plot([place.x, place.x + 0.5 * nose[0]], [place.y, place.y + 0.5 * nose[1]], color=INK)
-    axis.set(xlim=(place.x - 5.0, place.x + 5.0), ylim=(place.y - 4.0, place.y + 4.0),
+    axis.set(xlim=(place.x - 1.5, place.x + 8.5), ylim=(place.y - 3.5, place.y + 3.5),
              aspect="equal", xticks=[], yticks=[])  # fmt: skip
 
 

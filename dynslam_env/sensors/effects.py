@@ -114,10 +114,10 @@ class EchoLoss:
 class Surfaces:
     """Parts of the walls are of glass, others are dark; which ones is drawn in every episode.
 
-    Walls are divided into panels of equal width, at most `panel` wide. A beam that meets glass at
-    an incidence of up to `visible` is reflected by it; any other passes, and what is behind is
-    seen, or nothing. The light that passes is weakened, which matters with `EchoLoss`. Dark panels
-    need `EchoLoss`.
+    Walls are divided into panels, at most `panel` wide; both faces of a wall are alike. A beam that
+    meets glass at an incidence of up to `visible` is reflected by it; any other passes, and what is
+    behind is seen, or nothing. The light that passes is weakened, which matters with `EchoLoss`.
+    Dark panels need `EchoLoss`.
 
     glass         share of the panels; or the indices of the walls of the layout that are of glass
     dark          share of the panels; or the indices of the walls of the layout that are dark

@@ -25,6 +25,7 @@ from dynslam_env import (
 from dynslam_env.sensors.effect_scanner import EffectScanner, scanner_of
 from dynslam_env.sensors.effects import MAX_AGE
 from dynslam_env.sensors.laser import Scanner
+from dynslam_env.sensors.materials import panels_of
 from dynslam_env.simulation import world_batch
 from dynslam_env.simulation.world import CONTROL_DT
 from slam import InputError, Pose2
@@ -222,11 +223,32 @@ def test_a_share_of_the_walls_is_of_glass_and_it_covers_them():
         panels = scanner.panels
         size = np.hypot(*(panels.segments[:, 2:] - panels.segments[:, :2]).T)
         lengths.append(size.sum())
-        assert size.max() <= 0.5
+        assert size.max() <= 0.5 + 1e-9
         assert (np.flatnonzero(panels.codes == 2) >= panels.opaque).all()
         kinds += np.bincount(panels.codes, minlength=3) / 60 / len(size)
     assert lengths == pytest.approx([50.0] * 60)
     assert kinds == pytest.approx([0.5, 0.2, 0.3], abs=0.03)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, math.pi / 2, 2.9])
+def test_both_faces_of_a_wall_are_of_glass(turn):
+    c, s = math.cos(turn), math.sin(turn)
+    faces = np.array([(0.3, 2.0, 5.9, 2.0), (6.1, 2.2, 0.3, 2.2), (0.3, 3.0, 5.9, 3.0)])
+    turned = np.hstack([faces[:, k : k + 2] @ np.array([(c, s), (-s, c)]) for k in (0, 2)])
+    alike = apart = 0
+    for seed in range(40):
+        panels = panels_of(turned, Surfaces(glass=0.5), np.random.default_rng(seed))
+        middle = (panels.segments[:, :2] + panels.segments[:, 2:]) / 2
+        across = -middle[:, 0] * s + middle[:, 1] * c
+        along = np.round(middle[:, 0] * c + middle[:, 1] * s, 2)
+        codes = [dict(zip(along[np.isclose(across, n)], panels.codes[np.isclose(across, n)],
+                          strict=True)) for n in (2.0, 2.2, 3.0)]  # fmt: skip
+        common = codes[0].keys() & codes[1].keys()
+        assert len(common) >= 4
+        alike += sum(codes[0][k] != codes[1][k] for k in common)
+        apart += sum(codes[0][k] != codes[2][k] for k in codes[0].keys() & codes[2].keys())
+    assert alike == 0
+    assert apart > 40
 
 
 def test_panels_are_those_of_the_episode():
