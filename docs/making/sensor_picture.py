@@ -41,9 +41,9 @@ STEPS, TURN = 12, 0.35  # of the turn on the spot; share of the largest turning 
 WRONG = 0.05  # m of error from which an echo is drawn as wrong
 FANS: dict[str, Any] = {"beams": 361, "sigma": 0.005}
 PANELS: dict[str, Laser | str] = {
-    "Laser(): noise of 1 cm": Laser(beams=361),
-    "MixedPixels(): points between surfaces": Laser(effects=(MixedPixels(0.0087, 3.0),), **FANS),
-    "Surfaces(glass=0.3, dark=0.3), EchoLoss()": Laser(
+    "Laser(beams=361)": Laser(beams=361),
+    "MixedPixels(0.0087, 3.0)": Laser(effects=(MixedPixels(0.0087, 3.0),), **FANS),
+    "Surfaces(glass=0.3, dark=0.3), EchoLoss(12)": Laser(
         effects=(EchoLoss(reach=12.0), Surfaces(glass=0.3, dark=0.3)), **FANS
     ),
     "RangeNoise(linear=0.02), Quantisation(0.05)": Laser(

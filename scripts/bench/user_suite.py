@@ -207,10 +207,11 @@ def _faults(given: Any) -> tuple[Fault, ...]:
 def _of_kinds(what: str, given: Any, kinds: Mapping[str, type]) -> tuple[Any, ...]:
     """Objects from tables of their fields, each with its `kind`; a list becomes a tuple."""
     instance(f"{what}s", given, list, "a list of tables")
+    one = f"an {what}" if what[0] in "aeiou" else f"a {what}"
     made = []
     for table in given:
-        instance(f"a {what}", table, dict, "a table with its kind")
-        one_of(f"the kind of a {what}", table.get("kind"), tuple(kinds))
+        instance(one, table, dict, "a table with its kind")
+        one_of(f"the kind of {one}", table.get("kind"), tuple(kinds))
         plain = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items() if k != "kind"}
         made.append(_changed(f"the {what} {table['kind']}", kinds[table["kind"]](), plain))
     return tuple(made)
