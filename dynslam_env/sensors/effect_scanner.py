@@ -53,6 +53,8 @@ class EffectScanner(Scanner):
         super().__init__(laser, rng)
         self._chance_rng, self._panel_rng = rng.spawn(2)
         self._swept, self._power = _fan(laser), _power(laser)
+        middle = self._swept.begun + self._swept.per_beam * (laser.beams - 1) / 2
+        self.age = MAX_AGE * (1.0 - middle)
         mixed = effect_of(laser.effects, MixedPixels)
         rays = mixed.rays if mixed else 1
         places = (np.arange(rays) + 0.5) / rays - 0.5

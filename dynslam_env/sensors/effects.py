@@ -158,8 +158,8 @@ class Sweep:
     """The beams are measured one after the other, while the robot moves: the scan is distorted.
 
     The last beam is measured at the end of the control step. Within a step the robot's pose and
-    all leaves and people are interpolated linearly. The scan is not corrected, and its pose in the
-    truth is that at the end of the step.
+    all leaves and people are interpolated linearly. The scan is not corrected, and `Scan.beam_time`
+    stays 0. In a recording, the true pose of a scan is that of its middle beam.
 
     duration  s, from the first beam to the last; at most 0.1
     """
@@ -174,6 +174,8 @@ class Sweep:
 @dataclass(frozen=True)
 class Latency:
     """The laser is late against the odometry: the scan of a step was measured `delay` s before.
+
+    In a recording, the true pose of a scan is that at which it was measured, as with `Lag`.
 
     delay  s; with the duration of the sweep at most 0.1. For more see the fault `Lag`
 

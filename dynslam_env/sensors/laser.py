@@ -75,6 +75,9 @@ class Laser:
 class Scanner:
     """Measures scans with a laser and its own stream of noise."""
 
+    age: float = 0.0
+    """s before the end of a control step at which the middle beam is measured."""
+
     def __init__(self, laser: Laser, rng: np.random.Generator):
         self.laser, self._rng = laser, rng
         self.angles = laser.angles

@@ -1,7 +1,9 @@
 """Lasers by name, with the effects of the real ones, as in `laser="SICK-LMS200"`.
 
 Which figures come from data sheets and which are ours is said at each. Data sheets state limits,
-not distributions: where one states an accuracy, sigma is chosen from its repeatability.
+not distributions: where one states an accuracy, sigma is chosen from its repeatability. Those of
+the LMS200, and noise and beam of the UTM-30LX, are quoted from memory of the data sheets; the
+LMS200 is checked against recordings (docs/sensors.md).
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from dynslam_env import (
     MixedPixels,
     Quantisation,
     RangeNoise,
+    Recorder,
     Surfaces,
     Sweep,
 )
@@ -300,6 +301,29 @@ def test_a_late_scan_of_a_whole_step_is_that_of_the_step_before():
     on_time, late = driven(laser_with(beams=61)), driven(laser_with(Latency(0.1), beams=61))
     assert np.abs(late["scan"][1:] - on_time["scan"][:-1]).max() < 0.02
     assert np.abs(on_time["scan"][1:] - on_time["scan"][:-1]).max() > 0.05
+
+
+@pytest.mark.parametrize(
+    "effects", [(Latency(0.06),), (Sweep(0.08),), (Sweep(0.06), Latency(0.03))]
+)
+def test_in_a_recording_the_true_pose_is_that_of_the_middle_beam(effects):
+    laser = laser_with(*effects, beams=61, mount=Pose2(0.05, 0.0, 0.0))
+    env: Any = gym.make("DoorCorridor-v0", laser=laser, doors="static").unwrapped
+    env.reset(seed=4)
+    recorder = Recorder(env)
+    for k in range(60):
+        env.step(np.array([0.6, 0.3 * math.sin(k / 9)], dtype=np.float32))
+        recorder.step()
+    episode = recorder.episode({})
+    truth = episode.known_truth("a test")
+    off = []
+    for k in (30, 45, 60):
+        segments = np.vstack([truth.walls, truth.doors[k]])
+        middle = exact(laser, truth.poses[k], segments, len(truth.walls))[30]
+        off.append(abs(middle - episode.scans[k].ranges[30]))
+        late = exact(laser, env.pose, segments, len(truth.walls))[30]
+    assert max(off) < 0.004
+    assert abs(late - episode.scans[60].ranges[30]) > 0.01
 
 
 def test_a_standing_robot_sees_no_distortion():
