@@ -7,7 +7,18 @@ from dynslam_env.faults.scans import Gap, Lag, MissingBeams, WrongBeams
 from dynslam_env.faults.wheels import OdometryScale, Slip
 from dynslam_env.record import Driver, Recorder, record
 from dynslam_env.registration import PATROLS, WORLDS
+from dynslam_env.sensors.effects import (
+    EchoLoss,
+    Effect,
+    Latency,
+    MixedPixels,
+    Quantisation,
+    RangeNoise,
+    Surfaces,
+    Sweep,
+)
 from dynslam_env.sensors.laser import Laser
+from dynslam_env.sensors.laser_presets import LASERS
 from dynslam_env.sensors.odometry import Odometry
 from dynslam_env.simulation.doors import Doors
 from dynslam_env.simulation.laws import (
@@ -24,6 +35,7 @@ from dynslam_env.simulation.laws import (
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.registry import register_law, register_world
 from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.robot_presets import ROBOTS
 from dynslam_env.simulation.task import Task
 from dynslam_env.slam_wrapper import SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
@@ -33,7 +45,9 @@ from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 
 __all__ = [
+    "LASERS",
     "PATROLS",
+    "ROBOTS",
     "WORLDS",
     "CarriedAway",
     "Clock",
@@ -44,6 +58,8 @@ __all__ = [
     "DoorWorldVectorEnv",
     "Doors",
     "Driver",
+    "EchoLoss",
+    "Effect",
     "Exponential",
     "Fault",
     "FaultState",
@@ -53,20 +69,26 @@ __all__ = [
     "Generator",
     "Lag",
     "Laser",
+    "Latency",
     "Law",
     "Layout",
     "Loop",
     "MissingBeams",
+    "MixedPixels",
     "Odometry",
     "OdometryScale",
     "Office",
     "People",
     "Periodic",
+    "Quantisation",
+    "RangeNoise",
     "Recorder",
     "Robot",
     "Scripted",
     "SlamWrapper",
     "Slip",
+    "Surfaces",
+    "Sweep",
     "Task",
     "Uniform",
     "WrongBeams",

@@ -15,6 +15,7 @@ from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
 from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import start_of
+from dynslam_env.sensors.laser import Scanner
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
 from dynslam_env.simulation.pose_bounds import pose_bound
@@ -123,8 +124,8 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     |---------------|----------------------------|-----------------------------------------------|
     | `world`       | "corridor", "loop", "office", "crowd", a `Generator`; `Corridor()` | the place: a registered name, a `Corridor`, `Loop` or `Office`, a `Layout` built by hand or loaded from a file (`Layout.load`), or any object with `layout(rng)` |
     | `doors`       | "moving", "static", a `Law`, `Doors`; "moving" | a registered name, a law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Fixed`), or law and mechanics of the doors |
-    | `robot`       | `Robot()`                  | body, speeds, accelerations                   |
-    | `laser`       | `Laser()`                  | beams, field of view, range, noise, mount     |
+    | `robot`       | "Pioneer-3DX", "TurtleBot3", a `Robot`; `Robot()` | body, speeds, accelerations; a named robot carries the laser at its own place |
+    | `laser`       | "SICK-LMS200", "Hokuyo-UTM-30LX", "RPLIDAR-A2", a `Laser`; `Laser()` | beams, field of view, range, noise, mount, and the effects of real lasers, below |
     | `odometry`    | `Odometry()`               | systematic and random error                   |
     | `people`      | `People()`                 | how people walk; their number and routes belong to the `world` |
     | `task`        | `Task()`                   | reward terms and ends                         |
@@ -138,6 +139,21 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     env = gym.make("DoorCorridor-v0", doors="static", laser=dynslam_env.Laser(beams=361))
     envs = gym.make_vec("DoorOffice-v0", 64, world=dynslam_env.Office(furniture=2))
     ```
+
+    ## Real Lasers
+    `laser=Laser(effects=(MixedPixels(), Sweep(0.1)))` measures as real lasers do; by default there are
+    no effects, and the lasers by name have those of the real ones. Effects have random streams of
+    their own and change nothing else. What they cost a SLAM: docs/sensors.md.
+
+    | effect         | default              | what it does                                        |
+    |----------------|----------------------|-----------------------------------------------------|
+    | `RangeNoise`   | 0                    | the noise grows with the range                      |
+    | `Quantisation` | 1 cm                 | ranges are rounded                                  |
+    | `MixedPixels`  | 4.4 mrad, 1.5 m      | a beam over an edge gives a range between           |
+    | `EchoLoss`     | 32 m on white        | weak echoes (far, oblique, dark) are no echo        |
+    | `Surfaces`     | none                 | panels of the walls are of glass, or dark           |
+    | `Sweep`        | 0.02 s               | the robot moves while the laser sweeps              |
+    | `Latency`      | 0.05 s               | the scan is older than the odometry                 |
 
     ## Faults
     `faults=[Slip(0.8, at=30.0), Gap(10.0)]` lets things go wrong that a SLAM should notice. They act
@@ -220,6 +236,11 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     def displacement(self) -> Pose2:
         """Displacement in the last step by odometry, in the robot's frame at its beginning."""
         return Pose2.of(self._begun.displacements[0])
+
+    @property
+    def scanner(self) -> Scanner:
+        """The laser of this episode; with effects it is an `EffectScanner`."""
+        return self._begun.scanners[0]
 
     @property
     def scan(self) -> Scan:

@@ -8,7 +8,9 @@ from typing import Any, Protocol
 import gymnasium as gym
 import numpy as np
 
+from dynslam_env.drawing.scene import pose_between
 from dynslam_env.env import DoorWorldEnv
+from dynslam_env.simulation.world import CONTROL_DT
 from slam.episode import Episode, Truth
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
@@ -54,14 +56,22 @@ class Recorder:
             self._scans.append(self._env.scan)
             self._taken.append(max(len(self._states) - 1 - self._env.scan_late, 0))
 
+    def _true_pose(self, step: int) -> Pose2:
+        """The pose at which the middle beam of the scan of a step was measured."""
+        age, now = self._env.scanner.age / CONTROL_DT, self._states[step][0]
+        if age == 0.0 or step == 0:
+            return now
+        return pose_between(self._states[step - 1][0], now, 1.0 - age)
+
     def episode(self, meta: dict[str, Any]) -> Episode:
         """The recording so far. Its odometry starts at the origin of the odometry frame; its truth
-        is that at which the scans were taken, also of late ones.
+        is that at which the scans were taken, also of late ones; with a sweep, the middle beam.
 
         Faults that occurred are added to `meta`: `faults`, s by name.
         """
-        poses, doors = zip(*(self._states[step] for step in self._taken), strict=True)
-        truth = Truth(np.array(poses), self._env.layout.walls, np.array(doors))
+        poses = np.array([self._true_pose(step) for step in self._taken])
+        doors = np.array([self._states[step][1] for step in self._taken])
+        truth = Truth(poses, self._env.layout.walls, doors)
         odometry = Trajectory(np.array(self._times), np.array(self._odometry))
         faults = {k: at for k, at in self._env.fault_times.items() if not math.isnan(at)}
         meta = meta | {"faults": faults} if faults else meta

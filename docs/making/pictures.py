@@ -26,6 +26,7 @@ import slam
 from agents import ScriptedPath, record_path
 from docs.examples import map_a_log
 from docs.making.cards import ids
+from docs.making.sensor_picture import sensors
 from dynslam_env import CarriedAway
 from slam.benchmark.run import run, true_start
 
@@ -94,6 +95,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "loop-map.png": loop_map,
     "lost-map.png": lost_map,
     "map-a-log.png": map_without_doors,
+    "sensors.png": sensors,
 }
 
 

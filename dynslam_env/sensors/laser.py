@@ -1,4 +1,7 @@
-"""Laser: a planar scanner, by default a SICK LMS200. Ranges are exact, then noise is added."""
+"""Laser: a planar scanner, by default a SICK LMS200. Ranges are exact, then noise is added.
+
+Effects of real lasers are in `effects`; `effect_scanner` measures with them.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.sensors.effects import Effect, check_effects
 from dynslam_env.sensors.raycast import cast, look
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
@@ -33,6 +37,7 @@ class Laser:
     sigma          m, standard deviation of a range
     dropout        probability that a beam gives no reading
     mount          pose of the sensor on the robot (robot_from_sensor)
+    effects        of real lasers, such as `MixedPixels()`; each kind at most once, in any order
     """
 
     beams: int = 181
@@ -42,6 +47,7 @@ class Laser:
     sigma: float = 0.01
     dropout: float = 0.0
     mount: Pose2 = field(default=Pose2())
+    effects: tuple[Effect, ...] = ()
 
     def __post_init__(self) -> None:
         whole(self, "beams", 1)
@@ -52,6 +58,8 @@ class Laser:
         within(self, "dropout", 0.0, 1.0)
         instance("Laser.mount", self.mount, Pose2)
         finite("Laser.mount", self.mount)
+        effects = check_effects(self.effects, self.field_of_view)
+        object.__setattr__(self, "effects", effects)
         if self.min_range >= self.max_range:
             raise InputError(
                 f"Laser needs min_range < max_range, got {self.min_range:g} >= {self.max_range:g} m"
@@ -66,6 +74,9 @@ class Laser:
 
 class Scanner:
     """Measures scans with a laser and its own stream of noise."""
+
+    age: float = 0.0
+    """s before the end of a control step at which the middle beam is measured."""
 
     def __init__(self, laser: Laser, rng: np.random.Generator):
         self.laser, self._rng = laser, rng
@@ -96,10 +107,7 @@ class Scanner:
         observed    (beams,) float32 m, written: the same, but max_range for no echo, 0 for no
                     reading
         """
-        row = self._scans % SCANS_PER_DRAW
-        if row == 0:
-            self._draw()
-        self._scans += 1
+        row = self._next_row()
         look(pose, self._settings, self._fan, segments, first_edge,
              row, self._noise, self._lost, ranges, observed, self.hits)  # fmt: skip
 
@@ -107,6 +115,17 @@ class Scanner:
         """Measured ranges as a `Scan`."""
         laser = self.laser
         return Scan(ranges, self.angles, laser.max_range, laser.min_range, time, laser.mount)
+
+    def carried(self) -> None:
+        """The robot was put down elsewhere since the last scan."""
+
+    def _next_row(self) -> int:
+        """The row of the noise for the next scan."""
+        row = self._scans % SCANS_PER_DRAW
+        if row == 0:
+            self._draw()
+        self._scans += 1
+        return row
 
     def _draw(self) -> None:
         """Draw the noise of the next SCANS_PER_DRAW scans: fewer calls of numpy are faster."""

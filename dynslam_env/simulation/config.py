@@ -13,12 +13,14 @@ from gymnasium import spaces
 from dynslam_env.faults.episode_faults import check_faults
 from dynslam_env.faults.fault import Fault
 from dynslam_env.sensors.laser import Laser
+from dynslam_env.sensors.laser_presets import LASERS
 from dynslam_env.sensors.odometry import MAX_DISPLACEMENT, Odometry
 from dynslam_env.simulation.doors import Doors
 from dynslam_env.simulation.laws import Law
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.robot_presets import ROBOTS, equipped
 from dynslam_env.simulation.task import Task
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator
@@ -32,8 +34,8 @@ class PlaceKeywords(TypedDict, total=False):
 
     world: str | Generator | None
     doors: str | Law | Doors | None
-    robot: Robot | None
-    laser: Laser | None
+    robot: str | Robot | None
+    laser: str | Laser | None
     odometry: Odometry | None
     people: People | None
     faults: Sequence[Fault] | None
@@ -95,7 +97,8 @@ class WorldConfig:
 
     @staticmethod
     def of(keywords: Mapping[str, Any]) -> WorldConfig:
-        """From `WorldKeywords`: a string is a registered name, a law stands for doors that obey it.
+        """From `WorldKeywords`: a string is a registered name or a preset, a law stands for doors
+        that obey it.
 
         Raises InputError that says what was wrong and what is allowed.
         """
@@ -107,6 +110,7 @@ class WorldConfig:
             doors = NAMED_LAWS.get(doors)
         if isinstance(doors, Law) and not isinstance(doors, type):
             given["doors"] = Doors(law=doors)
+        given |= equipped(given.get("robot"), given.get("laser"))
         faults = check_faults(given.pop("faults", ()))
         for name, part in given.items():
             instance(name, part, PART_TYPES[name], ALLOWED_VALUES.get(name))
@@ -137,6 +141,8 @@ class WorldConfig:
 PART_TYPES = get_type_hints(WorldConfig)
 
 ALLOWED_VALUES = {
+    "robot": f"a Robot, or one of {', '.join(ROBOTS)}",
+    "laser": f"a Laser, or one of {', '.join(LASERS)}",
     "doors": '"moving", "static", a law such as Uniform(5, 20), or a Doors',
     "world": '"corridor", "loop", "office", "crowd", a Corridor, Loop, Office or Layout, or '
     "anything else with layout(rng) -> Layout",

@@ -17,8 +17,9 @@ from slam.metrics.cramer_rao import Bound, bound, information, ray_gradient
 def pose_bound(batch: WorldBatch, i: int) -> Bound:
     """The bound of the pose of robot `i` from its last scan, given the true map.
 
-    Censi (2007). Raises InputError for a laser without noise.
+    Censi (2007). Raises InputError for a laser without noise, and for one with effects.
     """
+    _no_effects(batch.config.laser.effects)
     world, pose = batch.worlds[i], Pose2.of(batch.drive.poses[i])
     heard = np.isfinite(batch.ranges[i])
     return _scan_bound(batch.scanners[i], pose, world.segments, world.first_edge, heard)
@@ -33,7 +34,7 @@ def position_bounds(episode: Episode) -> Array:
     This is the bound for localization in a known map. A SLAM builds its map from poses that are as
     uncertain; only earlier scans and odometry let it do better. The episode must come from
     `record`: with its truth, the laser's noise in its `meta`, and all scans from one laser. Raises
-    InputError for any other, and for a laser without noise.
+    InputError for any other, for a laser without noise, and for one with effects.
     """
     truth = episode.truth
     if truth is None:
@@ -55,11 +56,17 @@ def _scanner(episode: Episode) -> Scanner:
         sigma = episode.meta["config"]["laser"]["sigma"]
     except (KeyError, TypeError):
         raise InputError("the bound of an episode needs meta['config']['laser']['sigma']") from None
+    _no_effects(episode.meta["config"]["laser"].get("effects"))
     view = float(scan.angles[-1] - scan.angles[0]) or math.tau  # any value serves for a single beam
     laser = Laser(len(scan.angles), view, scan.max_range, scan.min_range, sigma, mount=scan.mount)
     if any(not np.array_equal(other.angles, laser.angles) for other in episode.scans):
         raise InputError("the bound of an episode needs scans of one laser of evenly spread beams")
     return Scanner(laser, np.random.default_rng(0))
+
+
+def _no_effects(effects: object) -> None:
+    if effects:
+        raise InputError("the bound of the pose is not known for a laser with effects")
 
 
 def _scan_bound(

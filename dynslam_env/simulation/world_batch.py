@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from dynslam_env.faults.episode_faults import EpisodeFaults
 from dynslam_env.faults.fault import Setting, Surroundings
+from dynslam_env.sensors.effect_scanner import scanner_of
 from dynslam_env.sensors.laser import Scanner
 from dynslam_env.sensors.odometry import NoiseStreams
 from dynslam_env.simulation.config import WorldConfig
@@ -77,7 +78,7 @@ class WorldBatch:
         check_start(layout, layout.start, config.robot.radius, config.doors.open_angle)
         world = World(layout, config.robot, config.doors, config.people, doors_rng, people_rng)
         self.layouts[i], self.worlds[i] = layout, world
-        self.scanners[i] = Scanner(config.laser, laser_rng)
+        self.scanners[i] = scanner_of(config.laser, laser_rng)
         self._noise_streams.reset(i, odometry_rng)
         self.drive.place(i, world.robot)
         self.progress.reset(i, layout, self.drive.poses[i])
@@ -145,6 +146,7 @@ class WorldBatch:
         self.worlds[i].put_robot(place)
         self.drive.place(i, self.worlds[i].robot)
         self.progress.carried(i, self.drive.poses[i])
+        self.scanners[i].carried()
 
     def _surroundings(self, i: int) -> Surroundings:
         world, pose = self.worlds[i], Pose2.of(self.drive.poses[i])

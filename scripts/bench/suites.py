@@ -17,14 +17,22 @@ from dynslam_env import (
     CarriedAway,
     Corridor,
     Doors,
+    EchoLoss,
+    Effect,
     Fault,
     Gap,
     Lag,
     Laser,
+    Latency,
     MissingBeams,
+    MixedPixels,
     Odometry,
     OdometryScale,
+    Quantisation,
+    RangeNoise,
     Slip,
+    Surfaces,
+    Sweep,
     Uniform,
     WrongBeams,
 )
@@ -197,6 +205,44 @@ def faults() -> Suite:
     return Suite("faults", cases, FAULT_VARIANTS, seeds=10)
 
 
+SENSOR_VARIANTS = ("static-ml", "dynamic-ml", "dynamic-graph")
+
+
+def with_effects(*effects: Effect) -> dict[str, Any]:
+    """Keywords for the usual laser with effects."""
+    return {"laser": Laser(effects=effects)}
+
+
+SENSORS: dict[str, dict[str, Any]] = {
+    "none": {},
+    "range noise 1 cm + 0.5 %": with_effects(RangeNoise(linear=0.005)),
+    "rounded to 5 cm": with_effects(Quantisation(0.05)),
+    "mixed pixels": with_effects(MixedPixels()),
+    "lost echoes": with_effects(EchoLoss(reach=10.0)),
+    "20 % glass": with_effects(Surfaces(glass=0.2)),
+    "20 % dark": with_effects(EchoLoss(), Surfaces(dark=0.2)),
+    "sweep of 0.1 s": with_effects(Sweep(0.1)),
+    "late by 0.05 s": with_effects(Latency(0.05)),
+    "late by 0.2 s": {"faults": (Lag(0.2),)},
+    "slip of 0.4 m": {"faults": (Slip(0.4, at=WHEN),)},
+    "SICK-LMS200": {"laser": "SICK-LMS200"},
+    "Hokuyo-UTM-30LX": {"laser": "Hokuyo-UTM-30LX"},
+    "RPLIDAR-A2": {"laser": "RPLIDAR-A2"},
+    "Pioneer-3DX": {"robot": "Pioneer-3DX"},
+    "TurtleBot3": {"robot": "TurtleBot3", "max_episode_steps": 2000},
+}
+"""Effects and presets of the suite, each beside the doors and the odometry of the paper."""
+
+
+def sensors() -> Suite:
+    """Lasers and robots as they are, one effect or preset at a time: what does each cost?"""
+    corridor = partial(drive, "DoorCorridor-v0")
+    cases = [
+        SuiteCase({"sensor": name}, partial(corridor, **given)) for name, given in SENSORS.items()
+    ]
+    return Suite("sensors", cases, SENSOR_VARIANTS, seeds=10)
+
+
 def logs(folder: Path) -> Suite:
     """All logs of a folder: CARMEN (.log, .clf, also .gz), saved episodes (.npz) and files of
     registered formats.
@@ -226,6 +272,7 @@ SUITES: dict[str, Callable[[], Suite]] = {
     "change": change,
     "worlds": worlds,
     "faults": faults,
+    "sensors": sensors,
 }
 
 

@@ -19,6 +19,7 @@ from dynslam_env import (
     WORLDS,
     CarriedAway,
     Doors,
+    Effect,
     Fault,
     Gap,
     Lag,
@@ -30,6 +31,8 @@ from dynslam_env import (
     Task,
     WrongBeams,
 )
+from dynslam_env.sensors.effects import KINDS
+from dynslam_env.sensors.laser_presets import laser_named
 from dynslam_env.simulation.laws import Exponential, Fixed, Periodic, Uniform
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
@@ -43,11 +46,12 @@ from .suites import Suite, SuiteCase
 SUITE_ENTRIES = ("name", "variants", "seeds", "case")
 CASE_ENTRIES = ("name", "env", "log", "every", "max_episode_steps", "world", "doors", "robot",
                 "laser", "odometry", "people", "task", "faults")  # fmt: skip
-PARTS = {"robot": Robot, "laser": Laser, "odometry": Odometry, "people": People, "task": Task}
+PARTS = {"robot": Robot, "odometry": Odometry, "people": People, "task": Task}
 FAULT_KINDS = {
     fault.__name__: fault
     for fault in (Slip, OdometryScale, Lag, Gap, WrongBeams, MissingBeams, CarriedAway)
 }
+EFFECTS = {effect.__name__: effect for effect in KINDS}
 LAWS = {law.__name__: law for law in (Uniform, Exponential, Periodic, Fixed)}
 
 
@@ -146,7 +150,11 @@ def _parameters(given: Mapping[str, Any], env: str) -> dict[str, Any]:
         made["doors"] = _doors(given["doors"])
     if "faults" in given:
         made["faults"] = _faults(given["faults"])
-    for name in PARTS.keys() & given.keys():
+    if "laser" in given:
+        made["laser"] = _laser(given["laser"])
+    if isinstance(given.get("robot"), str):
+        made["robot"] = given["robot"]
+    for name in (PARTS.keys() & given.keys()) - made.keys():
         made[name] = _changed(name, PARTS[name](), given[name])
     return made
 
@@ -177,15 +185,35 @@ def _doors(given: Any) -> Any:
     return replace(others, law=made)
 
 
+def _laser(given: Any) -> Laser:
+    """A laser by name, or the usual one (or that of `kind`) with some fields replaced."""
+    if isinstance(given, str):
+        return laser_named(given)
+    instance("laser", given, dict, "a name or a table")
+    usual = laser_named(given["kind"]) if "kind" in given else Laser()
+    others = {name: value for name, value in given.items() if name not in ("kind", "effects")}
+    made = _changed("laser", usual, others)
+    if "effects" not in given:
+        return made
+    effects: tuple[Effect, ...] = _of_kinds("effect", given["effects"], EFFECTS)
+    return replace(made, effects=effects)
+
+
 def _faults(given: Any) -> tuple[Fault, ...]:
-    """Faults from tables of their fields, each with its `kind`; `at` is a number or a pair."""
-    instance("faults", given, list, "a list of tables")
+    """Faults from tables of their fields; `at` is a number or a pair."""
+    return _of_kinds("fault", given, FAULT_KINDS)
+
+
+def _of_kinds(what: str, given: Any, kinds: Mapping[str, type]) -> tuple[Any, ...]:
+    """Objects from tables of their fields, each with its `kind`; a list becomes a tuple."""
+    instance(f"{what}s", given, list, "a list of tables")
+    one = f"an {what}" if what[0] in "aeiou" else f"a {what}"
     made = []
     for table in given:
-        instance("a fault", table, dict, "a table with its kind")
-        one_of("the kind of a fault", table.get("kind"), tuple(FAULT_KINDS))
+        instance(one, table, dict, "a table with its kind")
+        one_of(f"the kind of {one}", table.get("kind"), tuple(kinds))
         plain = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items() if k != "kind"}
-        made.append(_changed(f"the fault {table['kind']}", FAULT_KINDS[table["kind"]](), plain))
+        made.append(_changed(f"the {what} {table['kind']}", kinds[table["kind"]](), plain))
     return tuple(made)
 
 

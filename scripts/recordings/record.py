@@ -70,10 +70,15 @@ class RecordCommand:
     """npz, carmen, mcap, tum, separated by commas; or all."""
     doors: str | None = None
     """moving, static, or a registered law. Default: those of the world."""
+    laser: str | None = None
+    """SICK-LMS200, Hokuyo-UTM-30LX or RPLIDAR-A2, with the effects of the real one. Default: the
+    laser of the paper's experiment, without effects."""
+    robot: str | None = None
+    """Pioneer-3DX or TurtleBot3. Default: the robot of the paper's experiment."""
 
     def __call__(self) -> int:
         """Record, write."""
-        from dynslam_env import WORLDS
+        from dynslam_env import LASERS, ROBOTS, WORLDS
         from dynslam_env.simulation.registry import NAMED_LAWS
 
         from ..console.output import output_directory
@@ -85,10 +90,10 @@ class RecordCommand:
         if self.env not in WORLDS:
             raise InputError(unknown_name("environment", self.env, WORLDS))
         formats = parse_selection("format", self.formats, list(FORMATS), "dynslam record --help")
-        parameters = {}
-        if self.doors is not None:
-            one_of("doors", self.doors, NAMED_LAWS.names())
-            parameters = {"doors": self.doors}
+        known = {"doors": NAMED_LAWS.names(), "laser": tuple(LASERS), "robot": tuple(ROBOTS)}
+        parameters = {name: value for name in known if (value := getattr(self, name)) is not None}
+        for name, value in parameters.items():
+            one_of(name, value, known[name])
         seeds = numbers(self.seeds)
         out = output_directory(self.out)
         with progress_bar() as bar:

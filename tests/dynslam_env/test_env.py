@@ -171,7 +171,7 @@ def test_an_episode_ends_by_arriving_by_crashing_or_by_the_clock():
     [
         ({"doors": "ajar"}, "doors must be one of 'moving', 'static', got 'ajar'"),
         ({"doors": 3}, "doors must be .* a law such as .*, or a Doors, got 3"),
-        ({"laser": 181}, "laser must be a Laser, got 181"),
+        ({"laser": 181}, "laser must be a Laser, or one of SICK-LMS200, .*, got 181"),
         ({"robot": Doors()}, "robot must be a Robot"),
         ({"world": "castle"}, "world must be one of 'corridor', 'loop', 'office', 'crowd'"),
         ({"world": Corridor}, "world must be .* a Corridor, Loop, Office or Layout"),

@@ -1,16 +1,20 @@
 # pyright: reportMissingImports=false
 import importlib
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from dynslam_cli.bench.suites import (
     FAULTS,
+    SENSORS,
     change,
     drive,
     faults,
     flipping,
     logs,
     paper,
+    sensors,
     worlds,
     worse,
 )
@@ -19,15 +23,18 @@ from dynslam_cli.trials.scoring import LogScorer, TruthScorer, scorer, stem
 from dynslam_cli.trials.sources import LogFile, SimulatedDrive
 
 from dynslam_env import (
+    LASERS,
     WORLDS,
     Corridor,
     Doors,
     Gap,
     Lag,
     Laser,
+    MixedPixels,
     Odometry,
     OdometryScale,
     Slip,
+    Surfaces,
     Uniform,
 )
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
@@ -253,6 +260,61 @@ def test_a_registered_world_and_law_go_along_to_other_processes(tmp_path, monkey
     assert isinstance(source, SimulatedDrive)
     assert source.parameters == {"world": Corridor(length=8.0), "doors": Uniform(1.0, 2.0)}
     assert not source.code
+
+
+REAL = """
+variants = ["odometry"]
+[[case]]
+name = "by name"
+laser = "SICK-LMS200"
+robot = "TurtleBot3"
+[[case]]
+name = "changed"
+laser = { kind = "RPLIDAR-A2", max_range = 6.0 }
+[[case]]
+name = "own"
+laser = { effects = [{ kind = "MixedPixels", width = 0.01 },
+                     { kind = "Surfaces", glass = [0, 3] }] }
+"""
+
+
+def test_a_file_names_lasers_robots_and_effects(tmp_path):
+    named, changed, own = (case.source(7) for case in read_suite(written(tmp_path, REAL)).cases)
+    assert isinstance(named, SimulatedDrive)
+    assert named.plain()["config"]["robot"]["max_speed"] == 0.22
+    assert named.plain()["config"]["laser"]["mount"] == [-0.032, 0.0, 0.0]
+    assert changed.parameters["laser"] == replace(LASERS["RPLIDAR-A2"], max_range=6.0)
+    effects = MixedPixels(width=0.01), Surfaces(glass=(0, 3))
+    assert own.parameters["laser"] == Laser(effects=effects)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (('"SICK-LMS200"', '"SICK"'), "case 1: laser must be one of"),
+        (('"TurtleBot3"', '"Turtle"'), "case 1: robot must be one of"),
+        (('"RPLIDAR-A2"', '"RPLIDAR"'), "case 2: laser must be one of"),
+        (('"MixedPixels"', '"Mixed"'), "case 3: the kind of an effect must be one of"),
+        (("width = 0.01", "wide = 0.01"), "field of the effect MixedPixels"),
+        (("glass = [0, 3]", "glass = [0, -3]"), "Surfaces.glass holds indices"),
+    ],
+)
+def test_wrong_lasers_in_a_file_are_refused(tmp_path, changed, message):
+    with pytest.raises(InputError, match=message):
+        read_suite(written(tmp_path, REAL.replace(*changed)))
+
+
+def test_every_sensor_is_beside_the_same_drive_without_it():
+    cases = {case.condition["sensor"]: case.source(7) for case in sensors().cases}
+    assert cases.keys() == SENSORS.keys()
+    usual, mixed = (cases[name].make() for name in ("none", "mixed pixels"))
+    assert (usual.truth.poses == mixed.truth.poses).all()
+    assert (usual.odometry.poses == mixed.odometry.poses).all()
+    usual_rows, mixed_rows = (np.array([scan.ranges for scan in e.scans]) for e in (usual, mixed))
+    differ = ~np.isclose(usual_rows, mixed_rows, rtol=0.0, atol=1e-6)
+    assert 0.0 < np.mean(differ) < 0.1
+    for name, source in cases.items():
+        assert (source.plain()["config"] == cases["none"].plain()["config"]) == (name == "none")
 
 
 FAULTY = """

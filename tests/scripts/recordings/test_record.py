@@ -30,6 +30,22 @@ def test_every_seed_is_there_in_every_format(recorded):
         assert names == {stem, f"{stem}.npz", f"{stem}.log.gz", f"{stem}.tum"}
 
 
+def test_a_laser_and_a_robot_by_name(tmp_path, monkeypatch):
+    monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "cache"))
+    words = ["--laser", "RPLIDAR-A2", "--robot", "Pioneer-3DX", "--formats", "npz"]
+    assert main.status(["record", "DoorCorridor-v0", *words, "--out", str(tmp_path)]) == 0
+    episode = load_episode(tmp_path / "DoorCorridor-v0-5000.npz")
+    assert episode.meta["config"]["robot"]["radius"] == 0.25
+    assert {len(scan.ranges) for scan in episode.scans} == {800}
+    assert episode.scans[0].mount.x == 0.018
+
+
+@pytest.mark.parametrize("words", [["--laser", "SICK"], ["--robot", "Pioneer"]])
+def test_an_unknown_laser_or_robot_is_refused(words, tmp_path, capsys):
+    assert main.status(["record", "DoorCorridor-v0", *words, "--out", str(tmp_path)]) == 2
+    assert f"{words[0][2:]} must be one of" in capsys.readouterr().err
+
+
 def test_all_formats_tell_of_one_drive(recorded):
     stem = recorded / "DoorCorridor-v0-5"
     whole = load_episode(stem.with_suffix(".npz"))
