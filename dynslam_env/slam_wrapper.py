@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -269,13 +270,17 @@ def crop_points(side: float, cell: float) -> Array:
 
 def _builder(slam: str | Builder, seed: int) -> Any:
     if isinstance(slam, str):
-        return lambda start: slam_library.make(slam, start, seed)
+        return partial(slam_library.make, slam, seed=seed)
     if not callable(slam):
         raise InputError(
             f"slam must be a builder (start, rng) -> Slam or one of "
             f"{', '.join(slam_library.variants())}, got {slam!r}"
         )
-    return lambda start: slam(start, np.random.default_rng(seed))
+    return partial(_built, slam, seed)
+
+
+def _built(slam: Builder, seed: int, start: Pose2) -> Slam:
+    return slam(start, np.random.default_rng(seed))
 
 
 def _errors(estimate: Pose2, truth: Pose2) -> dict[str, Any]:

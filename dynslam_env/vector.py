@@ -200,13 +200,23 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     def _reset(self, i: int, start: Pose2 | None = None) -> None:
         try:
             self._batch.reset(i, self._rng(i), start)
-            world = self.physics[i]
-            self._openings.put(i, world.openings)
-            self._people.put(i, world.people)
+            self._watch(i)
         except InputError:
             self._batch.discard(i)  # no step before a successful reset
             raise
         self._steps[i], self._over[i] = 0, False
+
+    def _watch(self, i: int) -> None:
+        """Take the rows of world `i`, which it changes in place."""
+        self._openings.put(i, self.physics[i].openings)
+        self._people.put(i, self.physics[i].people)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Watch the worlds of the copy."""
+        self.__dict__.update(state)
+        for i, world in enumerate(self.physics):
+            if world is not None:
+                self._watch(i)
 
     def _rng(self, i: int) -> np.random.Generator:
         rng = self._rngs[i]

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pymunk
 from pymunk._chipmunk_cffi import lib
@@ -47,7 +51,14 @@ class World:
     of limited force (setting the robot's own velocity would press it into walls). People are driven
     in the same way. pymunk updates positions before velocities: a command takes effect one physics
     step later.
+
+    A copy (`copy`, `pickle`) is built anew and makes all steps again: it continues bit for bit as
+    the original. (A space that pymunk copies does not: it loses the impulses of the joints and the
+    order of the contacts, both of which the solver starts from.)
     """
+
+    _moves: list[tuple[str, tuple[Any, ...]]]
+    """Names and arguments of the calls that changed the world, in their order."""
 
     def __init__(
         self,
@@ -58,6 +69,8 @@ class World:
         door_rng: np.random.Generator,
         people_rng: np.random.Generator,
     ):
+        generators = copy.deepcopy((door_rng, people_rng))  # as they are before the first draw
+        self._begun, self._moves = (layout, robot, doors, people, *generators), []
         count = len(layout.doors)
         self.steps = 0
         self._space = pymunk.Space()
@@ -142,6 +155,7 @@ class World:
 
     def step(self, vx: float, vy: float, omega: float) -> None:
         """Step by CONTROL_DT seconds with the wheels at `vx`, `vy` m/s and `omega` rad/s."""
+        self._moves.append(("step", (vx, vy, omega)))
         wheels = self._wheels
         SET_VELOCITY(wheels, (vx, vy))
         SET_ANGULAR_VELOCITY(wheels, omega)
@@ -150,6 +164,10 @@ class World:
         self.steps += 1
         self.collided = self._contacts.touched
         self._control()
+
+    def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
+        """A copy is what the same calls give."""
+        return _replayed, (self._begun, self._moves)
 
     def _control(self) -> None:
         """Update the edges from the states, and set the commands of doors and people."""
@@ -173,6 +191,7 @@ class World:
 
     def put_robot(self, pose: Pose2) -> None:
         """Put the robot down at `pose`, at rest; the caller knows that it fits there."""
+        self._moves.append(("put_robot", (pose,)))
         for body in (self._puller, self._body):
             body.position, body.angle = (pose.x, pose.y), pose.theta
             body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
@@ -290,6 +309,14 @@ class World:
         hinges = np.array([door.hinge for door in layout.doors]).reshape(-1, 2)
         poses = np.column_stack([hinges, self._doors.targets])[: len(fixed)]
         immovable.outline(poses, self.segments[self.first_edge :])
+
+
+def _replayed(begun: tuple[Any, ...], moves: list[tuple[str, tuple[Any, ...]]]) -> World:
+    """The world that begins as `begun` (the arguments of `World`) and makes all `moves`."""
+    world = World(*begun)
+    for name, arguments in moves:
+        getattr(world, name)(*arguments)
+    return world
 
 
 def _tip_speed(door: Door, doors: Doors) -> float:

@@ -58,7 +58,6 @@ class WorldBatch:
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
         self.faults: list[EpisodeFaults | None] = [None] * n
         self._noise_streams = NoiseStreams(n)
-        self._rows = list(zip(self.ranges, self.scans, strict=True))
         self._wheels: list[list[float]] = []
 
     def reset(self, i: int, rng: np.random.Generator, start: Pose2 | None = None) -> None:
@@ -160,11 +159,11 @@ class WorldBatch:
         self.collided[i] = world.collided
         self._scan(i)
         if self.config.faults:
-            self._faults(i).disturb_scan(*self._rows[i])
+            self._faults(i).disturb_scan(self.ranges[i], self.scans[i])
 
     def _scan(self, i: int) -> None:
-        world = self.worlds[i]
-        self.scanners[i].look(world.robot, world.segments, world.first_edge, *self._rows[i])
+        world, rows = self.worlds[i], (self.ranges[i], self.scans[i])
+        self.scanners[i].look(world.robot, world.segments, world.first_edge, *rows)
 
 
 def actions_of(given: Any, shape: tuple[int, ...]) -> Array:
@@ -184,6 +183,10 @@ class Threads:
     def __init__(self, count: int):
         self._count = count
         self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
+
+    def __reduce__(self) -> tuple[type[Threads], tuple[int]]:
+        """A copy has threads of its own."""
+        return Threads, (self._count,)
 
     def each(self, call: Callable[[int], None], rows: Sequence[int]) -> None:
         """Call `call(i)` for all `rows`, in any order across threads; an error is raised again.
