@@ -17,15 +17,11 @@ from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import start_of
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
-from dynslam_env.simulation.pose_bounds import pose_bound
-from dynslam_env.simulation.robot import Robot
-from dynslam_env.simulation.world import CONTROL_DT, World
+from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT
 from dynslam_env.simulation.world_batch import WorldBatch, actions_of
-from dynslam_env.worlds.layout import Layout
-from slam.geometry import Array, Pose2
+from dynslam_env.simulation.world_view import WorldView
+from slam.geometry import Pose2
 from slam.metrics.change import TrueOccupancy
-from slam.metrics.cramer_rao import Bound
-from slam.scan import Scan
 from slam.validation import one_of
 
 Observation = dict[str, Any]
@@ -33,7 +29,7 @@ ONLY_ROW = np.zeros(1, dtype=np.int64)  # the rows to step in a batch of one wor
 MAX_TRAIL = 6000  # poses kept for drawing
 
 
-class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
+class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     """A mobile robot with a laser scanner in a world whose doors open and close.
 
     ## Description
@@ -109,7 +105,8 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `pose`         | (3,)  | true pose x, y, theta                              | m, m, rad |
     | `door_angles`  | (d,)  | opening angles; 0 is closed                        | rad       |
     | `people`       | (p, 2) | positions of the people                           | m         |
-    | `collision`    | bool  | contact with a wall, a door or a person in the step |          |
+    | `collision`    | bool  | contact with a wall, a door or a person at any time in the step | |
+    | `contact`      | dict  | `wall`, `door`, `person`: which of them were touched in the step; `at_end`: whether something is touched at its end; `impulse`: sum of the contacts' impulses in the step | bool, N s |
     | `time`         | float | time since the reset                               | s         |
     | `reward_terms` | dict  | weighted reward terms; after a step only           |           |
     | `ends`         | dict  | which ends are true; after a step only             |           |
@@ -184,7 +181,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.render_mode = render_mode
         self.action_space = self.world_config.action_space()
         self.observation_space = self.world_config.observation_space()
-        self._batch = WorldBatch(self.world_config, 1)
+        super().__init__(WorldBatch(self.world_config, 1))
         self._faults = names_of(self.world_config.faults)
         self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
@@ -194,77 +191,13 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Returns a SLAM's map and poses to be drawn beside the truth. Where it is set, its owner
         calls `render` for the "human" mode, after the update of the SLAM."""
 
-    # -- ground truth, and the inputs of a SLAM -----------------------------------------------
-
-    @property
-    def layout(self) -> Layout:
-        """The layout of this episode: walls, doors, start, path, routes."""
-        return self._begun.layouts[0]
-
-    @property
-    def physics(self) -> World:
-        """The simulated world of this episode."""
-        return self._begun.worlds[0]
-
-    @property
-    def robot(self) -> Robot:
-        """The robot's body and limits."""
-        return self.world_config.robot
-
-    @property
-    def pose(self) -> Pose2:
-        """The true pose of the robot."""
-        return Pose2.of(self._begun.drive.poses[0])
-
-    @property
-    def displacement(self) -> Pose2:
-        """Displacement in the last step by odometry, in the robot's frame at its beginning."""
-        return Pose2.of(self._begun.displacements[0])
-
-    @property
-    def scan(self) -> Scan:
-        """The last scan, in double precision: no echo is inf, no reading NaN."""
-        batch = self._begun
-        return batch.scanners[0].scan(batch.ranges[0].copy(), batch.worlds[0].time)
-
-    @property
-    def scan_arrived(self) -> bool:
-        """Whether a scan arrived in the last step; false only during a fault such as `Gap`."""
-        return self._begun.scan_arrived(0)
-
-    @property
-    def scan_late(self) -> int:
-        """Steps ago at which the last scan was taken; above 0 only during a fault such as `Lag`."""
-        faults = self._begun.faults[0]
-        return 0 if faults is None else faults.late()
-
-    @property
-    def fault_times(self) -> dict[str, float]:
-        """Name of each fault -> s, end of the first step of its last occurrence; NaN before."""
-        faults = self._begun.faults[0]
-        return {} if faults is None else dict(zip(self._faults, faults.since(), strict=True))
-
-    def outline(self) -> Array:
-        """(e, 4) current edges of all movable solids: x1, y1, x2, y2 in m.
-
-        Four edges of each door leaf, then eight of each person.
-        """
-        return self.physics.outline()
+    # -- ground truth beside that of `WorldView` -----------------------------------------------
 
     def occupancy(self, cell: float = DEFAULT_CELL) -> TrueOccupancy:
         """The true map in cells of `cell` m: `now`, and `share`, the share of time since the reset
         for which each cell was occupied."""
         _ = self._begun  # raises before the first reset
         return self._history.occupancy(cell)
-
-    def bound(self) -> Bound:
-        """The Cramer-Rao bound of the pose given the last scan only and the true map."""
-        return pose_bound(self._begun, 0)
-
-    @property
-    def config(self) -> dict[str, Any]:
-        """All parameters, as plain data for JSON."""
-        return self.world_config.plain()
 
     # -- gymnasium -----------------------------------------------------------------------------
 
@@ -315,12 +248,6 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
             self._viewer.close()
             self._viewer = None
 
-    @property
-    def _begun(self) -> WorldBatch:
-        if self._batch.worlds[0] is None:
-            raise gym.error.ResetNeeded("there is no world before reset()")
-        return self._batch
-
     # -- parts of a step -----------------------------------------------------------------------
 
     def _record_step(self) -> None:
@@ -344,10 +271,16 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
             "pose": self._batch.drive.poses[0].copy(),
             "door_angles": world.openings.copy(),
             "people": world.people.copy(),
-            "collision": world.collided,
+            "collision": bool(self._batch.collided[0]),
+            "contact": self._contact(),
             "time": world.time,
         }
         return info | self._fault_info()
+
+    def _contact(self) -> dict[str, bool | float]:
+        *flags, impulse = self._batch.contacts[0].tolist()
+        named = {name: flag > 0.0 for name, flag in zip(CONTACT_COLUMNS, flags, strict=False)}
+        return named | {"impulse": impulse}
 
     def _fault_info(self) -> dict[str, Any]:
         """Empty in an environment without faults."""

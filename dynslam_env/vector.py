@@ -21,6 +21,7 @@ from dynslam_env.reset_options import reset_mask, start_of
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
+from dynslam_env.simulation.world_view import WorldView
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.validation import one_of, whole_number
@@ -132,6 +133,21 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     def physics(self) -> list[World]:
         """The simulated worlds of the current episodes."""
         return self._batch.worlds
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each world: see `call`."""
+        return self.call(name)
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """What attribute `name` of `WorldView` is for each world; a method is called.
+
+        Raises AttributeError for another name.
+        """
+        found = [getattr(self._view(i), name) for i in range(self.num_envs)]
+        return tuple(one(*args, **kwargs) if callable(one) else one for one in found)
+
+    def _view(self, i: int) -> WorldView:
+        return WorldView(self._batch, i)
 
     # -- gymnasium -----------------------------------------------------------------------------
 
@@ -285,7 +301,14 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         if not mask.all():
             for rows in infos.values():
                 rows[~mask] = 0
-        return masked(infos, mask) | self._fault_infos(mask)
+        return masked(infos, mask) | self._contact_infos(mask) | self._fault_infos(mask)
+
+    def _contact_infos(self, mask: Bools) -> Infos:
+        """What the robots of worlds `mask` touched."""
+        columns = self._batch.contact_columns()
+        for rows in columns.values():
+            rows[~mask] = 0
+        return masked({"contact": masked(columns, mask)}, mask)
 
     def _fault_infos(self, mask: Bools) -> Infos:
         """The infos of the faults of worlds `mask`; empty in environments without faults."""

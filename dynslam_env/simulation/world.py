@@ -25,6 +25,8 @@ CONTROL_DT = 0.1  # s, one step of the environment
 SUBSTEPS = 10  # physics steps per control step
 PHYSICS_DT = CONTROL_DT / SUBSTEPS
 FIXED, LEAF, ROBOT, PERSON = 1, 2, 4, 8  # kinds of shapes, as bits
+KINDS_TOUCHED = (FIXED, LEAF, PERSON)  # by the robot
+CONTACT_COLUMNS = ("wall", "door", "person", "at_end", "impulse")  # of a step: see `Contacts.row`
 COLLIDES_WITH = {FIXED: ROBOT | PERSON, LEAF: ROBOT | PERSON, ROBOT: FIXED | LEAF | PERSON,
          PERSON: FIXED | LEAF | ROBOT | PERSON}  # fmt: skip
 MAX_PENETRATION = 0.009  # m, of two solids in the physics step before the contact is resolved
@@ -39,9 +41,44 @@ SET_RATE = lib.cpSimpleMotorSetRate
 
 
 class Contacts:
-    """Contacts of the robot: their current number, and whether there were any in this step."""
+    """Contacts of the robot with walls, doors and people: `KINDS_TOUCHED`.
 
-    count, touched = 0, False
+    current  number of contacts now, of each kind
+    touched  whether there were any in this step, of each kind
+    impulse  N s, sum of the magnitudes of the impulses of all contacts in this step
+    """
+
+    def __init__(self) -> None:
+        self.current = [0] * len(KINDS_TOUCHED)
+        self.touched = [False] * len(KINDS_TOUCHED)
+        self.impulse = 0.0
+
+    def begin_step(self) -> None:
+        """Forget the last step."""
+        self.touched = [count > 0 for count in self.current]
+        self.impulse = 0.0
+
+    def row(self) -> tuple[float, ...]:
+        """The step in numbers, as `CONTACT_COLUMNS`."""
+        return *self.touched, any(self.current), self.impulse
+
+    def watch(self, space: pymunk.Space) -> None:
+        """Count the contacts of the robot in a space."""
+        for k, kind in enumerate(KINDS_TOUCHED):
+            self._watch(space, k, kind)
+
+    def _watch(self, space: pymunk.Space, k: int, kind: int) -> None:
+        def begin(*_: object) -> None:
+            self.current[k] += 1
+            self.touched[k] = True
+
+        def add_impulse(arbiter: pymunk.Arbiter, *_: object) -> None:
+            self.impulse += arbiter.total_impulse.length
+
+        def separate(*_: object) -> None:
+            self.current[k] -= 1
+
+        space.on_collision(ROBOT, kind, begin=begin, post_solve=add_impulse, separate=separate)
 
 
 class World:
@@ -90,7 +127,8 @@ class World:
         self._add_doors(layout.doors, doors)
         self._add_people(people, places)
         self._space.add(*self._pulling)
-        self._watch_contacts()
+        self.contacts = Contacts()
+        self.contacts.watch(self._space)
         self.states = BodyStates(self._space)
         self._split_states(self.states.rows)
         self._init_segments(layout)
@@ -112,8 +150,8 @@ class World:
     robot: Array
     """(6,) x, y, angle, vx, vy, omega of the robot, m and rad and s; a view."""
 
-    collided: bool = False
-    """The robot had a contact during the last step."""
+    contacts: Contacts
+    """Contacts of the robot, now and in the last step."""
 
     @property
     def time(self) -> float:
@@ -159,10 +197,9 @@ class World:
         wheels = self._wheels
         SET_VELOCITY(wheels, (vx, vy))
         SET_ANGULAR_VELOCITY(wheels, omega)
-        self._contacts.touched = self._contacts.count > 0
+        self.contacts.begin_step()
         self.states.advance(SUBSTEPS, PHYSICS_DT)
         self.steps += 1
-        self.collided = self._contacts.touched
         self._control()
 
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
@@ -267,19 +304,6 @@ class World:
             self._feet.append(self._pulled(body, people.force))
             margin = self._margin(people.speed)
             self._add_shape(pymunk.Poly(body, self._person.tolist(), radius=margin), PERSON)
-
-    def _watch_contacts(self) -> None:
-        contacts = self._contacts = Contacts()
-
-        def begin(*_: object) -> None:
-            contacts.count += 1
-            contacts.touched = True
-
-        def separate(*_: object) -> None:
-            contacts.count -= 1
-
-        for kind in (FIXED, LEAF, PERSON):
-            self._space.on_collision(ROBOT, kind, begin=begin, separate=separate)
 
     def _split_states(self, rows: Array) -> None:
         """Views of the states of robot, leaves and people, the order in which they were added."""

@@ -17,7 +17,7 @@ from dynslam_env.sensors.odometry import NoiseStreams
 from dynslam_env.simulation.config import WorldConfig
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
-from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
+from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT, PHYSICS_DT, World
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
@@ -36,6 +36,7 @@ class WorldBatch:
     odometry       (n, 3) float32, `displacements` within the bounds of the observation space
     ranges         (n, beams) m; no echo is inf, no reading NaN
     scans          (n, beams) float32, `ranges` within the bounds of the observation space
+    contacts       (n, 5) of the last step: see `CONTACT_COLUMNS`
     collided       (n,) bool, contact in the last step
     faults         of each world; None where the environment has none
 
@@ -52,6 +53,7 @@ class WorldBatch:
         self.odometry = np.zeros((n, 3), dtype=np.float32)
         self.ranges = np.zeros((n, config.laser.beams))
         self.scans = np.zeros((n, config.laser.beams), dtype=np.float32)
+        self.contacts = np.zeros((n, len(CONTACT_COLUMNS)))
         self.collided = np.zeros(n, dtype=np.bool_)
         self.layouts: list[Layout] = [None] * n  # type: ignore[list-item]
         self.worlds: list[World] = [None] * n  # type: ignore[list-item]
@@ -81,7 +83,7 @@ class WorldBatch:
         self.drive.place(i, world.robot)
         self.progress.reset(i, layout, self.drive.poses[i])
         self.displacements[i] = self.odometry[i] = 0.0
-        self.collided[i] = False
+        self.contacts[i], self.collided[i] = 0.0, False
         if config.faults:  # a stream of their own, which leaves the others as they are
             setting = Setting(config.laser, CONTROL_DT)
             self.faults[i] = EpisodeFaults(config.faults, setting, odometry_rng)
@@ -115,6 +117,12 @@ class WorldBatch:
         for i in which.tolist() if self.config.faults else ():
             self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
         self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
+
+    def contact_columns(self) -> dict[str, NDArray[Any]]:
+        """(n,) columns of `contacts` by name: bool, and the impulse in N s."""
+        *flags, impulses = self.contacts.T
+        columns = {name: flag > 0.0 for name, flag in zip(CONTACT_COLUMNS, flags, strict=False)}
+        return columns | {"impulse": impulses.copy()}
 
     def scan_arrived(self, i: int) -> bool:
         """Whether a scan of world `i` arrived in the last step; false only by a fault."""
@@ -156,7 +164,8 @@ class WorldBatch:
         world = self.worlds[i]
         world.step(*self._wheels[i])
         self.drive.bodies[i] = world.robot
-        self.collided[i] = world.collided
+        self.contacts[i] = world.contacts.row()
+        self.collided[i] = any(world.contacts.touched)
         self._scan(i)
         if self.config.faults:
             self._faults(i).disturb_scan(self.ranges[i], self.scans[i])

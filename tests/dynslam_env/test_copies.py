@@ -200,9 +200,7 @@ def test_in_processes_of_stable_baselines():
 
 
 def scan_after(env: Any, actions: Any) -> np.ndarray:
-    for action in actions:
-        observation = env.step(action)[0]
-    return observation["scan"]
+    return [env.step(action)[0]["scan"] for action in actions][-1]
 
 
 def test_in_processes_of_joblib():

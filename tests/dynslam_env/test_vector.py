@@ -64,6 +64,36 @@ def same(a, b, where=""):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_attributes_and_calls_are_those_of_single_environments(kind):
+    native, sync = pair(AutoresetMode.NEXT_STEP, **KINDS[kind])
+    for env in (native, sync):
+        env.reset(seed=5)
+        for _ in range(5):
+            env.step(np.full((3, 2), 0.4, np.float32))
+    for name in ("pose", "displacement", "scan_arrived", "scan_late", "fault_times", "config"):
+        for given in (native.get_attr(name), native.call(name)):
+            assert type(given) is tuple
+            for mine, theirs in zip(given, sync.get_attr(name), strict=True):
+                same(mine, theirs, name)
+    for mine, theirs in zip(native.call("outline"), sync.call("outline"), strict=True):
+        same(mine, theirs)
+    for mine, theirs in zip(native.get_attr("scan"), sync.get_attr("scan"), strict=True):
+        same(mine.ranges, theirs.ranges)
+    walls = [layout.walls for layout in native.get_attr("layout")]
+    assert all(map(np.array_equal, walls, [one.walls for one in sync.get_attr("layout")]))
+    for mine, theirs in zip(native.call("bound"), sync.call("bound"), strict=True):
+        same(mine.covariance, theirs.covariance)
+
+
+def test_an_unknown_attribute_is_refused():
+    native, _ = pair(AutoresetMode.NEXT_STEP)
+    with pytest.raises(AttributeError, match="colour"):
+        native.get_attr("colour")
+    with pytest.raises(gym.error.ResetNeeded):
+        native.get_attr("pose")
+
+
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_it_is_n_single_environments_bit_for_bit(mode, kind):
     native, sync = pair(mode, 37, **KINDS[kind])

@@ -215,6 +215,13 @@ def test_the_slam_is_scored_if_asked_for():
     assert ["f1_5cm" in info["slam"] for info in infos] == [True, False, True, False, True]
 
 
+def test_the_last_step_of_a_time_limit_is_scored():
+    env = gym.make("DoorPatrol-v0", score_every=8, max_episode_steps=3)
+    env.reset(seed=0)
+    infos = [env.step(np.zeros(2, np.float32))[-1] for _ in range(3)]
+    assert ["f1_5cm" in info["slam"] for info in infos] == [False, True, True]
+
+
 def test_it_runs_without_doors_and_with_few_beams():
     walls = np.array([(0, 0, 6, 0), (6, 0, 6, 4), (6, 4, 0, 4), (0, 4, 0, 0)], dtype=float)
     room = Layout(walls, (), Pose2(1.0, 2.0, 0.0), np.array([(3.0, 2.0)]))
