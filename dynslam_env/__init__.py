@@ -7,6 +7,7 @@ from dynslam_env.faults.scans import Gap, Lag, MissingBeams, WrongBeams
 from dynslam_env.faults.wheels import OdometryScale, Slip
 from dynslam_env.record import Driver, Recorder, record
 from dynslam_env.registration import PATROLS, WORLDS
+from dynslam_env.sensors.encoders import WheelEncoders
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.odometry import Odometry
 from dynslam_env.simulation.doors import Doors
@@ -25,7 +26,7 @@ from dynslam_env.simulation.people import People
 from dynslam_env.simulation.registry import register_law, register_world
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.task import Task
-from dynslam_env.slam_wrapper import SlamWrapper
+from dynslam_env.slam_wrapper import FinalScores, SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Door, Generator, Layout
@@ -47,6 +48,7 @@ __all__ = [
     "Exponential",
     "Fault",
     "FaultState",
+    "FinalScores",
     "Fixed",
     "FlipClock",
     "Gap",
@@ -69,6 +71,7 @@ __all__ = [
     "Slip",
     "Task",
     "Uniform",
+    "WheelEncoders",
     "WrongBeams",
     "record",
     "register_law",

@@ -68,7 +68,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     |------------|----------|------------------------------------------------------|--------------|------------|
     | `scan`     | (beams,) | ranges from right to left; no echo is max_range, no reading is 0 | 0 .. 8 | m     |
     | `odometry` | (3,)     | displacement dx, dy, dtheta in the last step as the wheels report it, in the robot's frame at the beginning of the step | -1 .. 1, -pi .. pi | m, m, rad |
-    | `velocity` | (2,)     | forward and turning velocity                         | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
+    | `velocity` | (2,)     | mean forward and turning velocity of the last step by the same wheels: those of the arc to `odometry` | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
 
     The path is not part of the observation; it is `env.unwrapped.layout.path` (in the passage: to
     the other end and back). `env.unwrapped.scan` and `env.unwrapped.displacement` are the scan and
@@ -122,7 +122,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     | `doors`       | "moving", "static", a `Law`, `Doors`; "moving" | a registered name, a law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Fixed`), or law and mechanics of the doors |
     | `robot`       | `Robot()`                  | body, speeds, accelerations                   |
     | `laser`       | `Laser()`                  | beams, field of view, range, noise, mount     |
-    | `odometry`    | `Odometry()`               | systematic and random error                   |
+    | `odometry`    | `Odometry()`               | what the wheels report: the true displacement with a systematic and a random error, or the ticks of `WheelEncoders` |
     | `people`      | `People()`                 | how people walk; their number and routes belong to the `world` |
     | `task`        | `Task()`                   | reward terms and ends                         |
     | `faults`      | list, none                 | what goes wrong in every episode, below       |
@@ -169,7 +169,9 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     ```
 
     ## Version History
-    v0: first release.
+    v0: first release. Physics, rewards and `odometry` of v0 have not changed since. `velocity` was
+    the body's true velocity, from which the true path could be computed; now it comes from the
+    wheels, as `odometry`. The spaces are the same.
     """  # noqa: E501
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": round(1 / CONTROL_DT)}  # noqa: RUF012
@@ -262,7 +264,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
         return {
             "scan": batch.scans[0].copy(),
             "odometry": batch.odometry[0].copy(),
-            "velocity": batch.drive.observed[0].copy(),
+            "velocity": batch.velocities[0].copy(),
         }
 
     def _info(self) -> dict[str, Any]:

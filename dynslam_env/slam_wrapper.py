@@ -160,10 +160,15 @@ class SlamWrapper(
 
         The wrapper sees the end of an episode, and scores it, where the environment that it wraps
         ends it, as one of `gym.make` does. It does not see a limit around itself, as in
-        `TimeLimit(SlamWrapper(env), 100)`: call this after the last step.
+        `TimeLimit(SlamWrapper(env), 100)`: call this after the last step, or let `FinalScores`.
         """
         self._end()
-        return self._result | (self._scores(self.slam.map()) if self._score_every else {})
+        return self._result | (self._scores(self.slam.map()) if self.scored else {})
+
+    @property
+    def scored(self) -> bool:
+        """Whether the map is scored."""
+        return self._score_every > 0
 
     def _end(self) -> None:
         """Let the SLAM process the last scan of an episode, and finish."""
@@ -240,6 +245,24 @@ class SlamWrapper(
         off, turned = error["position_error"], abs(math.degrees(error["heading_error"]))
         title = f"{self._name}   off by {off:.2f} m, {turned:.1f} deg"
         return Belief(self._slam.map(), self._slam.pose, self._trail, title)
+
+
+class FinalScores(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs):
+    """Adds the final scores to `info["slam"]` where a time limit around `SlamWrapper` ends an
+    episode: `FinalScores(TimeLimit(SlamWrapper(env), 100))`. `DoorPatrol-v0` has one.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any]):
+        """`env` has `SlamWrapper`'s `finish` and `scored`."""
+        gym.utils.RecordConstructorArgs.__init__(self)
+        super().__init__(env)
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Step, and score the end."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        if (terminated or truncated) and self.env.get_wrapper_attr("scored"):
+            info = info | {"slam": self.env.get_wrapper_attr("finish")()}
+        return observation, reward, terminated, truncated, info
 
 
 def crop_map(source: Sampled | OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:

@@ -286,7 +286,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         return {
             "scan": batch.scans.copy(),
             "odometry": batch.odometry.copy(),
-            "velocity": batch.drive.observed.copy(),
+            "velocity": batch.velocities.copy(),
         }
 
     def _infos(self, mask: Bools) -> Infos:

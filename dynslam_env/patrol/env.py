@@ -112,7 +112,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
                 f"infos are of the end of a step: score_every must be a multiple of hold, "
                 f"got {score_every} and {hold}"
             )
-        self.render_mode, self._scored = render_mode, score_every > 0
+        self.render_mode = render_mode
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.observation_space = observation_space()
         self._patroller: Patroller | None = None
@@ -181,7 +181,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         super().reset(seed=seed)
         _, info = self.wrapped.reset(seed=seed, options=options)
         self._patroller = Patroller(self.wrapped.estimate, self.place.scan)
-        self._doors, self._decisions = DoorsKnown(self.place.layout), 0
+        self._doors = DoorsKnown(self.place.layout)
         return self._observation(), self._info(info) | {"collision": 0.0}
 
     def step(
@@ -198,18 +198,16 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         gains = patroller.gains(self.time)
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
-        observation = self._observation()
-        self._decisions += 1
-        if self.spec is not None and self._decisions == self.spec.max_episode_steps:
-            told |= self.final_info()  # the time limit of `gym.make` is around this environment
-        return observation, sum(terms.values()), False, False, told
+        return self._observation(), sum(terms.values()), False, False, told
 
-    def final_info(self) -> dict[str, Any]:
-        """The `slam` of the info at the end of an episode: with the scores of its map, if wanted.
+    @property
+    def scored(self) -> bool:
+        """Whether the SLAM's map is scored."""
+        return self.wrapped.scored
 
-        For whatever ends the episode: a limit of `gym.make` needs no call.
-        """
-        return {"slam": self.wrapped.finish()} if self._scored else {}
+    def finish(self) -> dict[str, Any]:
+        """See `SlamWrapper.finish`; in an environment of `gym.make`, `FinalScores` calls it."""
+        return self.wrapped.finish()
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """The world, and the SLAM's map beside it; see `DoorWorldEnv`."""

@@ -185,8 +185,8 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
             self._blacklist.add(chosen.goal.target, snapshot.time, chosen.rest)
         told = _summed(infos) | {"reached": reached}
         shown, over = self._shown(observation), self._steps >= self._budget
-        if over:
-            told |= self.patrol.final_info()
+        if over and self.patrol.scored:
+            told["slam"] = self.patrol.finish()
         return shown, sum(rewards), False, over, told
 
     def _continue(self, chosen: GoalCandidate, steps: int, snapshot: PatrolSnapshot) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from dynslam_env.faults.episode_faults import EpisodeFaults
 from dynslam_env.faults.fault import Setting, Surroundings
 from dynslam_env.sensors.laser import Scanner
-from dynslam_env.sensors.odometry import NoiseStreams
+from dynslam_env.sensors.odometry import NoiseStreams, StepMotion, read_velocities
 from dynslam_env.simulation.config import WorldConfig
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
@@ -31,6 +31,7 @@ class WorldBatch:
     """The worlds, and arrays with a row per world: observations, rewards, ends.
 
     drive          true poses and velocities
+    velocities     (n, 2) float32, of the last step by odometry, m/s and rad/s, within their bounds
     progress       rewards and ends
     displacements  (n, 3) of the last step by odometry, m, m, rad
     odometry       (n, 3) float32, `displacements` within the bounds of the observation space
@@ -51,6 +52,9 @@ class WorldBatch:
         self.progress = TaskProgress(config.task, n)
         self.displacements, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
         self.odometry = np.zeros((n, 3), dtype=np.float32)
+        self.velocities = np.zeros((n, 2), dtype=np.float32)
+        self._sensor = config.odometry.sensor(n, config.robot.wheel_base)
+        self._fastest = np.array([config.robot.max_speed, config.robot.max_turn])
         self.ranges = np.zeros((n, config.laser.beams))
         self.scans = np.zeros((n, config.laser.beams), dtype=np.float32)
         self.contacts = np.zeros((n, len(CONTACT_COLUMNS)))
@@ -82,7 +86,8 @@ class WorldBatch:
         self._noise_streams.reset(i, odometry_rng)
         self.drive.place(i, world.robot)
         self.progress.reset(i, layout, self.drive.poses[i])
-        self.displacements[i] = self.odometry[i] = 0.0
+        self._sensor.reset(i)
+        self.displacements[i] = self.odometry[i] = self.velocities[i] = 0.0
         self.contacts[i], self.collided[i] = 0.0, False
         if config.faults:  # a stream of their own, which leaves the others as they are
             setting = Setting(config.laser, CONTROL_DT)
@@ -111,11 +116,7 @@ class WorldBatch:
         self._noise_streams.take(which, self._noise)
         self._threads.each(self._advance, which.tolist())
         drive.read_bodies(which)
-        self.config.odometry.read(
-            which, self._before, drive.poses, self._noise, self.displacements, self.odometry
-        )
-        for i in which.tolist() if self.config.faults else ():
-            self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
+        self._read_odometry(which)
         self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
 
     def contact_columns(self) -> dict[str, NDArray[Any]]:
@@ -132,6 +133,14 @@ class WorldBatch:
     def close(self) -> None:
         """Stop the threads."""
         self._threads.close()
+
+    def _read_odometry(self, which: Rows) -> None:
+        """Let robots `which` hear their wheels, after the step."""
+        motion = StepMotion(self._before, self.drive.poses, self.drive.rolled)
+        self._sensor.read(which, motion, self._noise, self.displacements, self.odometry)
+        for i in which.tolist() if self.config.faults else ():
+            self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
+        read_velocities(which, self.displacements, CONTROL_DT, self._fastest, self.velocities)
 
     def _faults(self, i: int) -> EpisodeFaults:
         faults = self.faults[i]

@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import Doors, DoorWorldEnv, Gap, Laser, Odometry, SlamWrapper, Uniform
+from dynslam_env import Doors, DoorWorldEnv, FinalScores, Gap, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_wrapper import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
@@ -94,6 +94,11 @@ def test_finish_gives_the_final_scores_where_a_limit_is_outside(slam):
         assert over
         infos.append(info["slam"])
     assert "f1_5cm" not in infos[1]
+    around = FinalScores(outside)
+    around.reset(seed=0)
+    told = [around.step(FORWARD)[-1]["slam"] for _ in range(8)]
+    assert ["f1_5cm" in one for one in told] == [k in (4, 7) for k in range(8)]
+    same(told[-1], infos[0])
     for _ in range(2):
         same(outside.get_wrapper_attr("finish")(), infos[0])
 

@@ -166,7 +166,7 @@ def test_nobody_looks_at_the_truth(monkeypatch):
     moving = [False]
 
     def trapped(key):
-        true = vars(DoorWorldEnv)[key]
+        true = getattr(DoorWorldEnv, key)
         read = true.fget if isinstance(true, property) else None
 
         def get(self):
