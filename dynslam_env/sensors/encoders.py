@@ -1,4 +1,4 @@
-"""WheelEncoders: odometry from the ticks of two wheels, which turn although the robot stands."""
+"""WheelEncoders: odometry from the ticks of two wheels, which turn where the robot is held."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ class WheelEncoders:
     ```
 
     `Odometry`, the default, reports what the body did; this reports what the wheels did. They turn
-    while the robot pushes a wall, and stand while a person pushes the robot.
+    while the robot pushes a wall. (Slowly: the drive starts each step from the body's velocity, so
+    that wheels of a robot that stands turn at its acceleration times 0.1 s, 0.03 m/s.)
 
     ticks_per_metre  1/m, of a wheel's way. 128 a millimetre is of the order of a Pioneer 3-DX (500
                      lines, four edges each, gear 38.3 : 1, wheels of 195 mm: 125 a millimetre)

@@ -22,6 +22,7 @@ from dynslam_env import (
     Layout,
     Robot,
     SlamWrapper,
+    WheelEncoders,
 )
 from slam import Pose2
 from tests.dynslam_env.test_vector import FAULTS, same
@@ -51,6 +52,7 @@ class OwnLaw:
 WORLD_KINDS = {
     "people who push": {"world": Corridor(people=6), "robot": QUICK},
     "faults": {"faults": FAULTS, "robot": QUICK},
+    "encoders": {"odometry": WheelEncoders(2000.0, sigma=0.02), "faults": FAULTS, "robot": QUICK},
     "own law": {"doors": Doors(law=OwnLaw(), swing_time=0.8), "robot": QUICK},
     "coupled": {"doors": Coupled(OwnLaw()), "robot": QUICK},
 }

@@ -17,6 +17,7 @@ from dynslam_env import (
     Robot,
     Slip,
     Task,
+    WheelEncoders,
     WrongBeams,
 )
 from slam import InputError
@@ -29,6 +30,7 @@ KINDS = {
     "crashing": {"task": Task(ends=("arrived", "crashed")), "robot": QUICK, "doors": "static"},
     "lossy": {"laser": Laser(beams=31, dropout=0.2), "world": Corridor(people=3, length=16.0)},
     "faulty": {"faults": FAULTS, "robot": QUICK},
+    "ticking": {"odometry": WheelEncoders(2000.0, wheel_ratio=1.02, sigma=0.02), "robot": QUICK},
 }
 
 
