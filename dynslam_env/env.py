@@ -169,7 +169,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     ```
 
     ## Version History
-    v0: first release. Physics, rewards and `odometry` of v0 have not changed since. `velocity` was
+    v0: first release. Episodes and `odometry` have not changed since to the bit. `velocity` was
     the body's true velocity, from which the true path could be computed; now it comes from the
     wheels, as `odometry`. The spaces are the same.
     """  # noqa: E501

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import gymnasium
-from gymnasium.envs.registration import WrapperSpec
 
 WORLDS: dict[str, tuple[int, dict[str, Any]]] = {
     "DoorCorridor-v0": (1000, {}),
@@ -33,8 +32,5 @@ gymnasium.register(
     entry_point="dynslam_env.patrol.env:DoorPatrolEnv",
     vector_entry_point="dynslam_env.patrol.vector:DoorPatrolVectorEnv",
     max_episode_steps=250,
-    additional_wrappers=(
-        WrapperSpec("FinalScores", "dynslam_env.slam_wrapper:FinalScores", kwargs={}),
-    ),
 )
 gymnasium.register(id=PATROLS[1], entry_point="dynslam_env.patrol.goals:DoorPatrolGoalsEnv")

@@ -249,7 +249,8 @@ class SlamWrapper(
 
 class FinalScores(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs):
     """Adds the final scores to `info["slam"]` where a time limit around `SlamWrapper` ends an
-    episode: `FinalScores(TimeLimit(SlamWrapper(env), 100))`. `DoorPatrol-v0` has one.
+    episode: `FinalScores(TimeLimit(SlamWrapper(env), 100))`, or
+    `FinalScores(gym.make("DoorPatrol-v0", score_every=200))`, whose SLAM is inside of its limit.
     """
 
     def __init__(self, env: gym.Env[Any, Any]):

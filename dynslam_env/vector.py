@@ -85,6 +85,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     | `threads`           | int, 1                | number of threads; the results do not depend on it |
 
     `reset(seed=s)` gives environment i the seed s + i; a list has a seed for each.
+    `get_attr(name)` and `call(name)` give what `WorldView` has of each world: `pose`, `layout`, ...
     """  # noqa: E501
 
     def __init__(

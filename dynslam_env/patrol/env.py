@@ -85,7 +85,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | velocities of an action of 1                          |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
     | `scan_every`  | 2          | control steps between two scans given to the SLAM               |
-    | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never |
+    | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never. `FinalScores(env)` adds those of the last step |
 
     ## Version History
     v0: first.
@@ -206,7 +206,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         return self.wrapped.scored
 
     def finish(self) -> dict[str, Any]:
-        """See `SlamWrapper.finish`; in an environment of `gym.make`, `FinalScores` calls it."""
+        """See `SlamWrapper.finish`: `gym.make`'s limit is outside; `FinalScores` calls this."""
         return self.wrapped.finish()
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
