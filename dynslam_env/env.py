@@ -27,6 +27,7 @@ from slam.validation import one_of
 Observation = dict[str, Any]
 ONLY_ROW = np.zeros(1, dtype=np.int64)  # the rows to step in a batch of one world
 MAX_TRAIL = 6000  # poses kept for drawing
+NO_CONTACT: dict[str, bool | float] = dict.fromkeys(CONTACT_COLUMNS, False) | {"impulse": 0.0}
 
 
 class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
@@ -280,6 +281,8 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
         return info | self._fault_info()
 
     def _contact(self) -> dict[str, bool | float]:
+        if not self._batch.collided[0]:
+            return NO_CONTACT.copy()
         *flags, impulse = self._batch.contacts[0].tolist()
         named = {name: flag > 0.0 for name, flag in zip(CONTACT_COLUMNS, flags, strict=False)}
         return named | {"impulse": impulse}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -38,25 +39,29 @@ MAX_TIP_SPEED = 3.0  # m/s, of a leaf: a faster one would need a thick margin
 PERSON_CORNERS = 8
 SET_VELOCITY, SET_ANGULAR_VELOCITY = lib.cpBodySetVelocity, lib.cpBodySetAngularVelocity
 SET_RATE = lib.cpSimpleMotorSetRate
+TOTAL_IMPULSE = lib.cpArbiterTotalImpulse
 
 
 class Contacts:
     """Contacts of the robot with walls, doors and people: `KINDS_TOUCHED`.
 
+    any      whether there were any in this step
     current  number of contacts now, of each kind
     touched  whether there were any in this step, of each kind
     impulse  N s, sum of the magnitudes of the impulses of all contacts in this step
     """
 
     def __init__(self) -> None:
+        self.any = False
         self.current = [0] * len(KINDS_TOUCHED)
         self.touched = [False] * len(KINDS_TOUCHED)
         self.impulse = 0.0
 
     def begin_step(self) -> None:
         """Forget the last step."""
-        self.touched = [count > 0 for count in self.current]
-        self.impulse = 0.0
+        if self.any:
+            self.touched = [count > 0 for count in self.current]
+            self.any, self.impulse = any(self.touched), 0.0
 
     def row(self) -> tuple[float, ...]:
         """The step in numbers, as `CONTACT_COLUMNS`."""
@@ -70,10 +75,11 @@ class Contacts:
     def _watch(self, space: pymunk.Space, k: int, kind: int) -> None:
         def begin(*_: object) -> None:
             self.current[k] += 1
-            self.touched[k] = True
+            self.touched[k] = self.any = True
 
         def add_impulse(arbiter: pymunk.Arbiter, *_: object) -> None:
-            self.impulse += arbiter.total_impulse.length
+            impulse = TOTAL_IMPULSE(arbiter._arbiter)
+            self.impulse += math.hypot(impulse.x, impulse.y)
 
         def separate(*_: object) -> None:
             self.current[k] -= 1

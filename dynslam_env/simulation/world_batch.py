@@ -173,8 +173,10 @@ class WorldBatch:
         world = self.worlds[i]
         world.step(*self._wheels[i])
         self.drive.bodies[i] = world.robot
-        self.contacts[i] = world.contacts.row()
-        self.collided[i] = any(world.contacts.touched)
+        if world.contacts.any:
+            self.contacts[i], self.collided[i] = world.contacts.row(), True
+        elif self.collided[i]:
+            self.contacts[i], self.collided[i] = 0.0, False
         self._scan(i)
         if self.config.faults:
             self._faults(i).disturb_scan(self.ranges[i], self.scans[i])
