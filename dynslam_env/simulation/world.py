@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from array import array
 from collections.abc import Callable
 from typing import Any
 
@@ -100,8 +101,11 @@ class World:
     order of the contacts, both of which the solver starts from.)
     """
 
-    _moves: list[tuple[str, tuple[Any, ...]]]
-    """Names and arguments of the calls that changed the world, in their order."""
+    _commands: array[float]
+    """Arguments of all steps so far, three each."""
+
+    _put_down: dict[int, Pose2]
+    """Poses at which the robot was put down, by the number of steps before."""
 
     def __init__(
         self,
@@ -113,7 +117,8 @@ class World:
         people_rng: np.random.Generator,
     ):
         generators = copy.deepcopy((door_rng, people_rng))  # as they are before the first draw
-        self._begun, self._moves = (layout, robot, doors, people, *generators), []
+        self._begun = layout, robot, doors, people, *generators
+        self._commands, self._put_down = array("d"), {}
         count = len(layout.doors)
         self.steps = 0
         self._space = pymunk.Space()
@@ -199,7 +204,7 @@ class World:
 
     def step(self, vx: float, vy: float, omega: float) -> None:
         """Step by CONTROL_DT seconds with the wheels at `vx`, `vy` m/s and `omega` rad/s."""
-        self._moves.append(("step", (vx, vy, omega)))
+        self._commands.extend((vx, vy, omega))
         wheels = self._wheels
         SET_VELOCITY(wheels, (vx, vy))
         SET_ANGULAR_VELOCITY(wheels, omega)
@@ -210,7 +215,7 @@ class World:
 
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
         """A copy is what the same calls give."""
-        return _replayed, (self._begun, self._moves)
+        return _replayed, (self._begun, self._commands, self._put_down)
 
     def _control(self) -> None:
         """Update the edges from the states, and set the commands of doors and people."""
@@ -234,7 +239,7 @@ class World:
 
     def put_robot(self, pose: Pose2) -> None:
         """Put the robot down at `pose`, at rest; the caller knows that it fits there."""
-        self._moves.append(("put_robot", (pose,)))
+        self._put_down[self.steps] = pose
         for body in (self._puller, self._body):
             body.position, body.angle = (pose.x, pose.y), pose.theta
             body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
@@ -341,11 +346,14 @@ class World:
         immovable.outline(poses, self.segments[self.first_edge :])
 
 
-def _replayed(begun: tuple[Any, ...], moves: list[tuple[str, tuple[Any, ...]]]) -> World:
-    """The world that begins as `begun` (the arguments of `World`) and makes all `moves`."""
-    world = World(*begun)
-    for name, arguments in moves:
-        getattr(world, name)(*arguments)
+def _replayed(begun: tuple[Any, ...], commands: array[float], put_down: dict[int, Pose2]) -> World:
+    """The world that begins as `begun` (the arguments of `World`) and makes the same steps."""
+    world, wheels = World(*begun), np.reshape(commands, (-1, 3)).tolist()
+    for step in range(len(wheels) + 1):
+        if step in put_down:
+            world.put_robot(put_down[step])
+        if step < len(wheels):
+            world.step(*wheels[step])
     return world
 
 

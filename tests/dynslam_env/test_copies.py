@@ -186,6 +186,18 @@ def test_a_copy_shares_no_world(copied):
     assert not one.layout.walls.flags.writeable
 
 
+def test_a_robot_that_was_put_down_stays_there(copied):
+    env = DoorWorldEnv()
+    env.reset(seed=0)
+    for place in (Pose2(2.0, 0.0, 1.0), Pose2(3.0, 0.1, -1.0)):
+        for _ in range(3):
+            env.step(np.ones(2, np.float32))
+        env.physics.put_robot(place)
+        one = copied(env)
+        assert one.physics.robot.tolist() == env.physics.robot.tolist()
+        same(one.step(np.ones(2, np.float32)), env.step(np.ones(2, np.float32)))
+
+
 def test_in_processes_of_stable_baselines():
     env = DoorWorldEnv()
     envs = SubprocVecEnv([lambda: env], start_method="spawn")
