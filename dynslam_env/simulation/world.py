@@ -97,8 +97,8 @@ class World:
     step later.
 
     A copy (`copy`, `pickle`) is built anew and makes all steps again: it continues bit for bit as
-    the original. (A space that pymunk copies does not: it loses the impulses of the joints and the
-    order of the contacts, both of which the solver starts from.)
+    the original. (A space that pymunk 7.3 copies does not always: it has lost the impulses of the
+    joints, from which the solver starts. Of 20 crowds, 3 differed after 1 s, by 0.03 mm at most.)
     """
 
     _commands: array[float]
