@@ -48,6 +48,12 @@ class WorldView:
         return Pose2.of(self._begun.drive.poses[self._row])
 
     @property
+    def velocity(self) -> tuple[float, float]:
+        """The true velocity of the robot: forward in m/s, turning in rad/s."""
+        v, omega = self._begun.drive.velocities[self._row].tolist()
+        return v, omega
+
+    @property
     def displacement(self) -> Pose2:
         """Displacement in the last step by odometry, in the robot's frame at its beginning."""
         return Pose2.of(self._begun.displacements[self._row])

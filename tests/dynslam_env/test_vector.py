@@ -72,7 +72,15 @@ def test_attributes_and_calls_are_those_of_single_environments(kind):
         env.reset(seed=5)
         for _ in range(5):
             env.step(np.full((3, 2), 0.4, np.float32))
-    for name in ("pose", "displacement", "scan_arrived", "scan_late", "fault_times", "config"):
+    for name in (
+        "pose",
+        "velocity",
+        "displacement",
+        "scan_arrived",
+        "scan_late",
+        "fault_times",
+        "config",
+    ):
         for given in (native.get_attr(name), native.call(name)):
             assert type(given) is tuple
             for mine, theirs in zip(given, sync.get_attr(name), strict=True):
