@@ -17,6 +17,7 @@ from dynslam_env.sensors.effects import (
     Surfaces,
     Sweep,
 )
+from dynslam_env.sensors.encoders import WheelEncoders
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.laser_presets import LASERS
 from dynslam_env.sensors.odometry import Odometry
@@ -37,7 +38,7 @@ from dynslam_env.simulation.registry import register_law, register_world
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.robot_presets import ROBOTS
 from dynslam_env.simulation.task import Task
-from dynslam_env.slam_wrapper import SlamWrapper
+from dynslam_env.slam_wrapper import FinalScores, SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Door, Generator, Layout
@@ -63,6 +64,7 @@ __all__ = [
     "Exponential",
     "Fault",
     "FaultState",
+    "FinalScores",
     "Fixed",
     "FlipClock",
     "Gap",
@@ -91,6 +93,7 @@ __all__ = [
     "Sweep",
     "Task",
     "Uniform",
+    "WheelEncoders",
     "WrongBeams",
     "record",
     "register_law",

@@ -15,26 +15,22 @@ from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
 from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import start_of
-from dynslam_env.sensors.laser import Scanner
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
-from dynslam_env.simulation.pose_bounds import pose_bound
-from dynslam_env.simulation.robot import Robot
-from dynslam_env.simulation.world import CONTROL_DT, World
+from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT
 from dynslam_env.simulation.world_batch import WorldBatch, actions_of
-from dynslam_env.worlds.layout import Layout
-from slam.geometry import Array, Pose2
+from dynslam_env.simulation.world_view import WorldView
+from slam.geometry import Pose2
 from slam.metrics.change import TrueOccupancy
-from slam.metrics.cramer_rao import Bound
-from slam.scan import Scan
 from slam.validation import one_of
 
 Observation = dict[str, Any]
 ONLY_ROW = np.zeros(1, dtype=np.int64)  # the rows to step in a batch of one world
 MAX_TRAIL = 6000  # poses kept for drawing
+NO_CONTACT: dict[str, bool | float] = dict.fromkeys(CONTACT_COLUMNS, False) | {"impulse": 0.0}
 
 
-class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
+class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     """A mobile robot with a laser scanner in a world whose doors open and close.
 
     ## Description
@@ -73,7 +69,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     |------------|----------|------------------------------------------------------|--------------|------------|
     | `scan`     | (beams,) | ranges from right to left; no echo is max_range, no reading is 0 | 0 .. 8 | m     |
     | `odometry` | (3,)     | displacement dx, dy, dtheta in the last step as the wheels report it, in the robot's frame at the beginning of the step | -1 .. 1, -pi .. pi | m, m, rad |
-    | `velocity` | (2,)     | forward and turning velocity                         | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
+    | `velocity` | (2,)     | mean forward and turning velocity of the last step by the same wheels: those of the arc to `odometry` | -1.2 .. 1.2, -5.2 .. 5.2 | m/s, rad/s |
 
     The path is not part of the observation; it is `env.unwrapped.layout.path` (in the passage: to
     the other end and back). `env.unwrapped.scan` and `env.unwrapped.displacement` are the scan and
@@ -110,7 +106,8 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `pose`         | (3,)  | true pose x, y, theta                              | m, m, rad |
     | `door_angles`  | (d,)  | opening angles; 0 is closed                        | rad       |
     | `people`       | (p, 2) | positions of the people                           | m         |
-    | `collision`    | bool  | contact with a wall, a door or a person in the step |          |
+    | `collision`    | bool  | contact with a wall, a door or a person at any time in the step | |
+    | `contact`      | dict  | `wall`, `door`, `person`: which of them were touched in the step; `at_end`: whether something is touched at its end; `impulse`: sum of the contacts' impulses in the step | bool, N s |
     | `time`         | float | time since the reset                               | s         |
     | `reward_terms` | dict  | weighted reward terms; after a step only           |           |
     | `ends`         | dict  | which ends are true; after a step only             |           |
@@ -126,7 +123,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `doors`       | "moving", "static", a `Law`, `Doors`; "moving" | a registered name, a law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Fixed`), or law and mechanics of the doors |
     | `robot`       | "Pioneer-3DX", "TurtleBot3", a `Robot`; `Robot()` | body, speeds, accelerations; a named robot carries the laser at its own place |
     | `laser`       | "SICK-LMS200", "Hokuyo-UTM-30LX", "RPLIDAR-A2", a `Laser`; `Laser()` | beams, field of view, range, noise, mount, and the effects of real lasers, below |
-    | `odometry`    | `Odometry()`               | systematic and random error                   |
+    | `odometry`    | `Odometry()`               | what the wheels report: the true displacement with a systematic and a random error, or the ticks of `WheelEncoders` |
     | `people`      | `People()`                 | how people walk; their number and routes belong to the `world` |
     | `task`        | `Task()`                   | reward terms and ends                         |
     | `faults`      | list, none                 | what goes wrong in every episode, below       |
@@ -188,7 +185,9 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
     ```
 
     ## Version History
-    v0: first release.
+    v0: first release. Episodes and `odometry` have not changed since to the bit. `velocity` was
+    the body's true velocity, from which the true path could be computed; now it comes from the
+    wheels, as `odometry`. The spaces are the same.
     """  # noqa: E501
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": round(1 / CONTROL_DT)}  # noqa: RUF012
@@ -200,7 +199,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.render_mode = render_mode
         self.action_space = self.world_config.action_space()
         self.observation_space = self.world_config.observation_space()
-        self._batch = WorldBatch(self.world_config, 1)
+        super().__init__(WorldBatch(self.world_config, 1))
         self._faults = names_of(self.world_config.faults)
         self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
@@ -210,82 +209,13 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Returns a SLAM's map and poses to be drawn beside the truth. Where it is set, its owner
         calls `render` for the "human" mode, after the update of the SLAM."""
 
-    # -- ground truth, and the inputs of a SLAM -----------------------------------------------
-
-    @property
-    def layout(self) -> Layout:
-        """The layout of this episode: walls, doors, start, path, routes."""
-        return self._begun.layouts[0]
-
-    @property
-    def physics(self) -> World:
-        """The simulated world of this episode."""
-        return self._begun.worlds[0]
-
-    @property
-    def robot(self) -> Robot:
-        """The robot's body and limits."""
-        return self.world_config.robot
-
-    @property
-    def pose(self) -> Pose2:
-        """The true pose of the robot."""
-        return Pose2.of(self._begun.drive.poses[0])
-
-    @property
-    def displacement(self) -> Pose2:
-        """Displacement in the last step by odometry, in the robot's frame at its beginning."""
-        return Pose2.of(self._begun.displacements[0])
-
-    @property
-    def scanner(self) -> Scanner:
-        """The laser of this episode; with effects it is an `EffectScanner`."""
-        return self._begun.scanners[0]
-
-    @property
-    def scan(self) -> Scan:
-        """The last scan, in double precision: no echo is inf, no reading NaN."""
-        batch = self._begun
-        return batch.scanners[0].scan(batch.ranges[0].copy(), batch.worlds[0].time)
-
-    @property
-    def scan_arrived(self) -> bool:
-        """Whether a scan arrived in the last step; false only during a fault such as `Gap`."""
-        return self._begun.scan_arrived(0)
-
-    @property
-    def scan_late(self) -> int:
-        """Steps ago at which the last scan was taken; above 0 only during a fault such as `Lag`."""
-        faults = self._begun.faults[0]
-        return 0 if faults is None else faults.late()
-
-    @property
-    def fault_times(self) -> dict[str, float]:
-        """Name of each fault -> s, end of the first step of its last occurrence; NaN before."""
-        faults = self._begun.faults[0]
-        return {} if faults is None else dict(zip(self._faults, faults.since(), strict=True))
-
-    def outline(self) -> Array:
-        """(e, 4) current edges of all movable solids: x1, y1, x2, y2 in m.
-
-        Four edges of each door leaf, then eight of each person.
-        """
-        return self.physics.outline()
+    # -- ground truth beside that of `WorldView` -----------------------------------------------
 
     def occupancy(self, cell: float = DEFAULT_CELL) -> TrueOccupancy:
         """The true map in cells of `cell` m: `now`, and `share`, the share of time since the reset
         for which each cell was occupied."""
         _ = self._begun  # raises before the first reset
         return self._history.occupancy(cell)
-
-    def bound(self) -> Bound:
-        """The Cramer-Rao bound of the pose given the last scan only and the true map."""
-        return pose_bound(self._begun, 0)
-
-    @property
-    def config(self) -> dict[str, Any]:
-        """All parameters, as plain data for JSON."""
-        return self.world_config.plain()
 
     # -- gymnasium -----------------------------------------------------------------------------
 
@@ -336,12 +266,6 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
             self._viewer.close()
             self._viewer = None
 
-    @property
-    def _begun(self) -> WorldBatch:
-        if self._batch.worlds[0] is None:
-            raise gym.error.ResetNeeded("there is no world before reset()")
-        return self._batch
-
     # -- parts of a step -----------------------------------------------------------------------
 
     def _record_step(self) -> None:
@@ -356,7 +280,7 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
         return {
             "scan": batch.scans[0].copy(),
             "odometry": batch.odometry[0].copy(),
-            "velocity": batch.drive.observed[0].copy(),
+            "velocity": batch.velocities[0].copy(),
         }
 
     def _info(self) -> dict[str, Any]:
@@ -365,10 +289,18 @@ class DoorWorldEnv(gym.Env[Observation, NDArray[np.float32]]):
             "pose": self._batch.drive.poses[0].copy(),
             "door_angles": world.openings.copy(),
             "people": world.people.copy(),
-            "collision": world.collided,
+            "collision": bool(self._batch.collided[0]),
+            "contact": self._contact(),
             "time": world.time,
         }
         return info | self._fault_info()
+
+    def _contact(self) -> dict[str, bool | float]:
+        if not self._batch.collided[0]:
+            return NO_CONTACT.copy()
+        *flags, impulse = self._batch.contacts[0].tolist()
+        named = {name: flag > 0.0 for name, flag in zip(CONTACT_COLUMNS, flags, strict=False)}
+        return named | {"impulse": impulse}
 
     def _fault_info(self) -> dict[str, Any]:
         """Empty in an environment without faults."""

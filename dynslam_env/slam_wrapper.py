@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -72,7 +73,7 @@ class SlamWrapper(
     | `matched`        | whether the SLAM matched this scan                          |           |
     | `revised`        | whether the SLAM changed its estimates of earlier poses     |           |
     | `lost`           | probability that the pose, within its map, is off by more than 0.3 m or 10 degrees | |
-    | `f1_5cm`, `f1_10cm`, ... | the scores of `slam.metrics.mapping.MapScores` against the current world, and of `slam.metrics.change.ChangeScores` against the world over time; at reset, at every `score_every`-th step, and at the end of the episode | |
+    | `f1_5cm`, `f1_10cm`, ... | the scores of `slam.metrics.mapping.MapScores` against the current world, and of `slam.metrics.change.ChangeScores` against the world over time; at reset, at every `score_every`-th step, and at the end of the episode (see `finish`) | |
     """  # noqa: E501
 
     def __init__(
@@ -135,7 +136,7 @@ class SlamWrapper(
         self._trail: list[Pose2] = []
         self._steps, self._moved = 0, Pose2()
         self._update_slam()
-        return self._extended(observation, info, scored=self._score_every > 0, ended=False)
+        return self._extended(observation, info, scored=self._score_every > 0)
 
     def step(
         self, action: NDArray[np.float32]
@@ -146,32 +147,51 @@ class SlamWrapper(
         every, ended = self._score_every, terminated or truncated
         score_now = every > 0 and (self._steps % every == 0 or ended)
         self._moved = self._moved @ self._world.displacement
-        if self._world.scan_arrived and (self._steps % self._scan_every == 0 or ended):
+        self._waiting = self._world.scan_arrived
+        if self._waiting and self._steps % self._scan_every == 0:
             self._update_slam()
-        observation, info = self._extended(observation, info, scored=score_now, ended=ended)
+        if ended:
+            self._end()
+        observation, info = self._extended(observation, info, scored=score_now)
         return observation, reward, terminated, truncated, info
+
+    def finish(self) -> dict[str, Any]:
+        """The final `info["slam"]` of an episode that something outside of the wrapper ended.
+
+        The wrapper sees the end of an episode, and scores it, where the environment that it wraps
+        ends it, as one of `gym.make` does. It does not see a limit around itself, as in
+        `TimeLimit(SlamWrapper(env), 100)`: call this after the last step, or let `FinalScores`.
+        """
+        self._end()
+        return self._result | (self._scores(self.slam.map()) if self.scored else {})
+
+    @property
+    def scored(self) -> bool:
+        """Whether the map is scored."""
+        return self._score_every > 0
+
+    def _end(self) -> None:
+        """Let the SLAM process the last scan of an episode, and finish."""
+        if self._waiting:
+            self._update_slam()
+        if isinstance(self.slam, Revising):
+            self.slam.finish()
+            self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
 
     def _update_slam(self) -> None:
         """Update the SLAM with the scan and the displacement since the last one."""
         estimate = self.slam.update(self._moved, self._world.scan)
-        self._estimate, self._moved = estimate, Pose2()
+        self._estimate, self._moved, self._waiting = estimate, Pose2(), False
         self._trail.append(estimate.pose)
-        self._result = _errors(estimate.pose, self._world.pose) | {
-            "matched": estimate.matched,
-            "revised": estimate.revised,
-            "lost": estimate.lost,
-        }
+        self._result = result_of(estimate, self._world.pose)
 
     def _extended(
-        self, observation: Observation, info: dict[str, Any], *, scored: bool, ended: bool
+        self, observation: Observation, info: dict[str, Any], *, scored: bool
     ) -> tuple[Observation, dict[str, Any]]:
         """The observation and info, extended by the results of the SLAM."""
         world, estimate, result = self._world, self._estimate, dict(self._result)
-        if isinstance(self.slam, Revising):
-            if ended:
-                self.slam.finish()
-            if ended or estimate.revised:
-                self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
+        if estimate.revised and isinstance(self.slam, Revising):
+            self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
         if self._score_every:
             self._record_seen_surface()
         if scored:
@@ -227,6 +247,25 @@ class SlamWrapper(
         return Belief(self._slam.map(), self._slam.pose, self._trail, title)
 
 
+class FinalScores(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs):
+    """Adds the final scores to `info["slam"]` where a time limit around `SlamWrapper` ends an
+    episode: `FinalScores(TimeLimit(SlamWrapper(env), 100))`, or
+    `FinalScores(gym.make("DoorPatrol-v0", score_every=200))`, whose SLAM is inside of its limit.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any]):
+        """`env` has `SlamWrapper`'s `finish` and `scored`."""
+        gym.utils.RecordConstructorArgs.__init__(self)
+        super().__init__(env)
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Step, and score the end."""
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        if (terminated or truncated) and self.env.get_wrapper_attr("scored"):
+            info = info | {"slam": self.env.get_wrapper_attr("finish")()}
+        return observation, reward, terminated, truncated, info
+
+
 def crop_map(source: Sampled | OccupancyGrid, pose: Pose2, points: Array) -> NDArray[np.uint8]:
     """The map at `points` (n, n, 2), m, robot frame: 0 free, 255 occupied, 128 unknown."""
     occupied, observed = source.sample(_in_world(points.reshape(-1, 2), *pose))
@@ -269,13 +308,26 @@ def crop_points(side: float, cell: float) -> Array:
 
 def _builder(slam: str | Builder, seed: int) -> Any:
     if isinstance(slam, str):
-        return lambda start: slam_library.make(slam, start, seed)
+        return partial(slam_library.make, slam, seed=seed)
     if not callable(slam):
         raise InputError(
             f"slam must be a builder (start, rng) -> Slam or one of "
             f"{', '.join(slam_library.variants())}, got {slam!r}"
         )
-    return lambda start: slam(start, np.random.default_rng(seed))
+    return partial(_built, slam, seed)
+
+
+def _built(slam: Builder, seed: int, start: Pose2) -> Slam:
+    return slam(start, np.random.default_rng(seed))
+
+
+def result_of(estimate: Estimate, truth: Pose2) -> dict[str, Any]:
+    """The `info["slam"]` of an estimate, without scores; see `SlamWrapper`."""
+    return _errors(estimate.pose, truth) | {
+        "matched": estimate.matched,
+        "revised": estimate.revised,
+        "lost": estimate.lost,
+    }
 
 
 def _errors(estimate: Pose2, truth: Pose2) -> dict[str, Any]:

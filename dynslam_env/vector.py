@@ -21,6 +21,7 @@ from dynslam_env.reset_options import reset_mask, start_of
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
+from dynslam_env.simulation.world_view import WorldView
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.validation import one_of, whole_number
@@ -84,6 +85,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     | `threads`           | int, 1                | number of threads; the results do not depend on it |
 
     `reset(seed=s)` gives environment i the seed s + i; a list has a seed for each.
+    `get_attr(name)` and `call(name)` give what `WorldView` has of each world: `pose`, `layout`, ...
     """  # noqa: E501
 
     def __init__(
@@ -132,6 +134,21 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     def physics(self) -> list[World]:
         """The simulated worlds of the current episodes."""
         return self._batch.worlds
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of each world: see `call`."""
+        return self.call(name)
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """What attribute `name` of `WorldView` is for each world; a method is called.
+
+        Raises AttributeError for another name.
+        """
+        found = [getattr(self._view(i), name) for i in range(self.num_envs)]
+        return tuple(one(*args, **kwargs) if callable(one) else one for one in found)
+
+    def _view(self, i: int) -> WorldView:
+        return WorldView(self._batch, i)
 
     # -- gymnasium -----------------------------------------------------------------------------
 
@@ -200,13 +217,23 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     def _reset(self, i: int, start: Pose2 | None = None) -> None:
         try:
             self._batch.reset(i, self._rng(i), start)
-            world = self.physics[i]
-            self._openings.put(i, world.openings)
-            self._people.put(i, world.people)
+            self._watch(i)
         except InputError:
             self._batch.discard(i)  # no step before a successful reset
             raise
         self._steps[i], self._over[i] = 0, False
+
+    def _watch(self, i: int) -> None:
+        """Take the rows of world `i`, which it changes in place."""
+        self._openings.put(i, self.physics[i].openings)
+        self._people.put(i, self.physics[i].people)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Watch the worlds of the copy."""
+        self.__dict__.update(state)
+        for i, world in enumerate(self.physics):
+            if world is not None:
+                self._watch(i)
 
     def _rng(self, i: int) -> np.random.Generator:
         rng = self._rngs[i]
@@ -260,7 +287,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         return {
             "scan": batch.scans.copy(),
             "odometry": batch.odometry.copy(),
-            "velocity": batch.drive.observed.copy(),
+            "velocity": batch.velocities.copy(),
         }
 
     def _infos(self, mask: Bools) -> Infos:
@@ -275,7 +302,14 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         if not mask.all():
             for rows in infos.values():
                 rows[~mask] = 0
-        return masked(infos, mask) | self._fault_infos(mask)
+        return masked(infos, mask) | self._contact_infos(mask) | self._fault_infos(mask)
+
+    def _contact_infos(self, mask: Bools) -> Infos:
+        """What the robots of worlds `mask` touched."""
+        columns = self._batch.contact_columns()
+        for rows in columns.values():
+            rows[~mask] = 0
+        return masked({"contact": masked(columns, mask)}, mask)
 
     def _fault_infos(self, mask: Bools) -> Infos:
         """The infos of the faults of worlds `mask`; empty in environments without faults."""

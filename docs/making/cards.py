@@ -46,7 +46,12 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
   (`dynslam speed`, 2 cores).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
-  worlds.
+  worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.
+* **Copies.** `copy.deepcopy` and `pickle` copy every environment, also in mid-episode; the copy
+  goes on bit for bit as the original ([example](search-a-tree.md)).
+* **The wheels.** `odometry` and `velocity` are what the wheels report, with errors. The default
+  adds errors to the true motion; with `odometry=dynslam_env.WheelEncoders()` the ticks of two
+  wheels are counted, which turn also where the robot pushes a wall.
 * **Your own.** [Worlds and door laws of your own](your-own.md#world) are registered by name.
 
 The pictures show each environment after 12 s of driving (seed 7): the truth, and beside it the

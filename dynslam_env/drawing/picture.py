@@ -5,7 +5,7 @@ pygame is imported on first use.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class Painter:
         self._floor: tuple[Array, FreeSpace] | None = None
         self._canvases: tuple[Canvas, Canvas] | None = None
         self._sized: tuple[View, tuple[int, int]] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy gets canvases of its own at its first picture."""
+        return self.__dict__ | {"_canvases": None}
 
     def picture(self, scene: Scene, belief: Belief | None, view: View) -> pygame.Surface:
         """The picture; its sides are even, as video encoders need them."""

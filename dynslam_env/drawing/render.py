@@ -30,6 +30,10 @@ class Viewer:
         self._screen: pygame.Surface | None = None
         self._clock: Any = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy has no window before its first picture."""
+        return self.__dict__ | {"_screen": None, "_clock": None}
+
     def draw(
         self, scene: Scene, belief: Belief | None = None, view: View | None = None
     ) -> NDArray[np.uint8] | None:

@@ -85,7 +85,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | velocities of an action of 1                          |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
     | `scan_every`  | 2          | control steps between two scans given to the SLAM               |
-    | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never |
+    | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never. `FinalScores(env)` adds those of the last step |
 
     ## Version History
     v0: first.
@@ -199,6 +199,15 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
         return self._observation(), sum(terms.values()), False, False, told
+
+    @property
+    def scored(self) -> bool:
+        """Whether the SLAM's map is scored."""
+        return self.wrapped.scored
+
+    def finish(self) -> dict[str, Any]:
+        """See `SlamWrapper.finish`: `gym.make`'s limit is outside; `FinalScores` calls this."""
+        return self.wrapped.finish()
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """The world, and the SLAM's map beside it; see `DoorWorldEnv`."""

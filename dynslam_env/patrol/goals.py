@@ -184,7 +184,10 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         if reached:
             self._blacklist.add(chosen.goal.target, snapshot.time, chosen.rest)
         told = _summed(infos) | {"reached": reached}
-        return self._shown(observation), sum(rewards), False, self._steps >= self._budget, told
+        shown, over = self._shown(observation), self._steps >= self._budget
+        if over and self.patrol.scored:
+            told["slam"] = self.patrol.finish()
+        return shown, sum(rewards), False, over, told
 
     def _continue(self, chosen: GoalCandidate, steps: int, snapshot: PatrolSnapshot) -> bool:
         """Whether the decision goes on, after `steps` steps of it; replan in time."""

@@ -15,7 +15,9 @@ from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
-from dynslam_env.simulation.world_batch import Rows
+from dynslam_env.simulation.world_batch import Rows, WorldBatch
+from dynslam_env.simulation.world_view import WorldView
+from dynslam_env.slam_wrapper import result_of
 from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, VectorKeywords, masked
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
@@ -32,10 +34,12 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
     """n patrols of one kind: `gym.make_vec("DoorPatrol-v0", n)`.
 
     Observations, rewards and ends are those of n `DoorPatrolEnv`, bit for bit, and so are
-    `reward_terms`, `pose`, `door_angles`, `collision`, `time` and `door_brier` in the infos; the
-    scores of the SLAM's map are the single environment's. Arguments are those of `DoorPatrolEnv`
-    without `score_every`, and `num_envs`, `max_episode_steps`, `autoreset_mode` and `threads` of
-    `DoorWorldVectorEnv`. It draws no pictures.
+    `reward_terms`, `pose`, `door_angles`, `collision`, `time`, `door_brier` and `slam` in the
+    infos; the scores of the SLAM's map are the single environment's. `call` and `get_attr` know
+    the names of `WorldView`, and `slam`, `patroller`, `limits` and `period` of `DoorPatrolEnv`.
+    Arguments are those of `DoorPatrolEnv` without `score_every`, and `num_envs`,
+    `max_episode_steps`, `autoreset_mode` and `threads` of `DoorWorldVectorEnv`. It draws no
+    pictures.
     """
 
     def __init__(
@@ -66,7 +70,8 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         super()._reset(i, start)
         batch = self._batch
         system = slam_library.make(self.patrol_config.slam, Pose2.of(batch.drive.poses[i]), 0)
-        self._patrols[i] = _Patrol(system, self._scan(i), DoorsKnown(batch.layouts[i]))
+        doors, truth = DoorsKnown(batch.layouts[i]), Pose2.of(batch.drive.poses[i])
+        self._patrols[i] = _Patrol(system, self._scan(i), doors, truth)
         self._touched[i] = 0.0
         self._show(i)
 
@@ -81,10 +86,11 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             for i, patrol in patrols:
                 patrol.move(Pose2(*motions[i]), collided[i])
             if k % patrol_config.scan_every == 0:
-                scans = [(patrol, self._scan(i)) for i, patrol in patrols if batch.scan_arrived(i)]
-                estimates = [patrol.locate(scan) for patrol, scan in scans]
-                for (patrol, scan), estimate in zip(scans, estimates, strict=True):
-                    patrol.robot.look(estimate, scan)
+                poses = batch.drive.poses.tolist()
+                scans = [(i, self._scan(i)) for i, _ in patrols if batch.scan_arrived(i)]
+                found = [self._patrols[i].locate(scan, Pose2(*poses[i])) for i, scan in scans]
+                for (i, scan), estimate in zip(scans, found, strict=True):
+                    self._patrols[i].robot.look(estimate, scan)
         for i, patrol in patrols:
             patrol.scan = self._scan(i)
             gains = patrol.robot.gains(batch.worlds[i].time)
@@ -126,7 +132,21 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         }
         for rows in infos.values():
             rows[~mask] = 0
-        return masked(infos, mask) | self._fault_infos(mask)
+        return masked(infos, mask) | self._slam_infos(mask) | self._fault_infos(mask)
+
+    def _slam_infos(self, mask: Bools) -> Infos:
+        """The results of the SLAMs of worlds `mask`; zero for the others."""
+        columns: Infos = {}
+        for i in np.flatnonzero(mask).tolist():
+            for key, value in self._patrols[i].result.items():
+                if key not in columns:
+                    one = np.asarray(value)
+                    columns[key] = np.zeros((self.num_envs, *one.shape), one.dtype)
+                columns[key][i] = value
+        return masked({"slam": masked(columns, mask)}, mask)
+
+    def _view(self, i: int) -> WorldView:
+        return _PatrolView(self._batch, i, self._patrols, self.patrol_config)
 
     def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
@@ -136,24 +156,46 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         return masked({"reward_terms": masked(terms, mask)}, mask)
 
 
+class _PatrolView(WorldView):
+    """One of the patrols, as `DoorPatrolEnv` shows it."""
+
+    def __init__(self, batch: WorldBatch, i: int, patrols: list[_Patrol], config: PatrolConfig):
+        super().__init__(batch, i)
+        self._patrols = patrols
+        self.limits, self.period = config.limits, config.period
+
+    @property
+    def slam(self) -> Slam:
+        _ = self._begun
+        return self._patrols[self._row].slam
+
+    @property
+    def patroller(self) -> Patroller:
+        _ = self._begun
+        return self._patrols[self._row].robot
+
+
 class _Patrol:
     """One robot, its SLAM, the last scan given to it, and the doors' score."""
 
-    def __init__(self, system: Slam, scan: Scan, doors: DoorsKnown):
-        self._doors, self._slam = doors, system
+    def __init__(self, system: Slam, scan: Scan, doors: DoorsKnown, truth: Pose2):
+        self._doors, self.slam = doors, system
         self.scan = scan  # the last one, which may be without a reading
-        self.robot = Patroller(system.update(Pose2(), scan), scan)
         self._moved = Pose2()
+        self.robot = Patroller(self.locate(scan, truth), scan)
 
     def move(self, displacement: Pose2, collided: bool) -> None:
         """See `Patroller`."""
         self._moved = self._moved @ displacement
         self.robot.move(displacement, collided)
 
-    def locate(self, scan: Scan) -> Estimate:
-        """Update the SLAM by a scan and the displacement since the last one."""
-        estimate = self._slam.update(self._moved, scan)
-        self._moved = Pose2()
+    def locate(self, scan: Scan, truth: Pose2) -> Estimate:
+        """Update the SLAM by a scan and the displacement since the last one.
+
+        truth  pose of the robot, for the SLAM's errors in the info
+        """
+        estimate = self.slam.update(self._moved, scan)
+        self._moved, self.result = Pose2(), result_of(estimate, truth)
         return estimate
 
     def near(self) -> Array:

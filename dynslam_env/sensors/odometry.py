@@ -1,9 +1,10 @@
-"""Odometry: the true displacement with a systematic and a random error."""
+"""Odometry: what the wheels report of a step. The default is the true displacement with errors."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +19,55 @@ MAX_DISPLACEMENT = (1.0, 1.0, math.pi)  # m, m, rad: bounds of the observation
 MIN_TRANSLATION = 1e-4  # m: a shorter step counts as a turn on the spot
 
 
+class StepMotion(NamedTuple):
+    """What n robots and their wheels did in a step.
+
+    before, after  (n, 3) true poses, m, m, rad
+    rolled         (n, 2) what the wheels turned: ahead in m, to the left in rad. The robot's own
+                   way where the wheels do not slip
+    """
+
+    before: Array
+    after: Array
+    rolled: Array
+
+
+class OdometrySensor(Protocol):
+    """The odometry of n robots during their episodes."""
+
+    def reset(self, i: int) -> None:
+        """Begin an episode of robot `i`."""
+        ...
+
+    def read(
+        self, which: Rows, motion: StepMotion, noise: Array, displacements: Array,
+        observed: NDArray[np.float32],
+    ) -> None:  # fmt: skip
+        """Write the displacements by odometry, each in the robot's frame before the step.
+
+        which          rows to write
+        noise          (n, 3) standard normal; every step takes three numbers from the stream
+        displacements  (n, 3) written, m, m, rad
+        observed       (n, 3) written, the same clipped to MAX_DISPLACEMENT
+        """
+        ...
+
+
+@runtime_checkable
+class OdometryModel(Protocol):
+    """A kind of odometry: `Odometry` or `WheelEncoders`. One object serves any number of robots."""
+
+    def sensor(self, n: int, wheel_base: float) -> OdometrySensor:
+        """The odometry of n robots whose wheels are `wheel_base` m apart."""
+        ...
+
+
 @dataclass(frozen=True)
 class Odometry:
-    """Parameters of the systematic error (bias) and the random error (alphas); 0 turns one off.
+    """The true displacement with errors. It reports the body: wheels that turn against a wall are
+    not heard (see `WheelEncoders`).
+
+    Parameters of the systematic error (bias) and the random error (alphas); 0 turns one off.
 
     bias    rad of false rotation per m travelled. The paper's 3 degrees per 5 cm turn a straight
             drive into a circle of radius 1 / bias = 0.95 m
@@ -44,6 +91,10 @@ class Odometry:
         for name in ("alpha1", "alpha2", "alpha3", "alpha4"):
             within(self, name, 0.0)
 
+    def sensor(self, n: int, wheel_base: float) -> OdometrySensor:
+        """See `OdometryModel`."""
+        return _BodyOdometry(self)
+
     def read(
         self, which: Rows, before: Array, after: Array, noise: Array, displacements: Array,
         observed: NDArray[np.float32],
@@ -58,6 +109,23 @@ class Odometry:
         """
         alphas = self.alpha1, self.alpha2, self.alpha3, self.alpha4
         _read(which, before, after, noise, self.bias, alphas, displacements, observed)
+
+
+class _BodyOdometry:
+    """An `OdometrySensor` without a state of its own."""
+
+    def __init__(self, model: Odometry):
+        self._model = model
+
+    def reset(self, i: int) -> None:
+        pass
+
+    def read(
+        self, which: Rows, motion: StepMotion, noise: Array, displacements: Array,
+        observed: NDArray[np.float32],
+    ) -> None:  # fmt: skip
+        before, after, _ = motion
+        self._model.read(which, before, after, noise, displacements, observed)
 
 
 class NoiseStreams:
@@ -81,6 +149,22 @@ class NoiseStreams:
     def _draw(self, i: int) -> None:
         """Draw the noise of the next STEPS_PER_DRAW steps: fewer calls of numpy are faster."""
         self._drawn[i], self._taken[i] = self._rngs[i].standard_normal((STEPS_PER_DRAW, 3)), 0
+
+
+@kernel
+def read_velocities(which, displacements, dt, limits, velocities):
+    """Write the mean velocities of a step by odometry: those of the arc to its displacement.
+
+    displacements  (n, 3) m, m, rad, in a step of `dt` s
+    limits         (2,) m/s, rad/s, bounds of the observation space
+    velocities     (n, 2) float32, written: m/s forward, rad/s turning
+    """
+    for i in which:
+        dx, half = displacements[i, 0], displacements[i, 2] / 2
+        chord = math.copysign(math.hypot(dx, displacements[i, 1]), dx)
+        way = chord * half / math.sin(half) if half else chord
+        velocities[i, 0] = min(max(way / dt, -limits[0]), limits[0])
+        velocities[i, 1] = min(max(2 * half / dt, -limits[1]), limits[1])
 
 
 @kernel

@@ -14,7 +14,7 @@ from dynslam_env.faults.episode_faults import check_faults
 from dynslam_env.faults.fault import Fault
 from dynslam_env.sensors.laser import Laser
 from dynslam_env.sensors.laser_presets import LASERS
-from dynslam_env.sensors.odometry import MAX_DISPLACEMENT, Odometry
+from dynslam_env.sensors.odometry import MAX_DISPLACEMENT, Odometry, OdometryModel
 from dynslam_env.simulation.doors import Doors
 from dynslam_env.simulation.laws import Law
 from dynslam_env.simulation.people import People
@@ -36,7 +36,7 @@ class PlaceKeywords(TypedDict, total=False):
     doors: str | Law | Doors | None
     robot: str | Robot | None
     laser: str | Laser | None
-    odometry: Odometry | None
+    odometry: OdometryModel | None
     people: People | None
     faults: Sequence[Fault] | None
 
@@ -80,7 +80,7 @@ class WorldConfig:
     doors     how doors move
     robot     body, speeds, accelerations
     laser     beams, field of view, range, noise, mount
-    odometry  systematic and random error
+    odometry  what the wheels report: with errors, or by ticks
     people    how people walk
     task      reward terms and ends
     faults    what goes wrong; by default nothing
@@ -90,7 +90,7 @@ class WorldConfig:
     doors: Doors = field(default_factory=Doors)
     robot: Robot = field(default_factory=Robot)
     laser: Laser = field(default_factory=Laser)
-    odometry: Odometry = field(default_factory=Odometry)
+    odometry: OdometryModel = field(default_factory=Odometry)
     people: People = field(default_factory=People)
     task: Task = field(default_factory=Task)
     faults: tuple[Fault, ...] = ()
@@ -144,6 +144,7 @@ ALLOWED_VALUES = {
     "robot": f"a Robot, or one of {', '.join(ROBOTS)}",
     "laser": f"a Laser, or one of {', '.join(LASERS)}",
     "doors": '"moving", "static", a law such as Uniform(5, 20), or a Doors',
+    "odometry": "an Odometry or WheelEncoders",
     "world": '"corridor", "loop", "office", "crowd", a Corridor, Loop, Office or Layout, or '
     "anything else with layout(rng) -> Layout",
 }

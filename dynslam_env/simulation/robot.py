@@ -58,15 +58,15 @@ class DifferentialDrive:
     bodies      (n, 6) states of the bodies: x, y, angle, vx, vy, omega, m, rad, s
     poses       (n, 3) m, m, rad
     velocities  (n, 2) m/s forward, rad/s turning
-    observed    (n, 2) float32, `velocities` within the bounds of the observation space
     wheels      (n, 3) commanded velocity in the world frame, m/s, m/s, rad/s
+    rolled      (n, 2) what the wheels turn in the step of the last command, m and rad
     """
 
     def __init__(self, robot: Robot, n: int, dt: float, delay: float):
         """`dt`: a control step, s; `delay`: from its start until a command takes effect, s."""
         self.bodies, self.poses = np.zeros((n, 6)), np.zeros((n, 3))
         self.velocities, self.wheels = np.zeros((n, 2)), np.zeros((n, 3))
-        self.observed = np.zeros((n, 2), dtype=np.float32)
+        self.rolled, self._speeds = np.zeros((n, 2)), np.zeros((n, 2))
         self._chords = np.zeros((n, 2))
         self._scale = np.array([robot.max_speed, robot.max_turn])
         most = robot.acceleration * dt, robot.turn_acceleration * dt
@@ -74,7 +74,7 @@ class DifferentialDrive:
 
     def place(self, i: int, body: NDArray[np.float64]) -> None:
         """Place robot `i` at the pose of its body (6,), at rest."""
-        self.bodies[i], self._chords[i] = body, 0.0
+        self.bodies[i], self._chords[i], self._speeds[i] = body, 0.0, 0.0
         self.read_bodies(np.array([i]))
 
     def command(self, which: Rows, actions: NDArray[Any]) -> int:
@@ -83,12 +83,12 @@ class DifferentialDrive:
         Returns the first robot whose action is not two finite numbers, or -1.
         """
         return _command(which, actions, self._scale, self._settings,
-                        self.poses, self.velocities, self.wheels, self._chords)  # fmt: skip
+                        self.poses, self.velocities, self.wheels, self._chords,
+                        self._speeds, self.rolled)  # fmt: skip
 
     def read_bodies(self, which: Rows) -> None:
         """Update poses and velocities of robots `which` from their `bodies`."""
-        _read_bodies(which, self.bodies, self._chords, self._scale,
-                self.poses, self.velocities, self.observed)  # fmt: skip
+        _read_bodies(which, self.bodies, self._chords, self.poses, self.velocities)
 
 
 @kernel
@@ -99,7 +99,10 @@ def _feasible(v, omega, max_speed, wheel_base):
 
 
 @kernel
-def _command(which, actions, scale, settings, poses, velocities, wheels, chords):
+def _command(
+    which, actions, scale, settings, poses, velocities, wheels, chords, speeds, rolled
+):  # fmt: skip
+    """Set `wheels`, `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`."""
     wheel_base, most_v, most_omega, dt, delay = settings
     for i in which:
         a, b = float(actions[i, 0]), float(actions[i, 1])
@@ -123,16 +126,17 @@ def _command(which, actions, scale, settings, poses, velocities, wheels, chords)
         dx, dy = math.cos(heading), math.sin(heading)
         wheels[i, 0], wheels[i, 1], wheels[i, 2] = v * chord * dx, v * chord * dy, omega
         chords[i, 0], chords[i, 1] = dx / chord, dy / chord
+        rolled[i, 0] = delay * speeds[i, 0] + (dt - delay) * v
+        rolled[i, 1] = delay * speeds[i, 1] + (dt - delay) * omega
+        speeds[i, 0], speeds[i, 1] = v, omega
     return -1
 
 
 @kernel
-def _read_bodies(which, bodies, chords, scale, poses, velocities, observed):
+def _read_bodies(which, bodies, chords, poses, velocities):
     for i in which:
         angle = bodies[i, 2]
         poses[i, 0], poses[i, 1] = bodies[i, 0], bodies[i, 1]
         poses[i, 2] = angle - math.tau * np.rint(angle / math.tau)
         velocities[i, 0] = bodies[i, 3] * chords[i, 0] + bodies[i, 4] * chords[i, 1]
         velocities[i, 1] = bodies[i, 5]
-        for k in range(2):
-            observed[i, k] = min(max(velocities[i, k], -scale[k]), scale[k])

@@ -68,14 +68,16 @@ class TaskTerms(NamedTuple):
 class PathPositions(NamedTuple):
     """How far along their paths n robots are.
 
-    paths  (n, k, 2) m, waypoints
-    legs   (n, 2) the current leg and the last one
-    at     (n, 2) m, the positions after the last step
+    paths    (n, k, 2) m, waypoints
+    legs     (n, 2) the current leg and the last one
+    at       (n, 2) m, the positions after the last step
+    arrived  (n,) bool, whether the path was completed in this step or an earlier one
     """
 
     paths: Array
     legs: Rows
     at: Array
+    arrived: NDArray[np.bool_]
 
 
 class StepResults(NamedTuple):
@@ -91,7 +93,8 @@ class TaskProgress:
 
     A leg ends when the robot is within reach of its waypoint. The progress along a leg is measured
     by the foot of the perpendicular from the robot. When the next leg begins, its progress starts
-    at the robot's own foot on it: a step never gains more than the distance driven.
+    at the robot's own foot on it: a step never gains more than the distance driven. The term
+    `arrived` is paid once; the end of that name stays true if the robot drives on.
 
     terms    (n, t) weighted terms, in the order of `Task.reward`
     rewards  (n,) sums of the terms
@@ -105,7 +108,7 @@ class TaskProgress:
         self._terms = TaskTerms(kinds, weights, ends)
         self._reach = task.reach
         self._paths, self._legs = np.zeros((n, 2, 2)), np.zeros((n, 2), dtype=np.int64)
-        self._at = np.zeros((n, 2))
+        self._at, self._arrived = np.zeros((n, 2)), np.zeros(n, dtype=np.bool_)
         self.terms, self.rewards = np.zeros((n, len(kinds))), np.zeros(n)
         self.ends = np.zeros((n, len(ends)), dtype=np.bool_)
 
@@ -117,7 +120,7 @@ class TaskProgress:
             self._paths = np.pad(self._paths, ((0, 0), (0, longer), (0, 0)))
         self._paths[i, : len(points)] = points
         self._legs[i] = 0, len(points) - 2
-        self._at[i] = pose[:2]
+        self._at[i], self._arrived[i] = pose[:2], False
         _pass(i, self._paths, self._legs, self._at, self._reach)
 
     def carried(self, i: int, pose: Array) -> None:
@@ -126,7 +129,7 @@ class TaskProgress:
 
     def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
         """Compute terms, rewards and ends after a step of `dt` s of robots `which` to `poses`."""
-        positions = PathPositions(self._paths, self._legs, self._at)
+        positions = PathPositions(self._paths, self._legs, self._at, self._arrived)
         results = StepResults(self.terms, self.rewards, self.ends)
         _judge(which, poses, collided, dt, self._reach, positions, self._terms, results)
 
@@ -160,19 +163,20 @@ def _judge(
     results: StepResults,
 ):  # fmt: skip
     """Advance the robots `which`, and write the results of the step."""
-    paths, legs, at = positions
+    paths, legs, at, arrived = positions
     kinds, weights, ends = task
     terms, rewards, over = results
     for i in which:
         x, y, leg = poses[i, 0], poses[i, 1], legs[i, 0]
         advanced = _along(x, y, paths, i, leg) - _along(at[i, 0], at[i, 1], paths, i, leg)
         at[i, 0], at[i, 1] = x, y
-        arrived = 1.0 if _pass(i, paths, legs, at, reach) else 0.0
+        first = _pass(i, paths, legs, at, reach) and not arrived[i]
+        arrived[i] |= first
         hit = 1.0 if collided[i] else 0.0
-        values = (advanced, hit, dt, arrived)  # as TERMS
+        values = (advanced, hit, dt, 1.0 if first else 0.0)  # as TERMS
         rewards[i] = 0.0
         for k in range(len(kinds)):
             terms[i, k] = weights[k] * values[kinds[k]]
             rewards[i] += terms[i, k]
         for k in range(len(ends)):
-            over[i, k] = (arrived, hit)[ends[k]] > 0.0  # as ENDS
+            over[i, k] = (arrived[i], collided[i])[ends[k]]  # as ENDS

@@ -14,11 +14,11 @@ from dynslam_env.faults.episode_faults import EpisodeFaults
 from dynslam_env.faults.fault import Setting, Surroundings
 from dynslam_env.sensors.effect_scanner import scanner_of
 from dynslam_env.sensors.laser import Scanner
-from dynslam_env.sensors.odometry import NoiseStreams
+from dynslam_env.sensors.odometry import NoiseStreams, StepMotion, read_velocities
 from dynslam_env.simulation.config import WorldConfig
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
-from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
+from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT, PHYSICS_DT, World
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
@@ -32,11 +32,13 @@ class WorldBatch:
     """The worlds, and arrays with a row per world: observations, rewards, ends.
 
     drive          true poses and velocities
+    velocities     (n, 2) float32, of the last step by odometry, m/s and rad/s, within their bounds
     progress       rewards and ends
     displacements  (n, 3) of the last step by odometry, m, m, rad
     odometry       (n, 3) float32, `displacements` within the bounds of the observation space
     ranges         (n, beams) m; no echo is inf, no reading NaN
     scans          (n, beams) float32, `ranges` within the bounds of the observation space
+    contacts       (n, 5) of the last step: see `CONTACT_COLUMNS`
     collided       (n,) bool, contact in the last step
     faults         of each world; None where the environment has none
 
@@ -51,15 +53,18 @@ class WorldBatch:
         self.progress = TaskProgress(config.task, n)
         self.displacements, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
         self.odometry = np.zeros((n, 3), dtype=np.float32)
+        self.velocities = np.zeros((n, 2), dtype=np.float32)
+        self._sensor = config.odometry.sensor(n, config.robot.wheel_base)
+        self._fastest = np.array([config.robot.max_speed, config.robot.max_turn])
         self.ranges = np.zeros((n, config.laser.beams))
         self.scans = np.zeros((n, config.laser.beams), dtype=np.float32)
+        self.contacts = np.zeros((n, len(CONTACT_COLUMNS)))
         self.collided = np.zeros(n, dtype=np.bool_)
         self.layouts: list[Layout] = [None] * n  # type: ignore[list-item]
         self.worlds: list[World] = [None] * n  # type: ignore[list-item]
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
         self.faults: list[EpisodeFaults | None] = [None] * n
         self._noise_streams = NoiseStreams(n)
-        self._rows = list(zip(self.ranges, self.scans, strict=True))
         self._wheels: list[list[float]] = []
 
     def reset(self, i: int, rng: np.random.Generator, start: Pose2 | None = None) -> None:
@@ -82,8 +87,9 @@ class WorldBatch:
         self._noise_streams.reset(i, odometry_rng)
         self.drive.place(i, world.robot)
         self.progress.reset(i, layout, self.drive.poses[i])
-        self.displacements[i] = self.odometry[i] = 0.0
-        self.collided[i] = False
+        self._sensor.reset(i)
+        self.displacements[i] = self.odometry[i] = self.velocities[i] = 0.0
+        self.contacts[i], self.collided[i] = 0.0, False
         if config.faults:  # a stream of their own, which leaves the others as they are
             setting = Setting(config.laser, CONTROL_DT)
             self.faults[i] = EpisodeFaults(config.faults, setting, odometry_rng)
@@ -111,12 +117,14 @@ class WorldBatch:
         self._noise_streams.take(which, self._noise)
         self._threads.each(self._advance, which.tolist())
         drive.read_bodies(which)
-        self.config.odometry.read(
-            which, self._before, drive.poses, self._noise, self.displacements, self.odometry
-        )
-        for i in which.tolist() if self.config.faults else ():
-            self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
+        self._read_odometry(which)
         self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
+
+    def contact_columns(self) -> dict[str, NDArray[Any]]:
+        """(n,) columns of `contacts` by name: bool, and the impulse in N s."""
+        *flags, impulses = self.contacts.T
+        columns = {name: flag > 0.0 for name, flag in zip(CONTACT_COLUMNS, flags, strict=False)}
+        return columns | {"impulse": impulses.copy()}
 
     def scan_arrived(self, i: int) -> bool:
         """Whether a scan of world `i` arrived in the last step; false only by a fault."""
@@ -126,6 +134,14 @@ class WorldBatch:
     def close(self) -> None:
         """Stop the threads."""
         self._threads.close()
+
+    def _read_odometry(self, which: Rows) -> None:
+        """Let robots `which` hear their wheels, after the step."""
+        motion = StepMotion(self._before, self.drive.poses, self.drive.rolled)
+        self._sensor.read(which, motion, self._noise, self.displacements, self.odometry)
+        for i in which.tolist() if self.config.faults else ():
+            self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
+        read_velocities(which, self.displacements, CONTROL_DT, self._fastest, self.velocities)
 
     def _faults(self, i: int) -> EpisodeFaults:
         faults = self.faults[i]
@@ -159,14 +175,17 @@ class WorldBatch:
         world = self.worlds[i]
         world.step(*self._wheels[i])
         self.drive.bodies[i] = world.robot
-        self.collided[i] = world.collided
+        if world.contacts.any:
+            self.contacts[i], self.collided[i] = world.contacts.row(), True
+        elif self.collided[i]:
+            self.contacts[i], self.collided[i] = 0.0, False
         self._scan(i)
         if self.config.faults:
-            self._faults(i).disturb_scan(*self._rows[i])
+            self._faults(i).disturb_scan(self.ranges[i], self.scans[i])
 
     def _scan(self, i: int) -> None:
-        world = self.worlds[i]
-        self.scanners[i].look(world.robot, world.segments, world.first_edge, *self._rows[i])
+        world, rows = self.worlds[i], (self.ranges[i], self.scans[i])
+        self.scanners[i].look(world.robot, world.segments, world.first_edge, *rows)
 
 
 def actions_of(given: Any, shape: tuple[int, ...]) -> Array:
@@ -186,6 +205,10 @@ class Threads:
     def __init__(self, count: int):
         self._count = count
         self._pool = ThreadPoolExecutor(count - 1) if count > 1 else None
+
+    def __reduce__(self) -> tuple[type[Threads], tuple[int]]:
+        """A copy has threads of its own."""
+        return Threads, (self._count,)
 
     def each(self, call: Callable[[int], None], rows: Sequence[int]) -> None:
         """Call `call(i)` for all `rows`, in any order across threads; an error is raised again.

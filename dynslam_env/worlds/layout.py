@@ -87,6 +87,12 @@ class Layout:
                     f"before, got {route.tolist()}"
                 )
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Protect the arrays of a copy from changes."""
+        self.__dict__.update(state)
+        for array in (self.walls, self.path, *self.routes):
+            array.flags.writeable = False
+
     def layout(self, rng: np.random.Generator) -> Layout:
         """Return itself: the same layout in every episode."""
         return self

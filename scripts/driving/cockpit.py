@@ -50,11 +50,11 @@ class Cockpit:
 
     def begin(self, seed: int | None = None) -> None:
         """A new episode."""
-        observation, info = self._env.reset(seed=seed)
+        _, info = self._env.reset(seed=seed)
         self._held: set[str] = set()
         self._drive = DriveCommand()
         self._due, self._pace, self._fresh = 0.0, 1.0, True
-        self._took(observation, info, arrived=False)
+        self._took(info, arrived=False)
         self._before = self._now
 
     # -- keys ----------------------------------------------------------------------------------
@@ -95,12 +95,12 @@ class Cockpit:
     def _step(self) -> None:
         self._drive = drive(self._held, self._drive, self._speed, self._world.robot)
         action = np.array(self._drive.action(self._world.robot), dtype=np.float32)
-        observation, _, terminated, _, info = self._env.step(action)
+        _, _, terminated, _, info = self._env.step(action)
         self._before = self._now
-        self._took(observation, info, self._arrived or terminated)
+        self._took(info, self._arrived or terminated)
 
-    def _took(self, observation: Any, info: dict[str, Any], arrived: bool) -> None:
-        self._speed = float(observation["velocity"][0])
+    def _took(self, info: dict[str, Any], arrived: bool) -> None:
+        self._speed = self._world.velocity[0]
         self._bumped, self._arrived = bool(info["collision"]), arrived
         belief = self._world.belief
         self._now: tuple[Scene, Belief | None] = self._world.scene(), belief() if belief else None

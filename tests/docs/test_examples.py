@@ -10,7 +10,11 @@ from docs.examples import map_a_log
 from slam import registry
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, lines
 
-EXAMPLES = {"map_a_log.py": "MapALog", "train_an_explorer.py": "TrainAnExplorer"}
+EXAMPLES = {
+    "map_a_log.py": "MapALog",
+    "search_a_tree.py": "SearchATree",
+    "train_an_explorer.py": "TrainAnExplorer",
+}
 
 
 @pytest.fixture
@@ -46,6 +50,15 @@ def test_an_explorer_is_trained_and_judged(tmp_path, capsys):
     assert set(scores) == {"this policy", "random", "nearest-frontier", "lookout", "ppo"}
     assert all(0 <= brier <= 1 for _, brier in scores.values())
     assert len(capsys.readouterr().out.splitlines()) == 5
+
+
+def test_a_search_drives_better_than_straight_ahead(capsys):
+    from docs.examples.search_a_tree import SearchATree
+
+    rewards = SearchATree(seed=0, decisions=12, depth=2)()
+    assert rewards["always ahead"] == pytest.approx(5.31, abs=0.01)  # as on the page
+    assert rewards["search of depth 2"] > rewards["always ahead"] + 0.3
+    assert len(capsys.readouterr().out.splitlines()) == 2
 
 
 def test_the_pages_give_the_examples_what_they_take():

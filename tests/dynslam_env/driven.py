@@ -23,9 +23,11 @@ def place(walls, doors=(), start=Pose2(), routes=()):  # noqa: B008
 class Driven:
     """A batch of one; it steps with m/s and rad/s."""
 
-    def __init__(self, layout, robot=NIMBLE, doors=SHUT, people=People(), seed=0, laser=None):  # noqa: B008
+    def __init__(
+        self, layout, robot=NIMBLE, doors=SHUT, people=People(), seed=0, laser=None, odometry=None  # noqa: B008
+    ):  # fmt: skip
         parts = {"world": layout, "robot": robot, "doors": doors, "people": people}
-        parts["laser"] = laser or Laser(beams=1)
+        parts |= {"laser": laser or Laser(beams=1), "odometry": odometry}
         self.batch, self.robot = WorldBatch(WorldConfig.of(parts), 1), robot
         self.batch.reset(0, np.random.default_rng(seed))
         self.world = self.batch.worlds[0]

@@ -7,12 +7,13 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env import Doors, DoorWorldEnv, Gap, Laser, Odometry, SlamWrapper, Uniform
+from dynslam_env import Doors, DoorWorldEnv, FinalScores, Gap, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_wrapper import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
 from slam.interface import Sampled
 from slam.metrics.change import TrueOccupancy
+from tests.dynslam_env.test_vector import same
 
 FORWARD = np.array([0.5, 0.02], dtype=np.float32)
 PERFECT = Odometry(bias=0.0, alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)
@@ -76,6 +77,30 @@ def test_the_map_is_scored_at_the_interval_and_at_the_end():
     expected = {"f1_5cm", "f1_10cm", "adnn_map_to_truth", "adnn_truth_to_map"}
     expected |= {"brier_now_all", "brier_share_all"}
     assert expected <= set(info["slam"])
+
+
+@pytest.mark.parametrize("slam", ["static-ml", "static-graph"])
+def test_finish_gives_the_final_scores_where_a_limit_is_outside(slam):
+    """As an episode of the same length whose end the wrapper sees."""
+    parts: Any = {"score_every": 5, "scan_every": 3, "slam": slam}
+    inside = wrapped(env=gym.make("DoorCorridor-v0", max_episode_steps=8), **parts)
+    outside = gym.wrappers.TimeLimit(wrapped(env=DoorWorldEnv(), **parts), 8)
+    infos = []
+    for env in (inside, outside):
+        env.reset(seed=0)
+        for _ in range(7):
+            env.step(FORWARD)
+        *_, over, info = env.step(FORWARD)
+        assert over
+        infos.append(info["slam"])
+    assert "f1_5cm" not in infos[1]
+    around = FinalScores(outside)
+    around.reset(seed=0)
+    told = [around.step(FORWARD)[-1]["slam"] for _ in range(8)]
+    assert ["f1_5cm" in one for one in told] == [k in (4, 7) for k in range(8)]
+    same(told[-1], infos[0])
+    for _ in range(2):
+        same(outside.get_wrapper_attr("finish")(), infos[0])
 
 
 def test_scores_of_the_change_are_those_of_all_that_was():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from dynslam_env import DoorWorldEnv, Laser, Layout, SlamWrapper, slam_wrapper
+from dynslam_env import DoorWorldEnv, FinalScores, Laser, Layout, SlamWrapper, slam_wrapper
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.patroller import Patroller
@@ -213,6 +213,13 @@ def test_wrong_parameters_are_refused(wrong, message):
 def test_the_slam_is_scored_if_asked_for():
     infos = [step[-1] for step in drive(made(score_every=8), 4)]
     assert ["f1_5cm" in info["slam"] for info in infos] == [True, False, True, False, True]
+
+
+def test_the_last_step_of_a_time_limit_is_scored():
+    env = FinalScores(gym.make("DoorPatrol-v0", score_every=8, max_episode_steps=3))
+    env.reset(seed=0)
+    infos = [env.step(np.zeros(2, np.float32))[-1] for _ in range(3)]
+    assert ["f1_5cm" in info["slam"] for info in infos] == [False, True, True]
 
 
 def test_it_runs_without_doors_and_with_few_beams():

@@ -44,6 +44,13 @@ def test_gymnasiums_checks():
     check_env(begun(budget=8.0)[0], skip_render_check=True)
 
 
+def test_the_end_of_the_budget_is_scored():
+    env, observation = begun(seed=2, budget=6.0, score_every=400)
+    rows = driven(env, observation, door_first)
+    scored = ["f1_5cm" in info["slam"] for _, _, info in rows]
+    assert scored == [False] * (len(rows) - 1) + [True]
+
+
 def test_what_is_observed_lies_in_the_space_and_the_mask_is_what_is_present():
     env, observation = begun(seed=2)
     for _ in range(10):
@@ -159,7 +166,7 @@ def test_nobody_looks_at_the_truth(monkeypatch):
     moving = [False]
 
     def trapped(key):
-        true = vars(DoorWorldEnv)[key]
+        true = getattr(DoorWorldEnv, key)
         read = true.fget if isinstance(true, property) else None
 
         def get(self):

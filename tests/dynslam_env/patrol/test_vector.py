@@ -33,30 +33,17 @@ def pair(mode, limit, **parameters) -> tuple[Any, Any]:
     return native, SyncVectorEnv([single] * N, autoreset_mode=mode)
 
 
-def without_slam(infos):
-    """What a vector environment tells: all but the scores of the SLAM."""
-    kept = {key: rows for key, rows in infos.items() if key not in ("slam", "_slam")}
-    if "final_info" in kept:
-        kept["final_info"] = without_slam(kept["final_info"])
-    return kept
-
-
-def told_the_same(mine, theirs):
-    same(mine[:-1], theirs[:-1])
-    same(mine[-1], without_slam(theirs[-1]))
-
-
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_it_is_n_single_patrols_bit_for_bit(mode, kind):
     native, sync = pair(mode, 7, **KINDS[kind])
     rng, ends, touched = np.random.default_rng(1), 0, 0.0
-    told_the_same(native.reset(seed=5), sync.reset(seed=5))
+    same(native.reset(seed=5), sync.reset(seed=5))
     for _ in range(18):
         actions = rng.uniform(-1.2, 1.2, (N, 2)).astype(np.float32)
         actions[0] = -1.0, 0.0  # into the wall behind
         mine, theirs = native.step(actions), sync.step(actions)
-        told_the_same(mine, theirs)
+        same(mine, theirs)
         ends += int((mine[2] | mine[3]).sum())
         touched = max(touched, mine[4]["collision"][0])
     assert ends == 2 * N
@@ -65,19 +52,33 @@ def test_it_is_n_single_patrols_bit_for_bit(mode, kind):
 
 def test_it_is_so_without_autoreset_and_with_resets_of_some():
     native, sync = pair(AutoresetMode.DISABLED, 4)
-    told_the_same(native.reset(seed=3), sync.reset(seed=3))
+    same(native.reset(seed=3), sync.reset(seed=3))
     rng = np.random.default_rng(0)
     for mask in ([True, False, True], [False, True, False], [True, True, True]):
         while not (native._steps >= 4).any():
             actions = rng.uniform(-1, 1, (N, 2)).astype(np.float32)
-            told_the_same(native.step(actions), sync.step(actions))
+            same(native.step(actions), sync.step(actions))
         with pytest.raises(gym.error.ResetNeeded, match="are over"):
             native.step(np.zeros((N, 2), np.float32))
         for which in (mask, [not one for one in mask]):
             if any(which):
                 options = {"reset_mask": np.array(which)}
                 mine, theirs = (e.reset(seed=8, options=dict(options)) for e in (native, sync))
-                told_the_same(mine, theirs)
+                same(mine, theirs)
+
+
+def test_attributes_are_those_of_single_patrols():
+    native, sync = pair(AutoresetMode.NEXT_STEP, 9)
+    for env in (native, sync):
+        env.reset(seed=2)
+        env.step(np.full((N, 2), 0.4, np.float32))
+    for name in ("limits", "period", "robot"):
+        assert native.get_attr(name) == sync.get_attr(name)
+    for mine, theirs in zip(native.get_attr("slam"), sync.get_attr("slam"), strict=True):
+        same(mine.pose, theirs.pose)
+        same(mine.map().occupied, theirs.map().occupied)
+    for mine, theirs in zip(native.call("patroller"), sync.call("patroller"), strict=True):
+        same(mine.estimate.covariance, theirs.estimate.covariance)
 
 
 def test_threads_change_nothing():
@@ -122,7 +123,7 @@ def test_wrong_actions_are_refused_and_change_nothing(actions, message):
     with pytest.raises(InputError, match=message):
         native.step(actions)
     good = np.full((N, 2), 0.3, np.float32)
-    told_the_same(native.step(good), sync.step(good))
+    same(native.step(good), sync.step(good))
 
 
 @pytest.mark.parametrize(

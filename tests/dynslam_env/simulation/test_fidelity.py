@@ -345,9 +345,8 @@ def test_the_odometry_of_a_drive_errs_as_configured():
     """Along a straight drive of the batch: bias and variances of every step of 6 cm."""
     odometry, n = Odometry(bias=0.5, alpha1=0.0, alpha2=0.004, alpha3=0.01, alpha4=0.0), 2000
     setup = place(chain((-500, -3), (500, -3)), (), Pose2())
-    driven = Driven(setup, NIMBLE)
+    driven = Driven(setup, NIMBLE, odometry=odometry)
     batch, motions, moved = driven.batch, [], []
-    object.__setattr__(batch.config, "odometry", odometry)
     driven.step(0.6, 0.0)
     for _ in range(n):
         before = driven.pose

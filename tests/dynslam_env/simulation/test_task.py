@@ -39,6 +39,20 @@ def test_there_and_back_pays_the_length_of_the_path_once():
     assert [ends["arrived"] for _, _, ends in results] == [False] * (len(xs) - 1) + [True]
 
 
+def test_arrival_is_paid_once_and_stays_an_end():
+    task = Task(reward={"arrived": 5.0}, reach=0.1)
+    results = drive(task, [4.95, 0.05, 0.0, 0.05, 1.0, 0.0])
+    assert [reward for reward, _, _ in results] == [0.0, 5.0, 0.0, 0.0, 0.0, 0.0]
+    assert [ends["arrived"] for _, _, ends in results] == [False] + [True] * 5
+
+
+def test_arrival_is_paid_again_in_the_next_episode():
+    judged = Judged(Task(reward={"arrived": 5.0}))
+    for _ in range(2):
+        assert [judged(x)[0] for x in (5.0, 0.0, 0.0)] == [0.0, 5.0, 0.0]
+        judged._judge.reset(0, LAYOUT, np.zeros(3))
+
+
 def test_going_back_and_forth_pays_nothing():
     results = drive(Task(reward={"progress": 1.0}), [1, 2, 1, 2, 1, 0])
     assert sum(reward for reward, _, _ in results) == pytest.approx(0.0)

@@ -38,6 +38,53 @@ def test_nor_at_full_speed_wherever_the_physics_steps_fall():
         assert abs(driven.dent()) < 0.004  # pressed on, it stands at the surface
 
 
+def told(driven):
+    """What was touched in the last step."""
+    columns = driven.batch.contact_columns()
+    return {name: column.tolist()[0] for name, column in columns.items()}
+
+
+def test_a_contact_names_what_was_touched_and_whether_it_still_is():
+    driven, rows = at(Pose2(5.7, 1.5, 0.0)), []
+    assert not any(told(driven).values())
+    for v in (0.8, 0.8, 0.8, -0.8, -0.8):
+        driven.step(v, 0.0)
+        rows.append(told(driven))
+    assert not any(rows[0].values())
+    touching = {"wall": True, "door": False, "person": False, "at_end": True}
+    assert {key: rows[2][key] for key in touching} == touching
+    backed_off = {"wall": True, "at_end": False}  # it touched at the begin of the step
+    assert {key: rows[3][key] for key in backed_off} == backed_off
+    assert not any(rows[4].values())
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.6, 1.2])
+def test_the_impulse_of_a_contact_is_the_momentum_that_it_takes(speed):
+    """Inelastic, head-on: mass times speed, and the force of the wheels times 0.1 s at most."""
+    driven, robot = at(Pose2(5.5, 1.5, 0.0)), NIMBLE
+    while not driven.collided:
+        driven.step(speed, 0.0)
+    impulse = told(driven)["impulse"]
+    momentum = robot.mass * speed
+    assert momentum * 0.98 <= impulse <= momentum + robot.traction * CONTROL_DT
+
+
+def test_doors_and_people_are_told_apart():
+    leaf = Door((3.0, 1.0), math.pi / 2, 1, 0.9, 0.04)
+    at_door = at(Pose2(2.4, 1.45, 0.0), doors=[leaf])
+    standing = Driven(place(ROOM, (), Pose2(2.0, 1.5, 0.0),
+                            [np.array([(3.0, 1.5), (3.0, 1.6)])]))  # fmt: skip
+    for driven, name in ((at_door, "door"), (standing, "person")):
+        for _ in range(30):
+            driven.step(0.6, 0.0)
+            if driven.collided:
+                break
+        touched = told(driven)
+        assert touched.pop("impulse") > 0.0
+        touched.pop("at_end")
+        assert [kind for kind, is_touched in touched.items() if is_touched] == [name]
+
+
 def test_a_collision_is_over_when_the_robot_has_backed_off():
     driven = at(Pose2(5.7, 1.5, 0.0))
     collided = []
