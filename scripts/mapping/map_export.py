@@ -12,10 +12,11 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.io.kitti import write_kitti
-from slam.io.layers import picture, write_doors, write_layers, write_picture
+from slam.io.layers import picture, write_doors, write_layers
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
 from slam.layers import Layers, layers
+from slam.layers.classification import DOOR_LEAF, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
 
@@ -23,6 +24,7 @@ from ..console.output import write_json, write_png
 from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
 from ..figures.film import suffix
+from ..figures.layers_figure import layers_figure
 from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
@@ -117,9 +119,10 @@ class MapExport:
         return ["belief.yaml", "belief.pgm"]
 
     def _layers(self) -> list[str]:
-        made = self.layers = layers(self.session.scans, self.session.poses)
+        made = layers(self.session.scans, self.session.poses, believed=self.run.grid)
+        self.layers = made
         write_ros_map(made.static_map(), self.out / "map.yaml")
-        write_picture(made, self.out / "layers.png")
+        write_png(layers_figure(made, self.title), self.out / "layers.png")
         write_layers(made, self.out / "layers.npz")
         write_doors(made, self.out / "doors.geojson")
         return ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
@@ -155,15 +158,27 @@ class MapExport:
 
 
 def _layer_summary(made: Layers) -> dict[str, Any]:
-    """Areas (m2) and doors of the layers."""
-    cell = made.spec.resolution**2
+    """Areas (m2), why cells were kept or left out (m2), and doors of the layers."""
+
+    def area(cells: np.ndarray) -> float:
+        return float(cells.sum() * made.spec.resolution**2)
+
     return {
-        "seen_m2": float((~made.unknown).sum() * cell),
-        "stands_m2": float(made.static.sum() * cell),
-        "changes_m2": float(made.changing.sum() * cell),
+        "seen_m2": area(~made.unknown),
+        "stands_m2": area(made.static | made.kept),
+        "changes_m2": area(made.changing),
+        "kept_m2": {
+            "seen_once": area(made.reason == SEEN_ONCE),
+            "seen_in_part": area(made.reason == SEEN_IN_PART),
+        },
+        "left_out_m2": {
+            "went_away": area(made.reason == WENT_AWAY),
+            "door_leaf": area(made.reason == DOOR_LEAF),
+        },
         "doors": [
             {
                 "middle": np.round(door.ends.mean(axis=0), 2).tolist(),
+                "probability": round(door.probability, 2),
                 "width": round(door.width, 2),
                 "open_share": round(door.open_share, 2),
                 "flips": door.flips,

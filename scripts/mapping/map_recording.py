@@ -14,6 +14,7 @@ from slam.geometry import Pose2
 from slam.interface import Slam
 from slam.io.formats import kind_of
 from slam.io.tum import read_tum
+from slam.layers.doors import SURE
 from slam.metrics.reference import score_reference
 from slam.sessions.continuation import continued, empty, localiser
 from slam.sessions.session import Session
@@ -182,22 +183,35 @@ def _print_summary(summary: dict[str, Any], out: Path) -> None:
         f"{summary['seconds']:.1f} s; peak memory {summary['peak_memory_mb']:.0f} MB"
     )
     if "doors" in summary:
-        print(
-            f"seen {summary['seen_m2']:.0f} m2; {summary['stands_m2']:.1f} m2 always occupied, "
-            f"{summary['changes_m2']:.1f} m2 changing; doors found: {len(summary['doors'])}"
-        )
-        for number, door in enumerate(summary["doors"][:MAX_DOORS_PRINTED], 1):
-            x, y = door["middle"]
-            print(
-                f"  {number:>3}  at ({x:.1f}, {y:.1f}), {door['width']:.2f} m wide, open "
-                f"{100 * door['open_share']:.0f} % of the time, changes seen: {door['flips']}"
-            )
-        if len(summary["doors"]) > MAX_DOORS_PRINTED:
-            rest = len(summary["doors"]) - MAX_DOORS_PRINTED
-            print(f"  and {rest} more, less certain: see doors.geojson")
+        _print_layers(summary)
     if summary.get("ate_aligned") is not None:
         print(
             f"against the reference: ATE {1e3 * summary['ate_aligned']:.0f} mm, heading "
             f"{math.degrees(summary['heading_rms']):.2f} deg, at {summary['stamps']} stamps"
         )
     print(f"written to {out}: {', '.join(summary['files'])}")
+
+
+def _print_layers(summary: dict[str, Any]) -> None:
+    """What stands, what was kept and left out and why, and the doors."""
+    kept, left_out = summary["kept_m2"], summary["left_out_m2"]
+    print(
+        f"seen {summary['seen_m2']:.0f} m2; map.yaml: {summary['stands_m2']:.1f} m2 occupied, of "
+        f"them {kept['seen_once']:.1f} seen once, {kept['seen_in_part']:.1f} by some beams only"
+    )
+    print(
+        f"left out of the SLAM's map: {left_out['went_away']:.1f} m2 that went away, "
+        f"{left_out['door_leaf']:.1f} m2 leaves of doors"
+    )
+    doors = summary["doors"]
+    sure = sum(door["probability"] >= SURE for door in doors)
+    print(f"doors seen open and closed: {sure}, and {len(doors) - sure} perhaps")
+    for number, door in enumerate(doors[:MAX_DOORS_PRINTED], 1):
+        x, y = door["middle"]
+        print(
+            f"  {number:>3}  {100 * door['probability']:.0f} %, at ({x:.1f}, {y:.1f}), "
+            f"{door['width']:.2f} m wide, open {100 * door['open_share']:.0f} % of the time, "
+            f"changes seen: {door['flips']}"
+        )
+    if len(doors) > MAX_DOORS_PRINTED:
+        print(f"  and {len(doors) - MAX_DOORS_PRINTED} more, less probable: see doors.geojson")

@@ -82,7 +82,8 @@ def drive(world: str, seed: int) -> list[Result]:
     rows = [{**row, "map": BASELINE, **base}]
     for variant in VARIANTS:
         done = run(build(variant, episode, seed), episode)
-        made, frame = layers(episode.scans, done.poses), alignment(done.poses, truth)
+        made = layers(episode.scans, done.poses, believed=done.grid)
+        frame = alignment(done.poses, truth)
         static = made.static_map()
         through = seen_through(episode, scorer.centres(static, frame))
         rows.append({

@@ -1,4 +1,4 @@
-"""Layers as files: a picture, the doors as GeoJSON, and all of them as .npz.
+"""Layers as files: the doors as GeoJSON, and all of them as .npz; and their colours.
 
 Coordinates of GeoJSON are degrees of longitude and latitude (RFC 7946, section 4). Those of a
 robot's map are metres in its frame, as the foreign member `frame` says in every file.
@@ -15,47 +15,42 @@ from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
 from slam.layers import Layers
-from slam.layers.classification import CHANGING, FREE, STATIC, UNKNOWN
+from slam.layers.classification import CHANGING, DOOR_LEAF, FREE, KEPT, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
 
-FORMAT = "dynslam-layers-1"
+FORMAT = "dynslam-layers-2"
 WHAT = "layers written by dynslam"
 FRAME = "map, x and y in metres: not the longitude and latitude of RFC 7946"
-STATIC_COLOUR, FREE_COLOUR, UNKNOWN_COLOUR = (0, 0, 0), (255, 255, 255), (205, 205, 205)
-SELDOM_COLOUR, MOSTLY_COLOUR = (255, 214, 102), (192, 20, 60)  # of changing cells
-
-
-def write_picture(layers: Layers, path: AnyPath) -> None:
-    """Write a PNG, a pixel a cell, the largest y on top.
-
-    Black is static, white free, grey unknown; cells that change go from yellow, seldom occupied, to
-    red, mostly occupied.
-    """
-    from PIL import Image
-
-    with replacing(path) as file:
-        Image.fromarray(picture(layers)[::-1]).save(file, format="PNG")
+COLOURS = {
+    "static": (0, 0, 0),
+    "kept": (110, 60, 190),
+    "free": (255, 255, 255),
+    "unknown": (205, 205, 205),
+    "seldom": (255, 214, 102),  # occupied, of changing cells
+    "mostly": (192, 20, 60),
+}
 
 
 def picture(layers: Layers) -> np.ndarray:
-    """(rows, cols, 3) uint8: the colours of the cells, in the order of the grid."""
-    colours = np.empty((4, 3), np.uint8)
-    colours[[UNKNOWN, FREE, STATIC, CHANGING]] = (
-        UNKNOWN_COLOUR,
-        FREE_COLOUR,
-        STATIC_COLOUR,
-        MOSTLY_COLOUR,
-    )
+    """(rows, cols, 3) uint8: the COLOURS of the cells, in the order of the grid; cells that change
+    go from seldom to mostly occupied."""
+    colours = np.empty((KEPT + 1, 3), np.uint8)
+    named = {UNKNOWN: "unknown", FREE: "free", STATIC: "static", CHANGING: "mostly", KEPT: "kept"}
+    for kind, name in named.items():
+        colours[kind] = COLOURS[name]
     pixels = colours[layers.kind]
     share = np.nan_to_num(layers.occupied[layers.changing], nan=1.0)[:, None]
-    pixels[layers.changing] = np.round(
-        share * MOSTLY_COLOUR + (1 - share) * np.array(SELDOM_COLOUR)
-    )
+    mixed = share * COLOURS["mostly"] + (1 - share) * np.array(COLOURS["seldom"])
+    pixels[layers.changing] = np.round(mixed)
     return pixels
 
 
 def write_doors(layers: Layers, path: AnyPath) -> None:
-    """Write the doors found as a GeoJSON FeatureCollection of polygons, the most certain first."""
+    """Write the doors found as a GeoJSON FeatureCollection of polygons, the most probable first.
+
+    `hinge` is the end of the gap at which the open leaf was seen, and `opens_to` the side of it, as
+    seen along the polygon's first edge; null if the leaf was not seen open, or slides.
+    """
     features = [_feature(number, door) for number, door in enumerate(layers.doors, 1)]
     collection = {"type": "FeatureCollection", "frame": FRAME, "features": features}
     with replacing(path) as file:
@@ -69,7 +64,8 @@ def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
         "id": number,
         "geometry": {"type": "Polygon", "coordinates": [[*corners, corners[0]]]},
         "properties": {
-            "kind": "door",
+            "kind": "door" if door.sure else "perhaps a door",
+            "probability": round(door.probability, 3),
             "width_m": round(door.width, 3),
             "open_share": round(door.open_share, 3),
             "flips": door.flips,
@@ -77,7 +73,10 @@ def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
             "watched_s": round(door.watched, 1),
             "first_seen_s": round(door.first, 1),
             "last_seen_s": round(door.last, 1),
-            "confidence": round(door.confidence, 3),
+            "seen_open_scans": door.seen_open,
+            "seen_closed_scans": door.seen_closed,
+            "hinge": None if door.hinge < 0 else np.round(door.ends[door.hinge], 3).tolist(),
+            "opens_to": {1: "left", -1: "right"}.get(door.swing),
         },
     }
 
@@ -93,10 +92,11 @@ def write_layers(layers: Layers, path: AnyPath) -> None:
             resolution=spec.resolution,
             corner=np.array((spec.row0, spec.col0)),
             kind=layers.kind,
+            reason=layers.reason,
             occupied=layers.occupied,
             rate=layers.rate,
             watched=layers.watched,
-            doors=np.array(doors, dtype=np.float64).reshape(-1, 10),
+            doors=np.array(doors, dtype=np.float64).reshape(-1, 4 + len(MappedDoor._fields) - 1),
         )
 
 
@@ -106,16 +106,24 @@ def read_layers(path: AnyPath) -> Layers:
 
 
 def _layers(data: dict[str, np.ndarray]) -> Layers:
-    kind, resolution = data["kind"], float(data["resolution"])
+    kind, reason, resolution = data["kind"], data["reason"], float(data["resolution"])
     row0, col0 = data["corner"].tolist()
     rasters = [data[name] for name in ("occupied", "rate", "watched")]
-    if kind.ndim != 2 or kind.size > MOST_CELLS or any(r.shape != kind.shape for r in rasters):
-        raise ValueError(f"layers of shapes {[r.shape for r in (kind, *rasters)]}")
-    if kind.dtype != np.uint8 or (kind > CHANGING).any() or not 0 < resolution < np.inf:
+    all_rasters = kind, reason, *rasters
+    if kind.ndim != 2 or kind.size > MOST_CELLS or any(r.shape != kind.shape for r in all_rasters):
+        raise ValueError(f"layers of shapes {[r.shape for r in all_rasters]}")
+    if kind.dtype != np.uint8 or (kind > KEPT).any() or not 0 < resolution < np.inf:
         raise ValueError("kinds of cells, or a resolution, that there are not")
-    doors = [
-        MappedDoor(np.array(row[:4]).reshape(2, 2), row[4], int(row[5]), *row[6:])
-        for row in data["doors"].tolist()
-    ]
+    if reason.dtype != np.uint8 or (reason > DOOR_LEAF).any():
+        raise ValueError("reasons that there are not")
+    doors = tuple(_door(row) for row in data["doors"].tolist())
     spec = GridSpec(resolution, row0, col0, *kind.shape)
-    return Layers(spec, kind, rasters[0], rasters[1], rasters[2], tuple(doors))
+    return Layers(spec, kind, reason, rasters[0], rasters[1], rasters[2], doors)
+
+
+def _door(row: list[float]) -> MappedDoor:
+    """The door of a row of the array that is stored."""
+    share, flips, watched, first, last, seen_open, seen_closed, probability, hinge, swing = row[4:]
+    scans = int(seen_open), int(seen_closed)
+    return MappedDoor(np.array(row[:4]).reshape(2, 2), share, int(flips), watched, first, last,
+                      *scans, probability, int(hinge), int(swing))  # fmt: skip

@@ -17,6 +17,7 @@ import numpy as np
 from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.kernel import kernel
+from slam.layers.sides import Sides, see
 from slam.layers.surface import SurfaceCells, beams
 from slam.maps.rays import Rays
 from slam.scan import Scan
@@ -49,6 +50,7 @@ class CellStatistics(NamedTuple):
     first, last   (n,) float32, s from the first scan to its first and last observation
     belief        (n,) float32, s of observations as occupied less as free, within +-MAX_BELIEF
     scan          (n,) int32, number of the last scan that observed it or had an echo nearby
+    sides         observations from each side
     """
 
     state: np.ndarray
@@ -61,6 +63,7 @@ class CellStatistics(NamedTuple):
     last: np.ndarray
     belief: np.ndarray
     scan: np.ndarray
+    sides: Sides
 
     @staticmethod
     def none(n: int) -> CellStatistics:
@@ -78,6 +81,7 @@ class CellStatistics(NamedTuple):
             last,
             belief,
             np.full(n, -1, np.int32),
+            Sides.none(n),
         )
 
 
@@ -92,15 +96,15 @@ def observe(
     times = np.cumsum(np.clip(np.insert(steps, 0, 0.0), 0.0, MAX_PAUSE)).tolist()
     for k, (sensor, ends, hit) in enumerate(beams(scans, poses, rays)):
         moment = k, times[k], usual
-        _add_hits(ends, hit, x, y, 1 / spec.resolution, moment, surface.number, cells)
+        _add_hits(sensor, ends, hit, x, y, 1 / spec.resolution, moment, surface, cells)
         _add_passes(sensor, ends, hit, x, y, 1 / spec.resolution, moment, surface, cells, passed)
     return cells, passed
 
 
 @kernel
-def _add_hits(ends, hit, x, y, scale, moment, number, cells):
+def _add_hits(sensor, ends, hit, x, y, scale, moment, surface, cells):
     """Observe cells with an echo in or beside them as occupied; mark those nearby as done."""
-    scan = moment[0]
+    scan, number = moment[0], surface.number
     for k in range(len(ends)):
         if not hit[k]:
             continue
@@ -110,6 +114,8 @@ def _add_hits(ends, hit, x, y, scale, moment, number, cells):
                 i = number[r, c]
                 if i >= 0 and cells.scan[i] != scan:
                     cells.hits[i] += 1
+                    px, py = surface.places[i, 0] - sensor[0], surface.places[i, 1] - sensor[1]
+                    see(i, px, py, True, cells.sides)
                     _add(i, True, moment, cells)
     for k in range(len(ends)):
         if not hit[k]:
@@ -156,6 +162,7 @@ def _add_passes(sensor, ends, hit, x, y, scale, moment, surface, cells, passed):
                     passed[row, col] = True
                     cells.scan[i] = moment[0]
                     cells.passes[i] += 1
+                    see(i, px, py, False, cells.sides)
                     _add(i, False, moment, cells)
             if to_row < to_col:
                 if to_row >= length:

@@ -1,4 +1,4 @@
-"""Classification of cells as free, static or changing, by their observation statistics."""
+"""Classification of cells by their observation statistics: free, static, changing or kept."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from slam.layers.cell_statistics import CellStatistics
 from slam.layers.surface import SurfaceCells
 
 UNKNOWN, FREE, STATIC, CHANGING = 0, 1, 2, 3
+KEPT = 4  # occupied by the SLAM's map, though seen once or by some beams only, and not seen to go
+NO_REASON, SEEN_ONCE, SEEN_IN_PART, WENT_AWAY, DOOR_LEAF = range(
+    5
+)  # why a cell is kept, or left out
 MIN_HITS = 2  # scans with an echo in a static cell or beside it
 STATIC_ECHOES_PER_PASS = 4  # above it a cell is static: passes are errors of the pose
 STATIC_HITS_PER_PASS = 10  # above it a cell is static even if its state changed
@@ -25,10 +29,18 @@ def components(cells: np.ndarray) -> tuple[np.ndarray, int]:
     return labels, int(count)  # pyright: ignore[reportArgumentType]
 
 
-def classify(surface: SurfaceCells, statistics: CellStatistics, passed: np.ndarray) -> np.ndarray:
+def classify(
+    surface: SurfaceCells,
+    statistics: CellStatistics,
+    passed: np.ndarray,
+    went: np.ndarray,
+    believed: np.ndarray,
+) -> np.ndarray:
     """(rows, cols) uint8: UNKNOWN, FREE, STATIC or CHANGING.
 
-    passed  (rows, cols) bool, cells that a beam crossed
+    passed    (rows, cols) bool, cells that a beam crossed
+    went      (n,) bool, surface cells whose content was seen to go; only these change
+    believed  (n,) bool, those that are occupied by another map of the same scans
     """
     kind = np.where(passed, FREE, UNKNOWN).astype(np.uint8)
     static = (statistics.state != FREE_STATE) & (statistics.hits >= MIN_HITS)
@@ -39,8 +51,23 @@ def classify(surface: SurfaceCells, statistics: CellStatistics, passed: np.ndarr
     changing = (statistics.flips > 0) & (
         statistics.passes * STATIC_HITS_PER_PASS >= statistics.hits
     )
-    kind[rows, cols] = np.where(changing, CHANGING, found)
+    found = np.where(changing, np.where(believed, STATIC, FREE), found)
+    kind[rows, cols] = np.where(changing & went, CHANGING, found)
     return kind
+
+
+def keep(kind: np.ndarray, believed: np.ndarray, went: np.ndarray, once: np.ndarray) -> np.ndarray:
+    """Set cells to KEPT in `kind` that another map holds to be occupied and that were not seen to
+    go, unless they are static; (rows, cols) each, as is what is returned, uint8: the reasons.
+
+    once  whether at most one scan saw the cell
+    """
+    doubtful = believed & (kind != STATIC)
+    kept = doubtful & ~went & (kind != CHANGING)
+    kind[kept] = KEPT
+    kept_for = np.where(once, SEEN_ONCE, SEEN_IN_PART)
+    left_out_for = np.where(went, WENT_AWAY, DOOR_LEAF)
+    return np.select([kept, doubtful], [kept_for, left_out_for], NO_REASON).astype(np.uint8)
 
 
 def remove_flicker(kind: np.ndarray, number: np.ndarray, statistics: CellStatistics) -> None:

@@ -8,6 +8,7 @@ the door is open, and it is not observed there while the door is closed.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +16,9 @@ import numpy as np
 from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.layers.cell_statistics import CellStatistics
-from slam.layers.classification import CHANGING, STATIC, components
-from slam.layers.gaps import JAMB_LENGTH, MAX_DOOR_WIDTH, MIN_DOOR_WIDTH, find_gaps
+from slam.layers.classification import CHANGING, STATIC
+from slam.layers.door_probability import Evidence, flatness, probability, walls_beside
+from slam.layers.gaps import MAX_DOOR_WIDTH, MIN_DOOR_WIDTH, find_gaps
 from slam.layers.surface import SurfaceCells
 
 MIN_CELL_TIME = 0.4  # s watched in each state, of a cell of a leaf
@@ -25,8 +27,7 @@ MAX_CELL_TIME = 3.0  # s watched as occupied, up to which a cell counts
 LEAF_DEPTH = 0.1  # m to either side of the gap in which the closed leaf's cells lie
 APPROACH, MAX_BLOCKED_SHARE = 0.3, 0.15  # m before a door, and share of it that may be static
 JAMB_DEPTH = 0.2  # m to either side of the gap, of the jamb
-SWING_BESIDE, SWING_BEYOND = 0.3, 0.25  # m beside the gap and beyond its width, for an open leaf
-SWING_MARGIN = 0.5  # m around the swing: what extends beyond it is no leaf
+SURE, PERHAPS = 0.9, 0.5  # probabilities from which on a gap is called a door, or is listed
 
 
 class MappedDoor(NamedTuple):
@@ -37,9 +38,13 @@ class MappedDoor(NamedTuple):
     flips        number of observed changes
     watched      s, without the times between distant observations
     first, last  s from the first scan to the first and last observation
-    confidence   share of the gap that changed, times flips / (flips + 1)
+    seen_open    scans that saw through its leaf; seen_closed: that saw it closed
+    probability  that it is a door
+    hinge        0 or 1, at which of the ends the open leaf was seen; -1: it was not, or it slides
+    swing        1 if it opens to the left of the way from the first end to the second, -1 to the
+                 right, 0 if it was not seen
 
-    open_share, flips and watched are medians over the cells.
+    open_share, flips, watched and the numbers of scans are medians over the cells.
     """
 
     ends: Array
@@ -48,7 +53,16 @@ class MappedDoor(NamedTuple):
     watched: float
     first: float
     last: float
-    confidence: float
+    seen_open: int
+    seen_closed: int
+    probability: float
+    hinge: int = -1
+    swing: int = 0
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is so probable that it is called a door."""
+        return self.probability >= SURE
 
     @property
     def width(self) -> float:
@@ -72,7 +86,8 @@ class MappedDoor(NamedTuple):
 def find_doors(
     kind: np.ndarray, spec: GridSpec, surface: SurfaceCells, statistics: CellStatistics
 ) -> list[MappedDoor]:
-    """The doors in a map of classes `kind` (rows, cols), by decreasing confidence."""
+    """The doors in a map of classes `kind` (rows, cols), by decreasing probability,
+    from PERHAPS on."""
     changing = kind[tuple(surface.cells.T)] == CHANGING
     changing &= np.minimum(statistics.free_for, statistics.occupied_for) >= MIN_CELL_TIME
     leaf = np.zeros(spec.shape, np.float32)
@@ -80,48 +95,17 @@ def find_doors(
         statistics.occupied_for[changing], MAX_CELL_TIME
     )
     gaps = [_straight(ends, changing, surface) for ends in find_gaps(kind, leaf, spec)]
-    doors = [_door(ends, changing, surface, statistics, spec.resolution) for ends in gaps]
-    sure = [door for door in doors if door is not None and _passable(door, kind, spec)]
-    return sorted(sure, key=lambda door: -door.confidence)
-
-
-def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[MappedDoor]) -> None:
-    """Set static cells that are an open leaf to CHANGING in `kind`: those in the gap, and connected
-    components beside it that do not extend beyond the swing of the leaf."""
-    for door in doors:
-        reach = door.width + SWING_BEYOND
-        low = door.ends.min(axis=0) - reach - SWING_MARGIN
-        high = door.ends.max(axis=0) + reach + SWING_MARGIN
-        (row0, col0), (row1, col1) = np.maximum(spec.cells(np.array([low, high])), 0)
-        part = kind[row0 : row1 + 1, col0 : col1 + 1]
-        cells = np.argwhere(part == STATIC)
-        leaf = _leaf(spec.centres(cells + (row0, col0)), cells, part.shape, door)
-        part[tuple(cells[leaf].T)] = CHANGING
-
-
-def _leaf(points: Array, cells: np.ndarray, shape: tuple[int, int], door: MappedDoor) -> np.ndarray:
-    """(n,) bool, which cells (n, 2) of an array of `shape`, at `points` (n, 2), are a leaf."""
-    along, across = _in_gap(points, door.ends)
-    swing = (
-        (along > -SWING_BESIDE)
-        & (along < door.width + SWING_BESIDE)
-        & (across <= door.width + SWING_BEYOND)
-    )
-    jamb = across <= JAMB_DEPTH
-    gap = jamb & (along > JAMB_LENGTH) & (along < door.width - JAMB_LENGTH)
-    loose = np.zeros(shape, np.bool_)
-    loose[tuple(cells[~jamb].T)] = True
-    labels, count = components(loose)
-    component = labels[tuple(cells.T)]
-    extends = np.bincount(component[~swing], minlength=count + 1) > 0
-    return gap | (~jamb & ~extends[component])
+    doors = [_door(ends, changing, surface, statistics, kind, spec) for ends in gaps]
+    found = [door for door in doors if door is not None and _passable(door, kind, spec)]
+    listed = [door for door in found if door.probability >= PERHAPS]
+    return sorted(listed, key=lambda door: -door.probability)
 
 
 def _straight(ends: Array, changing: np.ndarray, surface: SurfaceCells) -> Array:
     """The gap's ends, projected on the line fitted to the leaf's echoes."""
-    along, across = _in_gap(surface.places, ends)
+    along, across = in_gap(surface.places, ends)
     width = np.hypot(*(ends[1] - ends[0]))
-    on = changing & (along > 0) & (along < width) & (across < JAMB_DEPTH)
+    on = changing & (along > 0) & (along < width) & (np.abs(across) < JAMB_DEPTH)
     if on.sum() < 3:
         return ends
     weights = surface.echoes[on].astype(np.float64) ** 2  # a closed leaf's cells have the most
@@ -136,12 +120,14 @@ def _door(
     changing: np.ndarray,
     surface: SurfaceCells,
     statistics: CellStatistics,
-    resolution: float,
+    kind: np.ndarray,
+    spec: GridSpec,
 ) -> MappedDoor | None:
     """The door in a gap; None if it was hardly watched in one of its states."""
-    along, across = _in_gap(surface.places, ends)
+    along, across = in_gap(surface.places, ends)
     width = float(np.hypot(*(ends[1] - ends[0])))
-    on = np.flatnonzero(changing & (along > 0) & (along < width) & (across < LEAF_DEPTH))
+    leaf = (along > 0) & (along < width) & (np.abs(across) < LEAF_DEPTH)
+    on = np.flatnonzero(changing & leaf)
     if not len(on) or not MIN_DOOR_WIDTH <= width <= 1.2 * MAX_DOOR_WIDTH:
         return None
     free, occupied = statistics.free_for[on], statistics.occupied_for[on]
@@ -149,10 +135,13 @@ def _door(
     if min(share, 1 - share) * watched < MIN_DOOR_TIME:
         return None
     flips = max(int(np.median(statistics.flips[on])), 1)
-    steps = np.unique((along[on] / resolution).astype(np.int64))
-    filled = min(len(steps) * resolution / width, 1.0)
+    steps = np.unique((along[on] / spec.resolution).astype(np.int64))
+    filled = min(len(steps) * spec.resolution / width, 1.0)
+    flat = flatness(across[on], surface.echoes[on])
+    seen = Evidence(walls_beside(ends, kind, spec), flat, filled, math.log1p(flips))
     first, last = float(statistics.first[on].min()), float(statistics.last[on].max())
-    return MappedDoor(ends, share, flips, watched, first, last, filled * flips / (flips + 1))
+    scans = int(np.median(statistics.passes[on])), int(np.median(statistics.hits[on]))
+    return MappedDoor(ends, share, flips, watched, first, last, *scans, probability(seen))
 
 
 def _passable(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> bool:
@@ -171,9 +160,10 @@ def _passable(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> bool:
     return True
 
 
-def _in_gap(points: Array, ends: Array) -> tuple[Array, Array]:
-    """(n,) m along a gap from its first end, and (n,) m from its line, of `points` (n, 2)."""
+def in_gap(points: Array, ends: Array) -> tuple[Array, Array]:
+    """(n,) m along a gap from its first end, and (n,) m from its line, positive to the left, of
+    `points` (n, 2)."""
     line = ends[1] - ends[0]
     line = line / np.hypot(*line)
     away = points - ends[0]
-    return away @ line, np.abs(away @ np.array([-line[1], line[0]]))
+    return away @ line, away @ np.array([-line[1], line[0]])

@@ -1,4 +1,4 @@
-"""Layers of a map: static, changing, free and unknown cells, and doors, from all scans."""
+"""Layers of a map: static, changing, free, kept and unknown cells, and doors, from all scans."""
 
 from __future__ import annotations
 
@@ -14,16 +14,23 @@ from slam.layers.cell_statistics import CellStatistics, observe
 from slam.layers.classification import (
     CHANGING,
     FREE,
+    KEPT,
+    MIN_HITS,
     STATIC,
     UNKNOWN,
     classify,
+    keep,
     remove_flicker,
 )
-from slam.layers.doors import MappedDoor, find_doors, open_swings
+from slam.layers.doors import MappedDoor, find_doors
+from slam.layers.open_leaves import open_swings
+from slam.layers.sides import went_away
 from slam.layers.surface import SurfaceCells, extent, find_surface
 from slam.maps.rays import Rays
 from slam.scan import Scan
 from slam.validation import finite, positive_number
+
+OCCUPIED = 0.5  # h above which a cell of the SLAM's map is occupied
 
 
 @dataclass(frozen=True)
@@ -31,16 +38,20 @@ class Layers:
     """The class of every cell, and the doors.
 
     spec      the grid
-    kind      (rows, cols) uint8: UNKNOWN, FREE, STATIC or CHANGING
+    kind      (rows, cols) uint8: UNKNOWN, FREE, STATIC, CHANGING or KEPT
+    reason    (rows, cols) uint8: why a cell that the SLAM's map holds to be occupied, and that is
+              not static, is kept (SEEN_ONCE, SEEN_IN_PART) or left out (WENT_AWAY, DOOR_LEAF);
+              NO_REASON elsewhere
     occupied  (rows, cols) float32, share of its watched time in which a cell was occupied; NaN if
               it was not watched
     rate      (rows, cols) float32, changes of state per watched hour
     watched   (rows, cols) float32, s; 0 for cells without an echo
-    doors     by decreasing confidence
+    doors     by decreasing probability, from PERHAPS on
     """
 
     spec: GridSpec
     kind: np.ndarray
+    reason: np.ndarray
     occupied: np.ndarray
     rate: np.ndarray
     watched: np.ndarray
@@ -57,6 +68,12 @@ class Layers:
         return self.kind == CHANGING
 
     @property
+    def kept(self) -> np.ndarray:
+        """(rows, cols) bool: occupied by the SLAM's map and not seen to go, though seen once, or by
+        some beams only: what is thin, or of glass."""
+        return self.kind == KEPT
+
+    @property
     def free(self) -> np.ndarray:
         """(rows, cols) bool: always free."""
         return self.kind == FREE
@@ -67,17 +84,24 @@ class Layers:
         return self.kind == UNKNOWN
 
     def static_map(self) -> OccupancyGrid:
-        """The static cells as a map: h is 1; 0 in free and changing cells, 0.5 in unknown ones."""
-        occupied = np.select([self.static, self.unknown], [1.0, 0.5], 0.0)
+        """What stands as a map: h is 1 in static and kept cells, 0 in free and changing ones, 0.5
+        in unknown ones."""
+        occupied = np.select([self.static | self.kept, self.unknown], [1.0, 0.5], 0.0)
         return OccupancyGrid(self.spec, occupied, ~self.unknown)
 
 
 def layers(
-    scans: Sequence[Scan], poses: Array, resolution: float = 0.05, rays: Rays = Rays()
+    scans: Sequence[Scan],
+    poses: Array,
+    resolution: float = 0.05,
+    rays: Rays = Rays(),
+    believed: OccupancyGrid | None = None,
 ) -> Layers:
     """The layers of all `scans`, in the order of time, at their final `poses` (n, 3).
 
     resolution  m, side of a cell
+    believed    the SLAM's map: what is occupied there is left out only if it was seen to go; None:
+                that is held to be occupied which more scans hit than passed
 
     Errors: InputError unless there is one pose per scan, and if the grid would be too large.
     """
@@ -88,11 +112,36 @@ def layers(
     spec = extent(scans, poses, rays, resolution)
     surface = find_surface(scans, poses, rays, spec)
     statistics, passed = observe(scans, poses, rays, spec, surface)
-    kind = classify(surface, statistics, passed)
+    occupied = _believed(believed, spec, surface, statistics)
+    went = went_away(statistics.sides)
+    kind = classify(surface, statistics, passed, went, occupied[tuple(surface.cells.T)])
     doors = find_doors(kind, spec, surface, statistics)
     remove_flicker(kind, surface.number, statistics)
-    open_swings(kind, spec, doors)
-    return Layers(spec, kind, *_times(spec, surface, statistics), tuple(doors))
+    doors = open_swings(kind, spec, doors)
+    once = _raster(statistics.hits < MIN_HITS, spec, surface, True)
+    reason = keep(kind, occupied, _raster(went, spec, surface, False), once)
+    return Layers(spec, kind, reason, *_times(spec, surface, statistics), tuple(doors))
+
+
+def _believed(
+    grid: OccupancyGrid | None, spec: GridSpec, surface: SurfaceCells, statistics: CellStatistics
+) -> np.ndarray:
+    """(rows, cols) bool: occupied in a map; if there is none, hit more often than passed."""
+    if grid is None:
+        return _raster(statistics.hits > statistics.passes, spec, surface, False)
+    result = np.zeros(spec.shape, np.bool_)
+    cells = np.argwhere((grid.occupied > OCCUPIED) & grid.observed)
+    rows, cols = spec.cells(grid.spec.centres(cells)).T
+    inside = (rows >= 0) & (cols >= 0) & (rows < spec.rows) & (cols < spec.cols)
+    result[rows[inside], cols[inside]] = True
+    return result
+
+
+def _raster(values: np.ndarray, spec: GridSpec, surface: SurfaceCells, blank: bool) -> np.ndarray:
+    """(rows, cols) bool: values (n,) of the surface cells, `blank` elsewhere."""
+    result = np.full(spec.shape, blank)
+    result[tuple(surface.cells.T)] = values
+    return result
 
 
 def _times(

@@ -3,10 +3,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from slam.errors import InputError
-from slam.io.layers import FRAME, read_layers, write_doors, write_layers, write_picture
+from slam.io.layers import COLOURS, FRAME, picture, read_layers, write_doors, write_layers
 from tests.slam.layers.test_layers import doors
 
 MADE = doors(30, 60, 2)
@@ -16,7 +15,7 @@ def test_layers_come_back(tmp_path: Path) -> None:
     write_layers(MADE, tmp_path / "layers.npz")
     back = read_layers(tmp_path / "layers.npz")
     assert back.spec == MADE.spec
-    for name in ("kind", "occupied", "rate", "watched"):
+    for name in ("kind", "reason", "occupied", "rate", "watched"):
         np.testing.assert_array_equal(getattr(back, name), getattr(MADE, name))
     assert len(back.doors) == len(MADE.doors) == 1
     np.testing.assert_array_equal(back.doors[0].ends, MADE.doors[0].ends)
@@ -34,13 +33,19 @@ def test_doors_are_closed_rings_in_metres(tmp_path: Path) -> None:
     x, y = np.array(ring).T
     area = 0.5 * (x[:-1] * y[1:] - x[1:] * y[:-1]).sum()
     assert area == pytest.approx(MADE.doors[0].width * 0.1, rel=0.05)  # counter-clockwise
+    assert feature["properties"]["kind"] == "door"
+    assert feature["properties"]["probability"] == pytest.approx(
+        MADE.doors[0].probability, abs=1e-3
+    )
+    hinge = MADE.doors[0].ends[MADE.doors[0].hinge]
+    assert feature["properties"]["hinge"] == pytest.approx(hinge.tolist(), abs=1e-3)
     assert feature["properties"]["open_share"] == pytest.approx(MADE.doors[0].open_share, abs=1e-3)
 
 
-def test_the_picture_shows_the_layers(tmp_path: Path) -> None:
-    write_picture(MADE, tmp_path / "layers.png")
-    pixels = np.array(Image.open(tmp_path / "layers.png"))[::-1]
-    assert (pixels[MADE.static] == 0).all()
+def test_the_picture_shows_the_layers() -> None:
+    pixels = picture(MADE)
+    assert (pixels[MADE.static] == COLOURS["static"]).all()
+    assert (pixels[MADE.kept] == COLOURS["kept"]).all()
     assert (pixels[MADE.free] == 255).all()
     assert (pixels[MADE.unknown] == 205).all()
     assert (pixels[MADE.changing][:, 0] > pixels[MADE.changing][:, 2]).all()
@@ -58,7 +63,7 @@ def test_other_files_are_told(tmp_path: Path, content: bytes) -> None:
 
 def test_another_format_and_wrong_shapes_are_told(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", format="something else")
-    with pytest.raises(InputError, match="expected dynslam-layers-1"):
+    with pytest.raises(InputError, match="expected dynslam-layers-2"):
         read_layers(tmp_path / "a.npz")
     write_layers(MADE, tmp_path / "b.npz")
     stored = dict(np.load(tmp_path / "b.npz"))

@@ -5,7 +5,15 @@ from hypothesis import strategies as st
 
 from slam.errors import InputError
 from slam.geometry import Pose2
+from slam.grid import OccupancyGrid
 from slam.layers import Layers, layers
+from slam.layers.classification import (
+    DOOR_LEAF,
+    NO_REASON,
+    SEEN_IN_PART,
+    SEEN_ONCE,
+    WENT_AWAY,
+)
 from tests.slam.layers.rooms import AJAR, CLOSED, HOUSE, box, scan, watch
 
 ROOM = box(-3.02, -1.02, 3.02, 1.02)
@@ -79,7 +87,15 @@ def test_a_door_that_closes_and_opens_changes_and_is_found() -> None:
     assert door.flips == pytest.approx(5, abs=1)
     assert door.per_hour == pytest.approx(3600 * 5 / 27, rel=0.3)
     assert 0.0 <= door.first < door.last <= 27.0
-    assert 0.5 < door.confidence < 1.0
+    assert door.sure
+    assert 0.9 <= door.probability < 1.0
+    assert door.seen_open > 20
+    assert door.seen_closed > 20
+    hinge = door.ends[door.hinge]  # the leaf rests on the left, beyond the doorway
+    assert door.hinge >= 0
+    assert hinge == pytest.approx((-0.45, 1.06), abs=0.12)
+    line = door.ends[1] - door.ends[0]
+    assert door.swing == np.sign(line[0])  # y above: to the left of the way to the right
 
 
 def test_the_leaf_at_rest_is_no_wall() -> None:
@@ -134,9 +150,10 @@ def test_a_person_who_crosses_is_neither_wall_nor_door() -> None:
 def test_the_static_map_agrees_with_the_layers() -> None:
     made = doors(30, 60, 2)
     grid = made.static_map()
-    assert ((grid.occupied > 0.5) == made.static).all()
+    assert ((grid.occupied > 0.5) == (made.static | made.kept)).all()
     assert (grid.observed == ~made.unknown).all()
-    assert (made.static.astype(int) + made.changing + made.free + made.unknown == 1).all()
+    layer = made.static.astype(int) + made.changing + made.free + made.unknown + made.kept
+    assert (layer == 1).all()
 
 
 @settings(max_examples=8, deadline=None)
@@ -177,3 +194,68 @@ def test_what_cannot_be_used_is_told(poses: np.ndarray, resolution: float, told:
 def test_no_scans_are_told() -> None:
     with pytest.raises(InputError, match="one pose a scan"):
         layers([], np.empty((0, 3)))
+
+
+LEG = box(-0.03, 0.47, 0.03, 0.53)  # of a table
+BOX = box(-0.3, 0.3, 0.3, 0.6)
+
+
+def around(made: Layers, x: float, y: float, reach: float = 0.1) -> np.ndarray:
+    """(rows, cols) bool: the cells near a point."""
+    row, col = np.indices(made.kind.shape)
+    centres = made.spec.centres(np.stack([row.ravel(), col.ravel()], axis=1))
+    return (np.abs(centres - (x, y)).max(axis=1) <= reach).reshape(made.kind.shape)
+
+
+def test_what_is_thin_is_kept_though_beams_pass_it() -> None:
+    """Every second scan misses the leg: other beams hit it, or the pose errs."""
+    moments = [np.concatenate([ROOM, LEG]), ROOM] * 40
+    scans, poses = watch(moments, drive(80))
+    alone = layers(scans, poses)
+    near = around(alone, 0.0, 0.5)
+    assert not alone.changing[near].any()
+    everything = np.ones(near.shape, bool)
+    made = layers(scans, poses, believed=OccupancyGrid(alone.spec, near * 1.0, everything))
+    assert (made.static_map().occupied[near] > 0.5).all()
+    assert (made.reason[near] == SEEN_IN_PART).any()
+
+
+def test_what_was_seen_once_is_kept_and_marked() -> None:
+    poses = [Pose2()] * 20
+    made = layers(*watch([ROOM] * 20 + [np.concatenate([ROOM, BOX])], [*poses, Pose2(0, -0.5, 0)]))
+    believed = OccupancyGrid(made.spec, np.zeros(made.spec.shape), np.ones(made.spec.shape, bool))
+    seen = around(made, 0.0, 0.3, 0.25)
+    believed.occupied[seen] = 1.0
+    scans, poses = watch([np.concatenate([ROOM, BOX])], [Pose2(0, -0.5, 0)])
+    once = layers(scans, poses, believed=believed)
+    shown = once.static_map()
+    rows, cols = once.spec.cells(believed.spec.centres(np.argwhere(seen))).T
+    assert (shown.occupied[rows, cols] > 0.5).all()
+    assert set(once.reason[rows, cols].tolist()) == {SEEN_ONCE}
+
+
+def test_what_went_away_is_left_out_and_the_reason_is_told() -> None:
+    full = np.concatenate([ROOM, BOX])
+    moments = [full] * 40 + [ROOM] * 80
+    scans, poses = watch(moments, drive(40) + drive(40)[::-1] + drive(40))
+    made = layers(scans, poses)
+    front = around(made, 0.0, 0.3, 0.26) & ~around(made, 0.0, 0.45, 0.1)
+    assert (made.static_map().occupied[front] > 0.5).mean() < 0.1
+    everything = OccupancyGrid(made.spec, np.ones(made.spec.shape), np.ones(made.spec.shape, bool))
+    told = layers(scans, poses, believed=everything)
+    assert (told.reason[told.changing] == WENT_AWAY).mean() > 0.9
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=15, deadline=None)
+def test_nothing_believed_is_lost_without_a_reason(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    moments = [np.concatenate([ROOM, BOX]) if rng.random() < 0.5 else ROOM for _ in range(20)]
+    scans, poses = watch(moments, drive(20))
+    spec = layers(scans, poses).spec
+    believed = OccupancyGrid(spec, rng.random(spec.shape), rng.random(spec.shape) < 0.5)
+    made = layers(scans, poses, believed=believed)
+    lost = (believed.occupied > 0.5) & believed.observed & ~(made.static | made.kept)
+    assert np.isin(made.reason[lost], (WENT_AWAY, DOOR_LEAF)).all()
+    assert np.isin(made.reason[made.kept], (SEEN_ONCE, SEEN_IN_PART)).all()
+    assert (made.reason[made.static] == NO_REASON).all()
