@@ -24,10 +24,12 @@ from dynslam_env import (
     Lag,
     Laser,
     Latency,
+    Loop,
     MissingBeams,
     MixedPixels,
     Odometry,
     OdometryScale,
+    Office,
     Quantisation,
     RangeNoise,
     Slip,
@@ -193,6 +195,11 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
     "carried away": (CarriedAway(at=WHEN),),
 }
 """Faults of the suite, each beside the doors and the odometry of its own."""
+PEOPLE = 4
+AMONG_PEOPLE = {
+    "corridor": Corridor(people=PEOPLE), "loop": Loop(people=PEOPLE), "office": Office(people=PEOPLE)
+}  # fmt: skip
+"""Worlds of the suite's drives without a fault among people, with the odometry of the paper."""
 
 
 def faults() -> Suite:
@@ -202,6 +209,9 @@ def faults() -> Suite:
         for world, env in FAULT_WORLDS.items():
             make = partial(drive, env, odometry=CALIBRATED, faults=(USUAL_SCALE, *given))
             cases.append(SuiteCase({"fault": name, "world": world}, make))
+    for world, place in AMONG_PEOPLE.items():
+        make = partial(drive, FAULT_WORLDS[world], world=place)
+        cases.append(SuiteCase({"fault": "none, people", "world": world}, make))
     return Suite("faults", cases, FAULT_VARIANTS, seeds=10)
 
 

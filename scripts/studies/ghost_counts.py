@@ -47,7 +47,7 @@ MAX_DOOR_ERROR = 0.35  # m between the middles of a found and the true door
 MIN_SIGHTINGS = 5  # scans that saw a door closed, and as many that saw it open: it can be found
 MAX_LEAF_DISTANCE = 0.08  # m of an echo from the middle of the closed leaf
 HEADINGS = ("world", "map", "ghosts per m", "median: times fewer", "mean: times fewer",
-        "no beam went through", "walls kept", "doors found: right",
+        "no beam went through", "walls kept", "doors: right", "perhaps: right",
         "doors seen open and closed: found")  # fmt: skip
 
 
@@ -120,13 +120,19 @@ def seen_both(episode: Episode, middles: Array) -> np.ndarray:
 
 
 def _doors(made: Layers, frame: Pose2, middles: Array, known: np.ndarray) -> Result:
+    """Of the doors that are called so, and of all that are listed: how many are doors; and of those
+    that were seen open and closed: how many were called so."""
     found = [transform_points(frame, door.ends).mean(axis=0) for door in made.doors]
     away = np.hypot(*(np.array(found).reshape(-1, 1, 2) - middles).transpose(2, 0, 1))
+    right, sure = (away < MAX_DOOR_ERROR).any(axis=1), np.array([d.sure for d in made.doors], bool)
+    at_sure = (away[sure] < MAX_DOOR_ERROR).any(axis=0)
     return {
-        "doors_found": len(found),
-        "doors_right": int((away < MAX_DOOR_ERROR).any(axis=1).sum()),
+        "doors_found": int(sure.sum()),
+        "doors_right": int((right & sure).sum()),
+        "doors_perhaps": int((~sure).sum()),
+        "doors_perhaps_right": int((right & ~sure).sum()),
         "doors_known": int(known.sum()),
-        "doors_known_found": int(((away < MAX_DOOR_ERROR).any(axis=0) & known).sum()),
+        "doors_known_found": int((at_sure & known).sum()),
     }
 
 
@@ -144,11 +150,12 @@ def _line(world: str, name: str, group: list[Result], base: list[Result]) -> tup
     cells = (_interval(median([row["ghosts_per_m"] for row in group])),)
     walls = f"{np.median([row['wall_recall'] for row in group]):.3f}"
     if group is base:
-        return (world, name, *cells, "-", "-", "-", walls, "-", "-")
+        return (world, name, *cells, "-", "-", "-", walls, "-", "-", "-")
     return (world, name, *cells, _interval(_times_fewer(base, group, np.median), 1),
             _interval(_times_fewer(base, group, np.mean), 1),
             _share(group, "no_beam_through", "ghost_cells"), walls,
             _share(group, "doors_right", "doors_found"),
+            _share(group, "doors_perhaps_right", "doors_perhaps"),
             _share(group, "doors_known_found", "doors_known"))  # fmt: skip
 
 

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dynslam_cli.bench.suites import (
+    AMONG_PEOPLE,
     FAULTS,
+    PEOPLE,
     SENSORS,
     change,
     drive,
@@ -86,14 +88,25 @@ def test_the_planes_of_change_are_full_and_name_two_factors_each():
 
 def test_every_fault_is_in_every_world_beside_the_same_drive_without_it():
     suite = faults()
-    assert len({str(case.condition) for case in suite.cases}) == 3 * len(FAULTS) == 39
-    for case in suite.cases:
+    faulty = [case for case in suite.cases if case.condition["fault"] in FAULTS]
+    assert len({str(case.condition) for case in faulty}) == 3 * len(FAULTS) == 39
+    for case in faulty:
         source = case.source(7)
         assert isinstance(source, SimulatedDrive)
         scale, *given = source.parameters["faults"]
         assert scale == OdometryScale(1.01)
         assert tuple(given) == FAULTS[str(case.condition["fault"])]
     assert FAULTS["none"] == ()
+
+
+def test_people_walk_through_drives_without_a_fault():
+    walked = [case for case in faults().cases if case.condition["fault"] == "none, people"]
+    assert {str(case.condition["world"]) for case in walked} == set(AMONG_PEOPLE)
+    for case in walked:
+        source = case.source(7)
+        assert isinstance(source, SimulatedDrive)
+        assert source.parameters["world"].people == PEOPLE
+        assert "faults" not in source.parameters
 
 
 def test_faults_leave_the_drive_as_it_was():
