@@ -197,8 +197,10 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
 """Faults of the suite, each beside the doors and the odometry of its own."""
 PEOPLE = 4
 AMONG_PEOPLE = {
-    "corridor": Corridor(people=PEOPLE), "loop": Loop(people=PEOPLE), "office": Office(people=PEOPLE)
-}  # fmt: skip
+    "corridor": Corridor(people=PEOPLE),
+    "loop": Loop(people=PEOPLE),
+    "office": Office(people=PEOPLE),
+}
 """Worlds of the suite's drives without a fault among people, with the odometry of the paper."""
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agents import record_path
-from dynslam_env import CarriedAway, Odometry, Slip
+from dynslam_env import CarriedAway, Loop, Odometry, Slip
 from slam import make
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
@@ -99,3 +99,13 @@ def test_same_input_same_poses(variant: str) -> None:
     episode = drive("carried", SEEDS[1])
     first, second = (run(make(variant, true_start(episode)), episode).online for _ in range(2))
     assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+def test_new_ground_that_looks_like_a_place_on_the_map_is_no_proof(variant: str) -> None:
+    """Around a corner, people before the laser, into a passage that looks like the first one."""
+    episode = record_path("DoorLoop-v0", 1001, world=Loop(laps=1, people=4))
+    result = run(make(variant, true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    assert (result.lost <= 0.5).all()
+    assert np.hypot(*away[:, :2].T).max() < 0.1
