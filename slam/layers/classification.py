@@ -29,18 +29,10 @@ def components(cells: np.ndarray) -> tuple[np.ndarray, int]:
     return labels, int(count)  # pyright: ignore[reportArgumentType]
 
 
-def classify(
-    surface: SurfaceCells,
-    statistics: CellStatistics,
-    passed: np.ndarray,
-    went: np.ndarray,
-    believed: np.ndarray,
-) -> np.ndarray:
+def classify(surface: SurfaceCells, statistics: CellStatistics, passed: np.ndarray) -> np.ndarray:
     """(rows, cols) uint8: UNKNOWN, FREE, STATIC or CHANGING.
 
-    passed    (rows, cols) bool, cells that a beam crossed
-    went      (n,) bool, surface cells whose content was seen to go; only these change
-    believed  (n,) bool, those that are occupied by another map of the same scans
+    passed  (rows, cols) bool, cells that a beam crossed
     """
     kind = np.where(passed, FREE, UNKNOWN).astype(np.uint8)
     static = (statistics.state != FREE_STATE) & (statistics.hits >= MIN_HITS)
@@ -51,8 +43,7 @@ def classify(
     changing = (statistics.flips > 0) & (
         statistics.passes * STATIC_HITS_PER_PASS >= statistics.hits
     )
-    found = np.where(changing, np.where(believed, STATIC, FREE), found)
-    kind[rows, cols] = np.where(changing & went, CHANGING, found)
+    kind[rows, cols] = np.where(changing, CHANGING, found)
     return kind
 
 

@@ -15,23 +15,21 @@ from slam.layers.classification import EIGHT_NEIGHBOURS, STATIC
 WALL_FROM, WALL_TO = 0.05, 0.45  # m beyond the ends of a gap, where a wall goes on
 BESIDE_LINE = 2  # cells to either side of a gap's line, up to which the wall is in it
 FLAT = 0.03  # m, deviation of a leaf's echoes from its line, of the order of the errors of poses
-BIAS = -12.4  # nats; with the weights of `Evidence`, by a logistic regression: doors of simulated
-WEIGHTS = (16.9, -4.5, 1.4, 0.25)  # worlds, against furniture and glass of two recorded buildings
+BIAS = -5.6  # nats; with the weights of `Evidence`, by a logistic regression: doors of simulated
+WEIGHTS = (8.1, -2.7, 4.3)  # worlds, against furniture and glass of three recorded buildings
 
 
 class Evidence(NamedTuple):
     """What tells a door from furniture that moved, and from glass.
 
-    walls   share of the length beside the gap, to both sides, on which the wall goes on in its line
-    flat    deviation of the leaf's echoes from a line, by FLAT, at most 3
-    filled  share of the gap's length in which cells changed
-    flips   log(1 + number of changes)
+    walls  share of the length beside the gap, to both sides, on which the wall goes on in its line
+    flat   deviation of the leaf's echoes from a line, by FLAT, at most 3
+    went   share of the cells that changed whose content was seen to go, from one side
     """
 
     walls: float
     flat: float
-    filled: float
-    flips: float
+    went: float
 
 
 def probability(evidence: Evidence) -> float:

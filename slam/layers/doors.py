@@ -8,7 +8,6 @@ the door is open, and it is not observed there while the door is closed.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -84,10 +83,17 @@ class MappedDoor(NamedTuple):
 
 
 def find_doors(
-    kind: np.ndarray, spec: GridSpec, surface: SurfaceCells, statistics: CellStatistics
+    kind: np.ndarray,
+    spec: GridSpec,
+    surface: SurfaceCells,
+    statistics: CellStatistics,
+    went: np.ndarray,
 ) -> list[MappedDoor]:
-    """The doors in a map of classes `kind` (rows, cols), by decreasing probability,
-    from PERHAPS on."""
+    """The doors in a map of classes `kind` (rows, cols), by decreasing probability, from PERHAPS
+    on.
+
+    went  (n,) bool, surface cells whose content was seen to go
+    """
     changing = kind[tuple(surface.cells.T)] == CHANGING
     changing &= np.minimum(statistics.free_for, statistics.occupied_for) >= MIN_CELL_TIME
     leaf = np.zeros(spec.shape, np.float32)
@@ -95,10 +101,19 @@ def find_doors(
         statistics.occupied_for[changing], MAX_CELL_TIME
     )
     gaps = [_straight(ends, changing, surface) for ends in find_gaps(kind, leaf, spec)]
-    doors = [_door(ends, changing, surface, statistics, kind, spec) for ends in gaps]
+    doors = [_door(ends, changing, surface, statistics, went, kind, spec) for ends in gaps]
     found = [door for door in doors if door is not None and _passable(door, kind, spec)]
     listed = [door for door in found if door.probability >= PERHAPS]
     return sorted(listed, key=lambda door: -door.probability)
+
+
+def in_closed_leaves(points: Array, doors: list[MappedDoor]) -> np.ndarray:
+    """(n,) bool: which points (n, 2), m, lie on the closed leaf of a door."""
+    result = np.zeros(len(points), np.bool_)
+    for door in doors:
+        along, across = in_gap(points, door.ends)
+        result |= (along > 0) & (along < door.width) & (np.abs(across) < LEAF_DEPTH)
+    return result
 
 
 def _straight(ends: Array, changing: np.ndarray, surface: SurfaceCells) -> Array:
@@ -120,6 +135,7 @@ def _door(
     changing: np.ndarray,
     surface: SurfaceCells,
     statistics: CellStatistics,
+    went: np.ndarray,
     kind: np.ndarray,
     spec: GridSpec,
 ) -> MappedDoor | None:
@@ -135,10 +151,9 @@ def _door(
     if min(share, 1 - share) * watched < MIN_DOOR_TIME:
         return None
     flips = max(int(np.median(statistics.flips[on])), 1)
-    steps = np.unique((along[on] / spec.resolution).astype(np.int64))
-    filled = min(len(steps) * spec.resolution / width, 1.0)
     flat = flatness(across[on], surface.echoes[on])
-    seen = Evidence(walls_beside(ends, kind, spec), flat, filled, math.log1p(flips))
+    walls, gone = walls_beside(ends, kind, spec), float(went[on].mean())
+    seen = Evidence(walls, flat, gone)
     first, last = float(statistics.first[on].min()), float(statistics.last[on].max())
     scans = int(np.median(statistics.passes[on])), int(np.median(statistics.hits[on]))
     return MappedDoor(ends, share, flips, watched, first, last, *scans, probability(seen))

@@ -22,7 +22,7 @@ from slam.layers.classification import (
     keep,
     remove_flicker,
 )
-from slam.layers.doors import MappedDoor, find_doors
+from slam.layers.doors import MappedDoor, find_doors, in_closed_leaves
 from slam.layers.open_leaves import open_swings
 from slam.layers.sides import went_away
 from slam.layers.surface import SurfaceCells, extent, find_surface
@@ -114,9 +114,12 @@ def layers(
     statistics, passed = observe(scans, poses, rays, spec, surface)
     occupied = _believed(believed, spec, surface, statistics)
     went = went_away(statistics.sides)
-    kind = classify(surface, statistics, passed, went, occupied[tuple(surface.cells.T)])
-    doors = find_doors(kind, spec, surface, statistics)
+    kind = classify(surface, statistics, passed)
+    doors = find_doors(kind, spec, surface, statistics, went)
     remove_flicker(kind, surface.number, statistics)
+    in_part = kind[tuple(surface.cells.T)] == CHANGING
+    in_part &= ~went & ~in_closed_leaves(surface.places, doors)
+    kind[tuple(surface.cells[in_part].T)] = FREE
     doors = open_swings(kind, spec, doors)
     once = _raster(statistics.hits < MIN_HITS, spec, surface, True)
     reason = keep(kind, occupied, _raster(went, spec, surface, False), once)
