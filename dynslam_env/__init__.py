@@ -44,6 +44,7 @@ from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Door, Generator, Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
+from dynslam_env.worlds.varied import Varied
 
 __all__ = [
     "LASERS",
@@ -93,6 +94,7 @@ __all__ = [
     "Sweep",
     "Task",
     "Uniform",
+    "Varied",
     "WheelEncoders",
     "WrongBeams",
     "record",

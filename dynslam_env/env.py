@@ -14,7 +14,7 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
 from dynslam_env.faults.episode_faults import names_of
-from dynslam_env.reset_options import start_of
+from dynslam_env.reset_options import EpisodeOptions, episode_options
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
 from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT
@@ -203,6 +203,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
         self._faults = names_of(self.world_config.faults)
         self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
+        self._asked = EpisodeOptions()
         self.view = View()
         """Which part of the world `render` shows, and its size."""
         self.belief: Callable[[], Belief | None] | None = None
@@ -224,10 +225,14 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start a new episode; the same seed gives the same episode.
 
-        options  {"start": (x, y, theta)}: start pose in m, m, rad, instead of the layout's
+        options  {"start": (x, y, theta)}: start pose in m, m, rad, instead of the layout's;
+                 {"split": "test", "index": 17}: that episode of the split, without a seed;
+                 {"difficulty": "hard"}: of this episode
         """
+        self._asked = asked = episode_options(options, seed)
         super().reset(seed=seed)
-        self._batch.reset(0, self.np_random, start_of(options))
+        rng = asked.rng(self.np_random)
+        self._batch.reset(0, rng, asked.start, self.world_config.place(asked.difficulty))
         self._history = OccupancyHistory(self.layout.walls, self.physics.outlines)
         self._trail: deque[Pose2] = deque(maxlen=MAX_TRAIL)
         self._record_step()
@@ -293,7 +298,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
             "contact": self._contact(),
             "time": world.time,
         }
-        return info | self._fault_info()
+        return info | self._asked.info | self._fault_info()
 
     def _contact(self) -> dict[str, bool | float]:
         if not self._batch.collided[0]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from dynslam_env.worlds import world_file
 from slam.errors import InputError
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, transform_points, wrap_angle
 from slam.io.files import AnyPath
 from slam.validation import finite, instance, number, one_of, positive_number
 
@@ -97,6 +97,14 @@ class Layout:
         """Return itself: the same layout in every episode."""
         return self
 
+    def turned(self, angle: float) -> Layout:
+        """The same world turned about the origin by `angle` rad, counter-clockwise."""
+        pose = Pose2(0.0, 0.0, angle)
+        walls = transform_points(pose, self.walls.reshape(-1, 2)).reshape(-1, 4)
+        doors = tuple(_turned(door, pose) for door in self.doors)
+        routes = tuple(transform_points(pose, route) for route in self.routes)
+        return Layout(walls, doors, pose @ self.start, transform_points(pose, self.path), routes)
+
     def plain(self) -> dict[str, Any]:
         """Its content as lists, numbers and dicts: the content of a world file."""
         return {
@@ -123,6 +131,11 @@ class Layout:
             return Layout(walls, doors, Pose2(*world["start"]), way, routes)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
+
+
+def _turned(door: Door, pose: Pose2) -> Door:
+    x, y = transform_points(pose, np.array([door.hinge]))[0].tolist()
+    return door._replace(hinge=(x, y), closed=float(wrap_angle(door.closed + pose.theta)))
 
 
 def _plain(door: Door) -> dict[str, Any]:
