@@ -41,6 +41,7 @@ from dynslam_env.simulation.task import Task
 from dynslam_env.slam_wrapper import FinalScores, SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
+from dynslam_env.worlds.from_map import FromMap
 from dynslam_env.worlds.layout import Door, Generator, Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
@@ -68,6 +69,7 @@ __all__ = [
     "FinalScores",
     "Fixed",
     "FlipClock",
+    "FromMap",
     "Gap",
     "Generator",
     "Lag",

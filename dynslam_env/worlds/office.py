@@ -93,7 +93,9 @@ class Office:
         stands = Stands(self.cut, self.furniture, self.free_way)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, (x, y), clutter.solids)
-        return Layout(clutter.walls(plan), plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes)
+        return Layout(
+            clutter.walls(plan), plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes
+        )
 
     def _floor(self, rng: np.random.Generator) -> OfficeFloor:
         area = Rect(0.0, 0.0, self.length, self.breadth)
