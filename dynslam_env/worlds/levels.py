@@ -38,8 +38,8 @@ PEOPLE = {"easy": Range(0, 0), "medium": Range(0, 2), "hard": Range(2, 4)}
 
 SIZES: Mapping[str, Mapping[str, Ranges]] = {
     "corridor": {
-        "easy": {"length": Range(9.0, 12.0), "width": Range(1.8, 2.4), "doors_per_side": Range(2, 3),
-                 "room_depth": Range(2.5, 3.5)},
+        "easy": {"length": Range(9.0, 12.0), "width": Range(1.8, 2.4),
+                 "doors_per_side": Range(2, 3), "room_depth": Range(2.5, 3.5)},
         "medium": {"length": Range(11.0, 15.0), "width": Range(1.7, 2.6),
                    "doors_per_side": Range(3, 5), "room_depth": Range(2.4, 4.0)},
         "hard": {"length": Range(14.0, 20.0), "width": Range(1.5, 3.0),
