@@ -54,6 +54,13 @@ def episode_options(options: Mapping[str, Any] | None, seed: Any = None) -> Epis
     return EpisodeOptions(_start(given.get("start")), _place(given, seed), difficulty)
 
 
+def reset_arguments(number: int | None, split: str | None) -> dict[str, Any]:
+    """Arguments of `reset` for a seed, or, with a split, for the episode of that index."""
+    if split is None:
+        return {"seed": number}
+    return {"options": {"split": split, "index": number}}
+
+
 def options_of_each(
     options: Mapping[str, Any] | None, seeds: Sequence[int | None]
 ) -> tuple[Bools, list[EpisodeOptions]]:

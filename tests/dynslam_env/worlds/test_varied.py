@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -31,8 +32,13 @@ each = pytest.mark.parametrize(
 )
 
 
-def drawn(world, count=COUNT, split="test"):
-    return [world.layout(SplitEpisode(split, i).rng()) for i in range(count)]
+@cache
+def layout_of(world, index):
+    return world.layout(SplitEpisode("test", index).rng())
+
+
+def drawn(world, count=COUNT):
+    return [layout_of(world, i) for i in range(count)]
 
 
 @each
