@@ -37,7 +37,7 @@ class EpisodeOptions(NamedTuple):
     @property
     def info(self) -> dict[str, Any]:
         """What the infos of the episode tell of the options: split and index, if given."""
-        return {} if self.place is None else self.place._asdict()
+        return {} if self.place is None else self.place.plain()
 
 
 def episode_options(options: Mapping[str, Any] | None, seed: Any = None) -> EpisodeOptions:

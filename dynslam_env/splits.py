@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,8 @@ SPLIT_ENTROPY = 20_061_108  # of all splits; another number would be other world
 MAX_INDEX = 2**32 - 1  # an index is one word of a SeedSequence's spawn key
 
 
-class SplitEpisode(NamedTuple):
+@dataclass(frozen=True)
+class SplitEpisode:
     """Episode `index` of the split `split`, the same on every machine.
 
     All its randomness comes from a SeedSequence whose spawn key is the number of the split, then
@@ -22,6 +24,10 @@ class SplitEpisode(NamedTuple):
 
     split: str
     index: int
+
+    def plain(self) -> dict[str, Any]:
+        """Split and index by name, as the infos tell them."""
+        return asdict(self)
 
     def rng(self) -> np.random.Generator:
         """A new generator, at the beginning of the episode's stream."""

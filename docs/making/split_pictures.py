@@ -27,7 +27,8 @@ COUNT = 10  # test worlds of each
 
 def test_worlds(difficulty: str, path: Path) -> None:
     """Draw the first test worlds of this difficulty: a row each environment, an index a column."""
-    figure = blank_figure(2.0 * COUNT, 2.0 * len(SHOWN))
+    figure = blank_figure(1.5 * COUNT, 1.5 * len(SHOWN))
+    figure.subplots_adjust(0.02, 0.01, 0.99, 0.99, 0.05, 0.05)
     axes = figure.subplots(len(SHOWN), COUNT)
     for name, row in zip(SHOWN, axes, strict=True):
         env: Any = gym.make(name, difficulty=difficulty).unwrapped
@@ -35,7 +36,7 @@ def test_worlds(difficulty: str, path: Path) -> None:
             env.reset(options={"split": "test", "index": index})
             _world(axis, env)
         row[0].set_ylabel(name.removesuffix("-v0"), fontsize=MEDIUM, color=INK)
-    figure.savefig(path, dpi=70)
+    figure.savefig(path, dpi=100)
 
 
 def _world(axis: Axes, env: DoorWorldEnv) -> None:

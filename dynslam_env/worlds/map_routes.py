@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from slam.errors import InputError
@@ -80,10 +80,10 @@ def _nodes(clear: np.ndarray, stride: int) -> np.ndarray:
     return np.argwhere(clear[::stride, ::stride]) * stride
 
 
-def _graph(nodes: np.ndarray, resolution: float) -> coo_array:
+def _graph(nodes: np.ndarray, resolution: float) -> csr_array:
     """Lengths in m between neighbouring nodes, each pair once."""
     if not len(nodes):
-        return coo_array((0, 0)).tocsr()
+        return csr_array((0, 0))
     stride = int(np.gcd.reduce(nodes, axis=None)) or 1
     lattice = nodes // stride
     index = np.full(lattice.max(axis=0) + 3, -1)

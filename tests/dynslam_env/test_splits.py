@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import dynslam_env
@@ -124,7 +125,7 @@ def test_streams_of_splits_and_seeds_are_apart_by_construction():
             assert len(sequence.spawn_key) == 3
             keys.add((sequence.entropy, sequence.spawn_key))
     assert len(keys) == 3 * 3 * 5
-    seeded: Any = gym.utils.seeding.np_random(3)[0].spawn(1)[0].bit_generator.seed_seq
+    seeded: Any = seeding.np_random(3)[0].spawn(1)[0].bit_generator.seed_seq
     assert len(seeded.spawn_key) == 1
 
 
