@@ -17,18 +17,20 @@ from dynslam_cli.figures.style import (  # pyright: ignore[reportMissingImports]
 )
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from PIL import Image
 
 from dynslam_env import DoorWorldEnv
 from slam.geometry import Array
 
 SHOWN = ("DoorCorridor-v0", "DoorLoop-v0", "DoorOffice-v0")
 COUNT = 10  # test worlds of each
+COLOURS = 16  # of a picture
 
 
 def test_worlds(difficulty: str, path: Path) -> None:
     """Draw the first test worlds of this difficulty: a row each environment, an index a column."""
     figure = blank_figure(1.5 * COUNT, 1.5 * len(SHOWN))
-    figure.subplots_adjust(0.02, 0.01, 0.99, 0.99, 0.05, 0.05)
+    figure.set_layout_engine("constrained", w_pad=0.01, h_pad=0.01, wspace=0.0, hspace=0.0)
     axes = figure.subplots(len(SHOWN), COUNT)
     for name, row in zip(SHOWN, axes, strict=True):
         env: Any = gym.make(name, difficulty=difficulty).unwrapped
@@ -36,7 +38,8 @@ def test_worlds(difficulty: str, path: Path) -> None:
             env.reset(options={"split": "test", "index": index})
             _world(axis, env)
         row[0].set_ylabel(name.removesuffix("-v0"), fontsize=MEDIUM, color=INK)
-    figure.savefig(path, dpi=100)
+    figure.savefig(path, dpi=90)
+    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
 
 
 def _world(axis: Axes, env: DoorWorldEnv) -> None:
