@@ -24,7 +24,7 @@ from slam.geometry import Array
 
 SHOWN = ("DoorCorridor-v0", "DoorLoop-v0", "DoorOffice-v0")
 COUNT = 10  # test worlds of each
-COLOURS = 16  # of a picture
+COLOURS = 64  # of a picture
 
 
 def test_worlds(difficulty: str, path: Path) -> None:
@@ -39,7 +39,7 @@ def test_worlds(difficulty: str, path: Path) -> None:
             _world(axis, env)
         row[0].set_ylabel(name.removesuffix("-v0"), fontsize=MEDIUM, color=INK)
     figure.savefig(path, dpi=90)
-    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+    Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.FASTOCTREE).save(path, optimize=True)
 
 
 def _world(axis: Axes, env: DoorWorldEnv) -> None:
