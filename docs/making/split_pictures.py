@@ -39,7 +39,8 @@ def test_worlds(difficulty: str, path: Path) -> None:
             _world(axis, env)
         row[0].set_ylabel(name.removesuffix("-v0"), fontsize=MEDIUM, color=INK)
     figure.savefig(path, dpi=90)
-    Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.FASTOCTREE).save(path, optimize=True)
+    few = Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.FASTOCTREE)
+    few.save(path, optimize=True)
 
 
 def _world(axis: Axes, env: DoorWorldEnv) -> None:
