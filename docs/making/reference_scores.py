@@ -54,7 +54,7 @@ AGENTS: dict[str, Callable[[DoorWorldEnv, int], Driver]] = {
 def episode(name: str, difficulty: str | None, agent: str, index: int) -> Score:
     """Drive test episode `index` to its end."""
     env: Any = gym.make(f"dynslam_env:{name}", difficulty=difficulty)
-    observation, _ = env.reset(options={"split": "test", "index": index})
+    observation, info = env.reset(options={"split": "test", "index": index})
     driver = AGENTS[agent](env.unwrapped, index)
     total, touched, steps, over = 0.0, 0, 0, False
     while not over:
@@ -69,8 +69,8 @@ def rows(episodes: int) -> Iterator[str]:
     """The table's rows, in Markdown."""
     for name, level, agent in product(WORLDS, LEVELS, AGENTS):
         one = partial(episode, name, level, agent)
-        scores = joblib.Parallel(n_jobs=-1)(joblib.delayed(one)(i) for i in range(episodes))
-        yield f"| `{name}` | {level or 'its own'} | {agent} | {_cells(list(scores))} |"
+        done: Any = joblib.Parallel(n_jobs=-1)(joblib.delayed(one)(i) for i in range(episodes))
+        yield f"| `{name}` | {level or 'its own'} | {agent} | {_cells(done)} |"
 
 
 def _cells(scores: list[Score]) -> str:
