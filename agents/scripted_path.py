@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from dynslam_env import Doors, DoorWorldEnv, Robot, record
 from dynslam_env.navigation.pursuit import arc_to
+from dynslam_env.reset_options import reset_arguments
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
@@ -117,11 +118,18 @@ class ScriptedPath:
 
 
 def record_path(
-    env_id: str, seed: int, doors: str | Doors | None = None, speed: float = 0.55, **parameters: Any
+    env_id: str,
+    seed: int,
+    doors: str | Doors | None = None,
+    speed: float = 0.55,
+    split: str | None = None,
+    **parameters: Any,
 ) -> Episode:
     """One drive along the path of the world `env_id`, such as DoorLoop-v0, recorded.
 
+    seed        of the episode; with a split, its index there
     doors       default: the world's own
+    split       "train", "validation" or "test"
     parameters  of the environment, `max_episode_steps` among them
 
     With the same seed, `doors="static"` and `doors="moving"` give a pair that differs only in the
@@ -129,11 +137,11 @@ def record_path(
     """
     given = parameters if doors is None else {"doors": doors, **parameters}
     env = gym.make(f"dynslam_env:{env_id}", **given)
-    env.reset(seed=seed)  # to read the path; `record` begins the same episode again
+    env.reset(**reset_arguments(seed, split))  # to read the path; `record` begins it again
     place = env.unwrapped
     assert isinstance(place, DoorWorldEnv)
     driver = ScriptedPath(place.layout.path, lambda: place.pose, place.robot, speed)
-    return record(env, driver, seed)
+    return record(env, driver, seed, split)
 
 
 def record_corridor(

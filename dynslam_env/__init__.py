@@ -41,9 +41,11 @@ from dynslam_env.simulation.task import Task
 from dynslam_env.slam_wrapper import FinalScores, SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
+from dynslam_env.worlds.from_map import FromMap
 from dynslam_env.worlds.layout import Door, Generator, Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
+from dynslam_env.worlds.varied import Varied
 
 __all__ = [
     "LASERS",
@@ -67,6 +69,7 @@ __all__ = [
     "FinalScores",
     "Fixed",
     "FlipClock",
+    "FromMap",
     "Gap",
     "Generator",
     "Lag",
@@ -93,6 +96,7 @@ __all__ = [
     "Sweep",
     "Task",
     "Uniform",
+    "Varied",
     "WheelEncoders",
     "WrongBeams",
     "record",

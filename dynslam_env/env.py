@@ -14,7 +14,7 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import Belief, Scene, scene
 from dynslam_env.drawing.view import View
 from dynslam_env.faults.episode_faults import names_of
-from dynslam_env.reset_options import start_of
+from dynslam_env.reset_options import EpisodeOptions, episode_options
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
 from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT
@@ -96,6 +96,12 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     `reset(options={"start": (x, y, theta)})` starts the robot at another pose (m, m, rad); a pose
     at which it would overlap a wall, a leaf or a person is rejected.
 
+    `reset(options={"split": "test", "index": 17})` begins episode 17 of the split: world, doors,
+    people and noise are the same in every process, and occur in no other split and with no seed.
+    Splits are "train", "validation" and "test"; a seed beside them is an error. The id's own stream
+    of episodes goes on as if that reset had not been. `"difficulty"` in the options is that of this
+    one episode. What a difficulty is, and reference scores: docs/splits.md.
+
     ## Episode End
     Termination: any of the ends named in `Task.ends` is true (`info["ends"]`). By default this is
     `arrived`; `crashed` is available. Truncation: after the number of steps above.
@@ -111,6 +117,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     | `time`         | float | time since the reset                               | s         |
     | `reward_terms` | dict  | weighted reward terms; after a step only           |           |
     | `ends`         | dict  | which ends are true; after a step only             |           |
+    | `split`, `index` | str, int | of an episode of a split only                     |           |
     | `faults`       | dict  | with `faults` only: which of them act in this step |           |
     | `fault_times`  | dict  | with `faults` only: end of the first step of the last occurrence of each; NaN before | s |
 
@@ -119,7 +126,8 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
 
     | argument      | type, default              | content                                       |
     |---------------|----------------------------|-----------------------------------------------|
-    | `world`       | "corridor", "loop", "office", "crowd", a `Generator`; `Corridor()` | the place: a registered name, a `Corridor`, `Loop` or `Office`, a `Layout` built by hand or loaded from a file (`Layout.load`), or any object with `layout(rng)` |
+    | `world`       | "corridor", "loop", "office", "crowd", a `Generator`; `Corridor()` | the place: a registered name, a `Corridor`, `Loop` or `Office`, a `Layout` built by hand or loaded from a file (`Layout.load`), a map (`FromMap`), or any object with `layout(rng)` |
+    | `difficulty`  | "easy", "medium", "hard"; none | size, rooms, doors, furniture, oblique corners and people of a `Corridor`, `Loop` or `Office`, drawn anew in each episode |
     | `doors`       | "moving", "static", a `Law`, `Doors`; "moving" | a registered name, a law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Fixed`), or law and mechanics of the doors |
     | `robot`       | "Pioneer-3DX", "TurtleBot3", a `Robot`; `Robot()` | body, speeds, accelerations; a named robot carries the laser at its own place |
     | `laser`       | "SICK-LMS200", "Hokuyo-UTM-30LX", "RPLIDAR-A2", a `Laser`; `Laser()` | beams, field of view, range, noise, mount, and the effects of real lasers, below |
@@ -203,6 +211,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
         self._faults = names_of(self.world_config.faults)
         self._terms, self._ends = tuple(self.world_config.task.reward), self.world_config.task.ends
         self._viewer: Viewer | None = None
+        self._asked = EpisodeOptions()
         self.view = View()
         """Which part of the world `render` shows, and its size."""
         self.belief: Callable[[], Belief | None] | None = None
@@ -224,10 +233,14 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start a new episode; the same seed gives the same episode.
 
-        options  {"start": (x, y, theta)}: start pose in m, m, rad, instead of the layout's
+        options  {"start": (x, y, theta)}: start pose in m, m, rad, instead of the layout's;
+                 {"split": "test", "index": 17}: that episode of the split, without a seed;
+                 {"difficulty": "hard"}: of this episode
         """
+        self._asked = asked = episode_options(options, seed)
         super().reset(seed=seed)
-        self._batch.reset(0, self.np_random, start_of(options))
+        rng = asked.rng(self.np_random)
+        self._batch.reset(0, rng, asked.start, self.world_config.place(asked.difficulty))
         self._history = OccupancyHistory(self.layout.walls, self.physics.outlines)
         self._trail: deque[Pose2] = deque(maxlen=MAX_TRAIL)
         self._record_step()
@@ -293,7 +306,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
             "contact": self._contact(),
             "time": world.time,
         }
-        return info | self._fault_info()
+        return info | self._asked.info | self._fault_info()
 
     def _contact(self) -> dict[str, bool | float]:
         if not self._batch.collided[0]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from dynslam_env.drawing.scene import pose_between
 from dynslam_env.env import DoorWorldEnv
+from dynslam_env.reset_options import reset_arguments
 from dynslam_env.simulation.world import CONTROL_DT
 from slam.episode import Episode, Truth
 from slam.geometry import Array, Pose2
@@ -93,8 +94,13 @@ class RecordingWrapper(gym.Wrapper[Any, Any, Any, Any]):
         return stepped
 
 
-def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> Episode:
+def record(
+    env: gym.Env[Any, Any], driver: Driver, seed: int | None = None, split: str | None = None
+) -> Episode:
     """Drive one episode of `env` to its end, and record it.
+
+    seed   of the episode; with a split, its index there
+    split  "train", "validation" or "test"
 
     `env` may be wrapped; a time limit (as `gym.make` adds it) ends the recording. The same seed and
     driver give the same episode.
@@ -102,7 +108,7 @@ def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> E
     world = env.unwrapped
     instance("env.unwrapped", world, DoorWorldEnv)
     assert isinstance(world, DoorWorldEnv)
-    observation, _ = env.reset(seed=seed)
+    observation, _ = env.reset(**reset_arguments(seed, split))
     recorder, state, start, ended = Recorder(world), None, np.ones(1, dtype=bool), False
     while not ended:
         action, state = driver.predict(observation, state, start, deterministic=True)
@@ -111,4 +117,5 @@ def record(env: gym.Env[Any, Any], driver: Driver, seed: int | None = None) -> E
         start, ended = np.zeros(1, dtype=bool), terminated or truncated
     name = env.spec.id if env.spec is not None else type(world).__name__
     source = {"source": name, "seed": seed, "driver": type(driver).__name__}
+    source |= {} if split is None else {"split": split}
     return recorder.episode(source | {"config": world.config})

@@ -17,7 +17,7 @@ from dynslam_env.drawing.render import Viewer
 from dynslam_env.drawing.scene import scene
 from dynslam_env.env import DoorWorldEnv, Observation
 from dynslam_env.faults.episode_faults import names_of
-from dynslam_env.reset_options import reset_mask, start_of
+from dynslam_env.reset_options import EpisodeOptions, options_of_each
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
 from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
@@ -84,7 +84,10 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     | `autoreset_mode`    | `AutoresetMode` or its value, "NextStep" | NextStep: the step after the last one of an episode resets and ignores its action; SameStep: the last step resets, and the infos have `final_obs` and `final_info`; Disabled: the user resets by `options={"reset_mask": ...}` |
     | `threads`           | int, 1                | number of threads; the results do not depend on it |
 
-    `reset(seed=s)` gives environment i the seed s + i; a list has a seed for each.
+    `reset(seed=s)` gives environment i the seed s + i; a list has a seed for each. Of a split,
+    `reset(options={"split": "test", "index": [0, 1, 2]})` has an index for each; one number is that
+    of all. Where worlds have unequal numbers of doors or people, the rows of `door_angles` and
+    `people` in the infos are as long as the longest, and the shorter ones end in NaN.
     `get_attr(name)` and `call(name)` give what `WorldView` has of each world: `pose`, `layout`, ...
     """  # noqa: E501
 
@@ -114,9 +117,10 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         )
         self._steps = np.zeros(num_envs, dtype=np.int64)
         self._over: Bools = np.ones(num_envs, dtype=np.bool_)
-        self._openings, self._people = _RowStack("doors", num_envs), _RowStack("people", num_envs)
+        self._openings, self._people = _RowStack(num_envs), _RowStack(num_envs)
         self._rngs: list[np.random.Generator | None] = [None] * num_envs
         self._seeds: list[int | None] = [None] * num_envs
+        self._asked = [EpisodeOptions()] * num_envs
         self._viewers: list[Viewer] = []
 
     @property
@@ -160,15 +164,15 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     ) -> tuple[Observation, Infos]:
         """Start new episodes, in all worlds or in those of `options["reset_mask"]` (n,) bool.
 
-        options  also that of the single environment: {"start": (x, y, theta)}
+        options  also those of the single environment, for all worlds; "index" may be a list with
+                 a number for each
         """
         seeds = self._seeds_of(seed)
-        mask, others = reset_mask(options, self.num_envs)
-        start = start_of(others)
+        mask, asked = options_of_each(options, seeds)
         for i in np.flatnonzero(mask).tolist():
             if seeds[i] is not None:
                 self._seed(i, seeds[i])
-            self._reset(i, start)
+            self._reset(i, asked[i])
         return self._observations(), self._infos(mask)
 
     def step(self, actions: NDArray[np.float32]) -> Stepped:
@@ -214,9 +218,11 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
     # -- episodes ------------------------------------------------------------------------------
 
-    def _reset(self, i: int, start: Pose2 | None = None) -> None:
+    def _reset(self, i: int, asked: EpisodeOptions | None = None) -> None:
+        self._asked[i] = asked = asked or EpisodeOptions()
         try:
-            self._batch.reset(i, self._rng(i), start)
+            rng, place = asked.rng(self._rng(i)), self.world_config.place(asked.difficulty)
+            self._batch.reset(i, rng, asked.start, place)
             self._watch(i)
         except InputError:
             self._batch.discard(i)  # no step before a successful reset
@@ -302,7 +308,18 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         if not mask.all():
             for rows in infos.values():
                 rows[~mask] = 0
-        return masked(infos, mask) | self._contact_infos(mask) | self._fault_infos(mask)
+        told = masked(infos, mask) | self._contact_infos(mask)
+        return told | self._split_infos(mask) | self._fault_infos(mask)
+
+    def _split_infos(self, mask: Bools) -> Infos:
+        """Split and index of those of worlds `mask` that have them; empty if none has."""
+        has = np.array([asked.place is not None for asked in self._asked]) & mask
+        if not has.any():
+            return {}
+        splits, indices = np.full(self.num_envs, None, dtype=object), np.zeros_like(self._all)
+        for i in np.flatnonzero(has).tolist():
+            splits[i], indices[i] = self._asked[i].info.values()
+        return masked({"split": splits, "index": indices}, has)
 
     def _contact_infos(self, mask: Bools) -> Infos:
         """What the robots of worlds `mask` touched."""
@@ -345,24 +362,25 @@ def masked(infos: Infos, mask: Bools) -> Infos:
 class _RowStack:
     """Rows of n worlds, which the worlds change in place."""
 
-    def __init__(self, what: str, n: int):
-        self._what, self._rows = what, [np.empty(0)] * n
+    def __init__(self, n: int):
+        self._rows: list[NDArray[Any]] = [np.empty(0)] * n
         self._known: set[int] = set()
 
     def put(self, i: int, row: NDArray[Any]) -> None:
-        """Set the row of world `i`; raises InputError where the rows would differ in length."""
-        lengths = {len(self._rows[k]) for k in self._known - {i}}
-        if lengths - {len(row)}:
-            raise InputError(
-                f"the worlds of a vector environment need equally many {self._what}, "
-                f"got {lengths.pop()} and {len(row)}"
-            )
-        if not lengths:
+        """Set the row of world `i`."""
+        if not self._known - {i}:
             self._rows = [np.zeros_like(row)] * len(self._rows)
         self._rows[i] = row
         self._known.add(i)
 
     def array(self) -> NDArray[Any]:
-        """(n, ...) current values; zero for a world without an episode."""
-        shape = len(self._rows), *self._rows[0].shape
-        return np.concatenate(self._rows).reshape(shape)
+        """(n, k, ...) current values; zero for a world without an episode. Shorter rows end in
+        NaN."""
+        longest = max(len(row) for row in self._rows)
+        shape = len(self._rows), longest, *self._rows[0].shape[1:]
+        if all(len(row) == longest for row in self._rows):
+            return np.concatenate(self._rows).reshape(shape)
+        stacked = np.full(shape, np.nan)
+        for i, row in enumerate(self._rows):
+            stacked[i, : len(row)] = row
+        return stacked

@@ -52,6 +52,8 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
 * **The wheels.** `odometry` and `velocity` are what the wheels report, with errors. The default
   adds errors to the true motion; with `odometry=dynslam_env.WheelEncoders()` the ticks of two
   wheels are counted, which turn also where the robot pushes a wall.
+* **Splits.** `env.reset(options={"split": "test", "index": 17})` begins an episode that is the same
+  for everybody; `difficulty="hard"` varies the worlds ([page](splits.md)).
 * **Your own.** [Worlds and door laws of your own](your-own.md#world) are registered by name.
 
 The pictures show each environment after 12 s of driving (seed 7): the truth, and beside it the

@@ -27,7 +27,9 @@ from agents import ScriptedPath, record_path
 from docs.examples import map_a_log
 from docs.making.cards import ids
 from docs.making.sensor_picture import sensors
+from docs.making.split_pictures import test_worlds
 from dynslam_env import CarriedAway
+from dynslam_env.reset_options import DIFFICULTIES
 from slam.benchmark.run import run, true_start
 
 DOCS = Path(__file__).parents[1]
@@ -96,6 +98,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "lost-map.png": lost_map,
     "map-a-log.png": map_without_doors,
     "sensors.png": sensors,
+    **{f"worlds-{level}.png": partial(test_worlds, level) for level in DIFFICULTIES},
 }
 
 

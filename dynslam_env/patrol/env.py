@@ -25,7 +25,8 @@ from slam.grid import OccupancyGrid
 from slam.interface import Slam
 
 Observation = dict[str, Any]
-INFO_KEYS = ("pose", "door_angles", "time", "slam", "faults", "fault_times")  # of the world
+INFO_KEYS = ("pose", "door_angles", "time", "slam", "split", "index", "faults", "fault_times")
+"""Keys of the world's info that a patrol tells."""
 
 
 class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):

@@ -24,6 +24,7 @@ from dynslam_env.patrol.goal_options import (
     goal_options,
 )
 from dynslam_env.patrol.observation import observation_space
+from dynslam_env.reset_options import episode_options
 from dynslam_env.simulation.config import check_keywords
 from slam.errors import InputError
 from slam.validation import positive_number
@@ -160,7 +161,8 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         """Start a new episode, deterministic for a given seed. `options` are those of the world."""
         super().reset(seed=seed)
         observation, info = self.patrol.reset(seed=seed, options=options)
-        self._pilot, self._blacklist = Pilot(self.np_random), Blacklist()
+        rng = episode_options(options, seed).rng(self.np_random)
+        self._pilot, self._blacklist = Pilot(rng), Blacklist()
         self._steps = 0
         return self._shown(observation), info
 

@@ -13,6 +13,7 @@ from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown, brier
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
+from dynslam_env.reset_options import EpisodeOptions
 from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.simulation.world_batch import Rows, WorldBatch
@@ -66,8 +67,8 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             if space.shape is not None
         }
 
-    def _reset(self, i: int, start: Pose2 | None = None) -> None:
-        super()._reset(i, start)
+    def _reset(self, i: int, asked: EpisodeOptions | None = None) -> None:
+        super()._reset(i, asked)
         batch = self._batch
         system = slam_library.make(self.patrol_config.slam, Pose2.of(batch.drive.poses[i]), 0)
         doors, truth = DoorsKnown(batch.layouts[i]), Pose2.of(batch.drive.poses[i])
@@ -113,10 +114,10 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
     def _briers(self) -> Array:
         """(n,) Brier score of the doors; zero where a world has not begun yet."""
-        begun = [i for i, patrol in enumerate(self._patrols) if patrol is not None]
-        near = np.array([self._patrols[i].near() for i in begun])
         briers = np.zeros(self.num_envs)
-        briers[begun] = brier(near, self._openings.array()[begun])
+        for i, patrol in enumerate(self._patrols):
+            if patrol is not None:
+                briers[i] = brier(patrol.near(), self.physics[i].openings)
         return briers
 
     def _observations(self) -> Observation:
@@ -132,7 +133,8 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         }
         for rows in infos.values():
             rows[~mask] = 0
-        return masked(infos, mask) | self._slam_infos(mask) | self._fault_infos(mask)
+        told = masked(infos, mask) | self._slam_infos(mask)
+        return told | self._split_infos(mask) | self._fault_infos(mask)
 
     def _slam_infos(self, mask: Bools) -> Infos:
         """The results of the SLAMs of worlds `mask`; zero for the others."""

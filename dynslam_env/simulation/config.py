@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from inspect import Parameter, signature
 from typing import Any, TypedDict, TypeVar, get_type_hints
 
@@ -24,6 +24,7 @@ from dynslam_env.simulation.robot_presets import ROBOTS, equipped
 from dynslam_env.simulation.task import Task
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator
+from dynslam_env.worlds.varied import at_difficulty
 from slam.validation import instance
 
 Config = TypeVar("Config")
@@ -33,6 +34,7 @@ class PlaceKeywords(TypedDict, total=False):
     """Keywords of every environment; None stands for the default."""
 
     world: str | Generator | None
+    difficulty: str | None
     doors: str | Law | Doors | None
     robot: str | Robot | None
     laser: str | Laser | None
@@ -105,6 +107,7 @@ class WorldConfig:
         given = {name: part for name, part in keywords.items() if part is not None}
         if isinstance(given.get("world"), str):
             given["world"] = NAMED_WORLDS.get(given["world"])
+        difficulty = given.pop("difficulty", None)
         doors = given.get("doors")
         if isinstance(doors, str):
             doors = NAMED_LAWS.get(doors)
@@ -114,7 +117,12 @@ class WorldConfig:
         faults = check_faults(given.pop("faults", ()))
         for name, part in given.items():
             instance(name, part, PART_TYPES[name], ALLOWED_VALUES.get(name))
-        return WorldConfig(**given, faults=faults)
+        config = WorldConfig(**given, faults=faults)
+        return replace(config, world=config.place(difficulty))
+
+    def place(self, difficulty: str | None) -> Generator:
+        """What draws the layouts of this difficulty; None: the world as it is configured."""
+        return self.world if difficulty is None else at_difficulty(self.world, difficulty)
 
     def plain(self) -> dict[str, Any]:
         """All parameters, as plain data for JSON."""

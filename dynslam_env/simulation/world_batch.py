@@ -19,7 +19,7 @@ from dynslam_env.simulation.config import WorldConfig
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
 from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT, PHYSICS_DT, World
-from dynslam_env.worlds.layout import Layout
+from dynslam_env.worlds.layout import Generator, Layout
 from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
@@ -67,15 +67,24 @@ class WorldBatch:
         self._noise_streams = NoiseStreams(n)
         self._wheels: list[list[float]] = []
 
-    def reset(self, i: int, rng: np.random.Generator, start: Pose2 | None = None) -> None:
+    def reset(
+        self,
+        i: int,
+        rng: np.random.Generator,
+        start: Pose2 | None = None,
+        place: Generator | None = None,
+    ) -> None:
         """Start an episode in world `i`; all its randomness comes from `rng`.
+
+        start  pose, instead of the layout's
+        place  draws the layout, instead of the configured world
 
         Layout, doors, laser, odometry and people have separate streams, so that episodes that
         differ in one of them share everything else. Raises InputError for an invalid start.
         """
         config = self.config
         layout_rng, doors_rng, laser_rng, odometry_rng, people_rng = rng.spawn(5)
-        layout = config.world.layout(layout_rng)
+        layout = (place or config.world).layout(layout_rng)
         instance("what the world's layout(rng) gives", layout, Layout)
         if start is not None:
             check_inside(layout, start)

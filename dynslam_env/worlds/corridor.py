@@ -9,6 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, narrowed
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -31,6 +32,9 @@ class Corridor:
     clearance        m, least length of wall on each side of an opening
     margin           m, from the ends of the passage to the ends of the path
     people           number of people, each of whom walks back and forth between two rooms
+    furniture        pieces per room, fewer where no more fit
+    narrowest        narrowest door, as a share of door_width; 1: all are as wide
+    cut              m, longest side of the corners that oblique walls cut off; 0: none
     """
 
     length: float = 12.0
@@ -44,12 +48,18 @@ class Corridor:
     clearance: float = 0.25
     margin: float = 0.8
     people: int = 0
+    furniture: int = 0
+    narrowest: float = 1.0
+    cut: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "width", "door_width", "door_thickness", "wall_thickness")
         positive(self, "partition", "room_depth")
         whole(self, "doors_per_side", 0)
         whole(self, "people", 0)
+        whole(self, "furniture", 0)
+        within(self, "narrowest", MIN_NARROWEST, 1.0)
+        within(self, "cut", 0.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", self.partition)
         within(self, "margin", 0.0, self.length / 2)
@@ -70,12 +80,14 @@ class Corridor:
 
     def layout(self, rng: np.random.Generator) -> Layout:
         """A layout with random door positions and sides of the hinges."""
-        plan = self._plan(rng)
+        plan = narrowed(self._plan(rng), self.narrowest, rng)
         ends = (self.margin, 0.0), (self.length - self.margin, 0.0)
         path = np.array([*ends, ends[0]])
         rooms = range(1, len(plan.spaces))
-        routes = draw_routes(plan, rooms, self.people, rng, ends[0])
-        return Layout(plan.walls, plan.doors, Pose2(*ends[0], 0.0), path, routes)
+        stands = Stands(self.cut, self.furniture)
+        clutter = stands.draw(plan, rooms, path, rng)
+        routes = draw_routes(plan, rooms, self.people, rng, ends[0], clutter.solids)
+        return Layout(clutter.walls(plan), plan.doors, Pose2(*ends[0], 0.0), path, routes)
 
     def _plan(self, rng: np.random.Generator) -> FloorPlan:
         """The passage is space 0, the rooms follow."""

@@ -9,6 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, narrowed
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -35,6 +36,9 @@ class Loop:
     clearance        m, least length of wall on each side of an opening
     laps             number of laps of the path
     people           number of people, each of whom walks back and forth between two rooms
+    furniture        pieces per room, fewer where no more fit
+    narrowest        narrowest door, as a share of door_width; 1: all are as wide
+    cut              m, longest side of the corners that oblique walls cut off; 0: none
     """
 
     length: float = 14.0
@@ -50,12 +54,18 @@ class Loop:
     clearance: float = 0.25
     laps: int = 1
     people: int = 0
+    furniture: int = 0
+    narrowest: float = 1.0
+    cut: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "breadth", "width", "door_width", "door_thickness")
         positive(self, "wall_thickness", "partition", "room_depth")
         for field, low in (("outer_doors", 0), ("inner_doors", 0), ("laps", 1), ("people", 0)):
             whole(self, field, low)
+        whole(self, "furniture", 0)
+        within(self, "narrowest", MIN_NARROWEST, 1.0)
+        within(self, "cut", 0.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", self.partition)
         self._check_sides()
@@ -113,13 +123,15 @@ class Loop:
 
     def layout(self, rng: np.random.Generator) -> Layout:
         """A layout with random door positions and sides of the hinges."""
-        plan = self._plan(rng)
+        plan = narrowed(self._plan(rng), self.narrowest, rng)
         x1, y1 = self.width / 2, self.width / 2
         x2, y2 = self.length - x1, self.breadth - y1
         lap = [(x2, y1), (x2, y2), (x1, y2), (x1, y1)]
-        routes = draw_routes(plan, range(4, len(plan.spaces)), self.people, rng, (x1, y1))
-        path = np.array([(x1, y1), *(lap * self.laps)])
-        return Layout(plan.walls, plan.doors, Pose2(x1, y1, 0.0), path, routes)
+        path, rooms = np.array([(x1, y1), *(lap * self.laps)]), range(4, len(plan.spaces))
+        stands = Stands(self.cut, self.furniture)
+        clutter = stands.draw(plan, rooms, path, rng)
+        routes = draw_routes(plan, rooms, self.people, rng, (x1, y1), clutter.solids)
+        return Layout(clutter.walls(plan), plan.doors, Pose2(x1, y1, 0.0), path, routes)
 
     def _plan(self, rng: np.random.Generator) -> FloorPlan:
         """The corridors are spaces 0 to 3, the rooms follow."""

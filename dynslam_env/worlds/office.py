@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dynslam_env.worlds.clearance import legs, sweep
 from dynslam_env.worlds.floor_plan import FloorPlan
-from dynslam_env.worlds.furniture import furnish
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.office_floor import FloorDimensions, OfficeFloor, draw_floor
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.routes import Solid, check_rooms, draw_routes, waiting_point
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, narrowed
+from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
-from slam.geometry import Array, Pose2
+from slam.geometry import Pose2
 from slam.validation import positive, whole, within
 
 MAX_FLOOR_TRIES = 100  # floors drawn until one has enough doors
@@ -38,6 +37,8 @@ class Office:
     floor            a seed: the same floor in every episode; None: a new one in each
     furniture        pieces per room, placed anew in every episode; fewer where no more fit
     people           number of people, each of whom walks back and forth between two rooms
+    narrowest        narrowest door, as a share of door_width; 1: all are as wide
+    cut              m, longest side of the corners that oblique walls cut off; 0: none
     """
 
     length: float = 16.0
@@ -52,6 +53,8 @@ class Office:
     floor: int | None = None
     furniture: int = 0
     people: int = 0
+    narrowest: float = 1.0
+    cut: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "breadth", "room_side", "door_width", "door_thickness")
@@ -60,6 +63,8 @@ class Office:
             whole(self, field, 0)
         if self.floor is not None:
             whole(self, "floor", 0)
+        within(self, "narrowest", MIN_NARROWEST, 1.0)
+        within(self, "cut", 0.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", 0.0)
         check_rooms(self.people, self.room_side, self.door_width)
@@ -82,13 +87,15 @@ class Office:
 
     def layout(self, rng: np.random.Generator) -> Layout:
         """A layout whose path leads from the middle of a room through all rooms and back."""
-        floor = self._floor(rng if self.floor is None else np.random.default_rng(self.floor))
-        plan, path = floor
+        plan, path = self._floor(rng if self.floor is None else np.random.default_rng(self.floor))
         (x, y), (x2, y2) = path[:2].tolist()
-        solids = self._furniture(floor, rng)
-        routes = draw_routes(plan, range(len(plan.spaces)), self.people, rng, (x, y), solids)
-        walls = np.vstack([plan.walls, *(outline for _, outline in solids)])
-        return Layout(walls, plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes)
+        rooms = range(len(plan.spaces))
+        stands = Stands(self.cut, self.furniture, self.free_way)
+        clutter = stands.draw(plan, rooms, path, rng)
+        routes = draw_routes(plan, rooms, self.people, rng, (x, y), clutter.solids)
+        return Layout(
+            clutter.walls(plan), plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes
+        )
 
     def _floor(self, rng: np.random.Generator) -> OfficeFloor:
         area = Rect(0.0, 0.0, self.length, self.breadth)
@@ -97,7 +104,9 @@ class Office:
         for _ in range(MAX_FLOOR_TRIES):
             floor = draw_floor(dimensions, rng)
             if floor and len(floor.plan.spaces) > 1 and len(floor.plan.doors) >= self.doors:
-                return floor._replace(plan=self._with_doors(floor.plan))
+                return floor._replace(
+                    plan=narrowed(self._with_doors(floor.plan), self.narrowest, rng)
+                )
         raise InputError(
             f"none of {MAX_FLOOR_TRIES} floors of {self.length:g} x {self.breadth:g} m with rooms "
             f"of at least {self.room_side:g} m had Office.doors = {self.doors} doors whose leaves "
@@ -108,32 +117,3 @@ class Office:
         """The plan with `doors` doors; its open doorways come first."""
         kept = plan.doorways[: len(plan.doorways) - len(plan.doors) + self.doors]
         return replace(plan, doorways=kept)
-
-    def _furniture(self, floor: OfficeFloor, rng: np.random.Generator) -> list[Solid]:
-        """Outlines of all pieces, with the indices of their rooms."""
-        if not self.furniture:
-            return []
-        plan, solids = floor.plan, []
-        ways, sweeps = np.vstack([legs(floor.path), _crossings(plan)]), _sweeps(plan)
-        for i, room in enumerate(plan.spaces):
-            pieces = furnish(room, self.furniture, ways, self.free_way, sweeps[i], rng)
-            solids += [(i, piece) for piece in pieces]
-        return solids
-
-
-def _crossings(plan: FloorPlan) -> Array:
-    """(n, 4) m, straight ways through all doorways."""
-    ends = [
-        [*waiting_point(plan, (i, each.spaces[0])), *waiting_point(plan, (i, each.spaces[1]))]
-        for i, each in enumerate(plan.doorways)
-    ]
-    return np.array(ends)
-
-
-def _sweeps(plan: FloorPlan) -> list[list[Array]]:
-    """Outlines of the areas that leaves sweep in each space."""
-    swept: list[list[Array]] = [[] for _ in plan.spaces]
-    for doorway in plan.doorways:
-        if doorway.opens_to is not None:
-            swept[doorway.opens_to].append(sweep(plan.leaf(doorway)))
-    return swept

@@ -63,7 +63,12 @@ class RecordCommand:
     env: tyro.conf.Positional[str]
     """Id of the environment, such as DoorCorridor-v0."""
     seeds: str = "5000"
-    """Seeds: a number, a range such as 5000-5009, or several of these separated by commas."""
+    """Seeds: a number, a range such as 5000-5009, or several of these separated by commas. With
+    --split, the numbers of episodes there."""
+    split: str | None = None
+    """train, validation or test: record episodes of this split."""
+    difficulty: str | None = None
+    """easy, medium or hard. Default: the world as it is."""
     out: Path = Path("out/episodes")
     """Directory to write to: ENV-SEED.npz, .log.gz, .tum, and the folder ENV-SEED of the bag."""
     formats: str = "all"
@@ -79,7 +84,9 @@ class RecordCommand:
     def __call__(self) -> int:
         """Record, write."""
         from dynslam_env import LASERS, ROBOTS, WORLDS
+        from dynslam_env.reset_options import DIFFICULTIES
         from dynslam_env.simulation.registry import NAMED_LAWS
+        from dynslam_env.splits import SPLITS
 
         from ..console.output import output_directory
         from ..console.progress import progress_bar
@@ -91,16 +98,19 @@ class RecordCommand:
             raise InputError(unknown_name("environment", self.env, WORLDS))
         formats = parse_selection("format", self.formats, list(FORMATS), "dynslam record --help")
         known = {"doors": NAMED_LAWS.names(), "laser": tuple(LASERS), "robot": tuple(ROBOTS)}
+        known |= {"difficulty": DIFFICULTIES}
+        stem = self.env if self.split is None else f"{self.env}-{self.split}"
         parameters = {name: value for name in known if (value := getattr(self, name)) is not None}
         for name, value in parameters.items():
             one_of(name, value, known[name])
+        one_of("split", self.split, (None, *SPLITS))
         seeds = numbers(self.seeds)
         out = output_directory(self.out)
         with progress_bar() as bar:
             for seed in bar.track(seeds, description=self.env):
-                episode = episode_of(SimulatedDrive(self.env, seed, parameters))
+                episode = episode_of(SimulatedDrive(self.env, seed, parameters, split=self.split))
                 for name in formats:
-                    FORMATS[name](episode, out / f"{self.env}-{seed}")
+                    FORMATS[name](episode, out / f"{stem}-{seed}")
         episodes = "1 episode" if len(seeds) == 1 else f"{len(seeds)} episodes"
         print(f"{episodes} of {self.env} as {', '.join(formats)} in {out}")
         return 0

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import tyro
 
+FIRST_SEED = 7000
+
 
 @dataclass
 class EvaluateCommand:
@@ -25,8 +27,13 @@ class EvaluateCommand:
     """SLAM variants, with commas between."""
     episodes: int = 100
     """Episodes of each agent in each world with each SLAM."""
-    first: int = 7000
-    """First seed; agents were tuned on 1000 to 1023 and 900000 on, and trained on others."""
+    first: int | None = None
+    """First seed; agents were tuned on 1000 to 1023 and 900000 on, and trained on others. With
+    --split, the first episode there. Default: 7000; with --split, 0."""
+    split: str | None = None
+    """train, validation or test: the episodes of this split, which are the same for everybody."""
+    difficulty: str | None = None
+    """easy, medium or hard, of dynslam's own worlds. Default: the worlds as they are."""
     steps: int | None = None
     """Steps of 0.4 s of an episode; by default loop 500, office 750, any other world 250."""
     jobs: int = -1
@@ -39,6 +46,13 @@ class EvaluateCommand:
     """Continue the evaluation in the directory: run only what is missing."""
     limit: float = 900.0
     """s, after which an episode is stopped."""
+
+    @property
+    def begin(self) -> int:
+        """The first seed, or the number of the first episode of the split."""
+        if self.first is not None:
+            return self.first
+        return FIRST_SEED if self.split is None else 0
 
     def __call__(self) -> int:
         """Run, write, print."""

@@ -15,6 +15,7 @@ from PIL import Image
 import agents
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.record import RecordingWrapper
+from dynslam_env.reset_options import reset_arguments
 from dynslam_env.simulation.find_world import find_world
 from slam.benchmark.results import Result, origin
 
@@ -42,6 +43,8 @@ class Patrol:
     limit       s, after which it counts as hanging
     pictured    whether to keep the run for the report
     film        file to write a film to; None: no film
+    split       of which `seed` is the number of the episode; None: of none
+    difficulty  of the world; None: as it is
     registered  objects registered by the user in the process that made this job; see `registered`
     """
 
@@ -54,6 +57,8 @@ class Patrol:
     pictured: bool = False
     film: Path | None = None
     registered: bytes | None = None
+    split: str | None = None
+    difficulty: str | None = None
 
     def __call__(self) -> Done:
         """Run and score it; an exception becomes a result."""
@@ -67,10 +72,11 @@ class Patrol:
 
     def _run(self) -> tuple[Result, RecordedRun | None]:
         env = DoorPatrolEnv(
-            world=find_world(self.world), slam=self.slam, score_every=MAP_PERIOD,
+            world=find_world(self.world), difficulty=self.difficulty, slam=self.slam,
+            score_every=MAP_PERIOD,
             render_mode="rgb_array" if self.film else None,
         )  # fmt: skip
-        observation, _ = env.reset(seed=self.seed)
+        observation, _ = env.reset(**reset_arguments(self.seed, self.split))
         agent = agents.make(self.agent, env, self.seed)
         scorer, recorded = PatrolScorer(env), RecordingWrapper(env.place) if self.pictured else None
         if recorded is not None:
@@ -105,6 +111,7 @@ class Patrol:
             "suite": SUITE,
             "condition": list(self.condition),
             **self.condition,
+            **self._drawn_from,
             "variant": self.agent,
             "seed": self.seed,
             "episode": self.episode,
@@ -121,7 +128,13 @@ class Patrol:
     def episode(self) -> str:
         """A name of the episode without the agent: world, seed, steps, and a world file's text."""
         plain: dict[str, Any] = {"world": self.world, "seed": self.seed, "steps": self.steps}
-        return digest(plain | content_of(self.world))
+        return digest(plain | self._drawn_from | content_of(self.world))
+
+    @property
+    def _drawn_from(self) -> dict[str, str]:
+        """Split and difficulty, where they are given."""
+        given = {"split": self.split, "difficulty": self.difficulty}
+        return {name: value for name, value in given.items() if value is not None}
 
     @property
     def name(self) -> str:

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import agents
 import slam
+from dynslam_env.reset_options import DIFFICULTIES
+from dynslam_env.splits import SPLITS
 from slam.benchmark.results import Result
-from slam.validation import number, whole_number
+from slam.validation import number, one_of, whole_number
 
 from ..console.exits import EXIT_MISTAKE
 from ..console.output import output_directory
@@ -60,8 +62,10 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     worlds = parse_worlds(command.worlds)
     systems = parse_selection("variant", command.slam, slam.variants(), LIST_VARIANTS)
     whole_number("episodes", command.episodes, 1)
-    whole_number("first", command.first, 0)
+    whole_number("first", command.begin, 0)
     number("limit", command.limit, 1e-3)
+    one_of("split", command.split, (None, *SPLITS))
+    one_of("difficulty", command.difficulty, (None, *DIFFICULTIES))
     if command.steps is not None:
         whole_number("steps", command.steps, 1)
     check_workers(command.jobs)
@@ -69,10 +73,10 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     return [
         Patrol(
             world, system, name, seed, command.steps or steps_of(world), command.limit,
-            pictured=seed == command.first, film=_film(command, world, system, systems, name, seed),
-            registered=registered,
+            pictured=seed == command.begin, film=_film(command, world, system, systems, name, seed),
+            registered=registered, split=command.split, difficulty=command.difficulty,
         )
-        for seed in range(command.first, command.first + command.episodes)
+        for seed in range(command.begin, command.begin + command.episodes)
         for world in worlds
         for system in systems
         for name in names
@@ -82,7 +86,7 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
 def _film(
     command: EvaluateCommand, world: str, system: str, systems: list[str], name: str, seed: int
 ) -> Path | None:
-    if not command.films or seed != command.first or system != systems[0]:
+    if not command.films or seed != command.begin or system != systems[0]:
         return None
     return command.out / "films" / f"{file_name(name)}-{file_name(world)}{suffix()}"
 

@@ -53,10 +53,11 @@ class SimulatedDrive(Source):
     """A drive along the path of a world.
 
     env         id of the environment
-    seed        of the drive and of the variants that run on it
+    seed        of the drive and of the variants that run on it; with a split, the drive's index
     parameters  the environment's keywords
     every       records only each `every`-th scan
     code        digest of the user's code that the parameters hold, if any
+    split       "train", "validation" or "test"
     """
 
     env: str
@@ -64,6 +65,7 @@ class SimulatedDrive(Source):
     parameters: Mapping[str, Any] = field(default_factory=dict)
     every: int = 1
     code: str = ""
+    split: str | None = None
 
     def plain(self) -> dict[str, Any]:
         """Description with all parameters of the environment and a digest of the simulator."""
@@ -72,11 +74,12 @@ class SimulatedDrive(Source):
         steps = given.pop("max_episode_steps", steps)
         plain = {"env": self.env, "seed": self.seed, "every": self.every, "steps": steps}
         plain |= {"code": self.code} if self.code else {}
+        plain |= {"split": self.split} if self.split else {}
         return plain | {"config": WorldConfig.of(given).plain(), "simulator": simulator()}
 
     def make(self) -> Episode:
         """Record it."""
-        drive = record_path(self.env, self.seed, **self.parameters)
+        drive = record_path(self.env, self.seed, split=self.split, **self.parameters)
         return drive if self.every == 1 else sparser(drive, self.every)
 
 

@@ -1,20 +1,20 @@
 import numpy as np
 import pytest
 
-from dynslam_env.reset_options import reset_mask, start_of
+from dynslam_env.reset_options import episode_options, reset_mask
 from slam import InputError, Pose2
 
 
 @pytest.mark.parametrize("options", [None, {}, {"start": None}])
 def test_nothing_said_no_start(options):
-    assert start_of(options) is None
+    assert episode_options(options).start is None
 
 
 @pytest.mark.parametrize(
     "start", [(1, 2, 0.5), [1.0, 2.0, 0.5], np.array([1, 2, 0.5]), Pose2(1, 2, 0.5)]
 )
 def test_a_start_is_three_numbers_in_any_form(start):
-    pose = start_of({"start": start})
+    pose = episode_options({"start": start}).start
     assert pose is not None
     assert pose == Pose2(1.0, 2.0, 0.5)
     assert all(type(value) is float for value in pose)
@@ -23,7 +23,7 @@ def test_a_start_is_three_numbers_in_any_form(start):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"begin": (1, 2, 3)}, "an option of reset must be one of 'start', got 'begin'"),
+        ({"begin": (1, 2, 3)}, "an option of reset must be one of 'start', 'split'"),
         ({"start": (1, 2)}, r"options\['start'\] must be three numbers x, y in m, theta in rad"),
         ({"start": 3.0}, r"options\['start'\] must be three numbers"),
         ({"start": (1, 2, np.nan)}, r"options\['start'\] must hold finite numbers only"),
@@ -33,7 +33,7 @@ def test_a_start_is_three_numbers_in_any_form(start):
 )
 def test_anything_else_is_refused(options, message):
     with pytest.raises(InputError, match=message):
-        start_of(options)
+        episode_options(options)
 
 
 def test_all_worlds_are_reset_unless_a_mask_says_otherwise():

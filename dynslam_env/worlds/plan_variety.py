@@ -1,0 +1,182 @@
+"""Variety of a floor plan: doors of unequal widths, furnished rooms, and cut corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from dynslam_env.worlds.clearance import clear, clear_of_legs, edges, legs, sweep
+from dynslam_env.worlds.floor_plan import FloorPlan
+from dynslam_env.worlds.furniture import PIECE_CLEARANCE, furnish
+from dynslam_env.worlds.outline import Rect
+from dynslam_env.worlds.routes import Solid, waiting_point
+from slam.geometry import Array
+
+CUT_SHARE = 0.6  # of the corners, that is cut where it is clear of ways and leaves
+FREE_WAY = 0.47  # m: the robot's radius plus its deviation from the path
+MIN_NARROWEST = 0.5  # of the full width of a door
+MIN_CUT = 0.4  # of the longest cut, the shortest one
+
+
+@dataclass(frozen=True)
+class Free:
+    """What obstacles keep clear of.
+
+    ways    (n, 4) segments, m
+    sweeps  per space, outlines of the areas that leaves sweep
+    space   m, from the ways
+    """
+
+    ways: Array
+    sweeps: list[list[Array]]
+    space: float
+
+    def without(self, solids: list[Solid]) -> Free:
+        """Clear of these solids too."""
+        taken = [[*swept] for swept in self.sweeps]
+        for i, outline in solids:
+            taken[i].append(outline)
+        return Free(self.ways, taken, self.space)
+
+    @staticmethod
+    def of(plan: FloorPlan, path: Array, space: float) -> Free:
+        """Clear of the path (p, 2), m, of the ways through all doorways, and of leaves."""
+        return Free(np.vstack([legs(path), _crossings(plan)]), _sweeps(plan), space)
+
+
+def narrowed(plan: FloorPlan, least: float, rng: np.random.Generator) -> FloorPlan:
+    """The plan with doors of widths drawn from U(`least`, 1) times their own.
+
+    The hinges stay, hence leaves sweep no area that they did not sweep before. For `least` = 1 it
+    is the same plan, and nothing is drawn.
+    """
+    if least == 1.0:
+        return plan
+    doorways = []
+    for doorway, share in zip(
+        plan.doorways, rng.uniform(least, 1.0, len(plan.doorways)).tolist(), strict=True
+    ):
+        if doorway.opens_to is not None:
+            width = doorway.width * share
+            shift = 0.0 if doorway.at_start else doorway.width - width
+            doorway = doorway._replace(start=doorway.start + shift, width=width)
+        doorways.append(doorway)
+    return replace(plan, doorways=tuple(doorways))
+
+
+class Clutter(NamedTuple):
+    """What stands in a floor beside its walls, each with the index of its space.
+
+    cuts    triangles (3, 4), m, behind oblique walls: see `cut_corners`
+    pieces  outlines (4, 4), m, of furniture
+    """
+
+    cuts: list[Solid]
+    pieces: list[Solid]
+
+    @property
+    def solids(self) -> list[Solid]:
+        """All outlines."""
+        return [*self.cuts, *self.pieces]
+
+    def walls(self, plan: FloorPlan) -> Array:
+        """(w, 4) m: the walls of the plan, the oblique walls of the cuts, the pieces' edges."""
+        oblique = [triangle[1:2] for _, triangle in self.cuts]
+        return np.vstack([plan.walls, *oblique, *(piece for _, piece in self.pieces)])
+
+
+@dataclass(frozen=True)
+class Stands:
+    """How much stands in a floor: it draws `Clutter`.
+
+    cut        m, longest side of a cut corner; 0: none
+    furniture  pieces in each room
+    free_way   m, distance from the path and from the ways through doorways
+    """
+
+    cut: float
+    furniture: int
+    free_way: float = FREE_WAY
+
+    def draw(
+        self, plan: FloorPlan, rooms: Sequence[int], path: Array, rng: np.random.Generator
+    ) -> Clutter:
+        """Cut corners in all spaces, then furniture in the `rooms`; without both, no draw."""
+        if not (self.cut or self.furniture):
+            return Clutter([], [])
+        free = Free.of(plan, path, self.free_way)
+        cuts = cut_corners(plan, self.cut, free, rng)
+        free = free.without(cuts)
+        return Clutter(cuts, [(i, each) for i in rooms for each in self._in(plan, i, free, rng)])
+
+    def _in(self, plan: FloorPlan, i: int, free: Free, rng: np.random.Generator) -> list[Array]:
+        room, swept = plan.spaces[i], free.sweeps[i]
+        return furnish(room, self.furniture, free.ways, free.space, swept, rng)
+
+
+def cut_corners(
+    plan: FloorPlan, longest: float, free: Free, rng: np.random.Generator
+) -> list[Solid]:
+    """Triangles (3, 4), m, in corners of spaces, with the indices of the spaces; the second edge is
+    an oblique wall.
+
+    Their legs are up to `longest` m; nothing is drawn if it is 0. A corner that is cut has walls on
+    both sides, and the triangle is clear of what is `free`.
+    """
+    if longest == 0.0:
+        return []
+    cuts = []
+    for i, space in enumerate(plan.spaces):
+        for triangle in _triangles(space, longest, rng):
+            if _in_walls(triangle, plan) and _clear(triangle, free, free.sweeps[i]):
+                cuts.append((i, triangle))
+    return cuts
+
+
+def _triangles(space: Rect, longest: float, rng: np.random.Generator) -> Iterator[Array]:
+    """Triangles in a share of the corners of a space."""
+    limit = min(longest, (space.right - space.left) / 3, (space.top - space.bottom) / 3)
+    for x, side_x in ((space.left, 1), (space.right, -1)):
+        for y, side_y in ((space.bottom, 1), (space.top, -1)):
+            a, b = (limit * rng.uniform(MIN_CUT, 1.0, 2)).tolist()
+            if rng.random() < CUT_SHARE:
+                yield edges(np.array([(x, y), (x + side_x * a, y), (x, y + side_y * b)]))
+
+
+def _in_walls(triangle: Array, plan: FloorPlan) -> bool:
+    """Whether both legs of the triangle lie in walls, with no doorway beside them."""
+    return _on_wall(triangle[0], plan.walls) and _on_wall(triangle[2], plan.walls)
+
+
+def _on_wall(leg: Array, walls: Array) -> bool:
+    """Whether one of the axis-aligned `walls` covers the axis-aligned leg."""
+    low, high = np.minimum(leg[:2], leg[2:]), np.maximum(leg[:2], leg[2:])
+    lows, highs = np.minimum(walls[:, :2], walls[:, 2:]), np.maximum(walls[:, :2], walls[:, 2:])
+    return bool(((lows <= low + 1e-9) & (highs >= high - 1e-9)).all(axis=1).any())
+
+
+def _clear(triangle: Array, free: Free, sweeps: list[Array]) -> bool:
+    return clear_of_legs(triangle, free.ways, free.space) and all(
+        clear(triangle, swept, PIECE_CLEARANCE) for swept in sweeps
+    )
+
+
+def _crossings(plan: FloorPlan) -> Array:
+    """(n, 4) m, straight ways through all doorways."""
+    ends = [
+        [*waiting_point(plan, (i, each.spaces[0])), *waiting_point(plan, (i, each.spaces[1]))]
+        for i, each in enumerate(plan.doorways)
+    ]
+    return np.array(ends).reshape(-1, 4)
+
+
+def _sweeps(plan: FloorPlan) -> list[list[Array]]:
+    """Outlines of the areas that leaves sweep in each space."""
+    swept: list[list[Array]] = [[] for _ in plan.spaces]
+    for doorway in plan.doorways:
+        if doorway.opens_to is not None:
+            swept[doorway.opens_to].append(sweep(plan.leaf(doorway)))
+    return swept
