@@ -37,7 +37,7 @@ class FromMap:
     length            m, of the path out and back, at most
     clearance         m, that the path keeps from walls, leaves and the unknown
     tolerance         m, by which walls may deviate from the outlines of the cells
-    least_confidence  of the doors that are taken, 0 to 1
+    least_probability  of the doors that are taken, 0 to 1
     content           digest of the files, so that a changed map is another world
 
     Raises InputError for a map that cannot be read, or that has no free space.
@@ -47,12 +47,12 @@ class FromMap:
     length: float = 40.0
     clearance: float = 0.4
     tolerance: float = 0.04
-    least_confidence: float = 0.4
+    least_probability: float = 0.5
     content: str = field(init=False, default="")
 
     def __post_init__(self) -> None:
         positive(self, "length", "clearance", "tolerance")
-        within(self, "least_confidence", 0.0, 1.0)
+        within(self, "least_probability", 0.0, 1.0)
         object.__setattr__(self, "path", str(self.path))  # plain data in `config`
         object.__setattr__(self, "content", self._place.content)
 
@@ -62,7 +62,7 @@ class FromMap:
         path = path / MAP_FILE if path.is_dir() else path
         grid, frame = read_placed_map(path)
         doors = path.with_name(DOORS_FILE)
-        gaps = read_gaps(doors, self.least_confidence) if doors.is_file() else []
+        gaps = read_gaps(doors, self.least_probability) if doors.is_file() else []
         corner = np.array([frame.x, frame.y])
         walls = walls_of(grid, self.tolerance) + np.tile(corner, 2)
         leaves = tuple(hung(gap, walls) for gap in gaps)

@@ -20,8 +20,8 @@ THICKNESS = 0.04  # m, of a leaf
 SHORTEST = 0.3  # m, of a leaf
 
 
-def read_gaps(path: AnyPath, least_confidence: float) -> list[Array]:
-    """(2, 2) ends of each gap with at least this confidence, m, of a file that `dynslam map` wrote.
+def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
+    """(2, 2) ends of each gap with at least this probability, m, of a file that `dynslam map` wrote.
 
     Raises InputError for another file.
     """
@@ -29,11 +29,11 @@ def read_gaps(path: AnyPath, least_confidence: float) -> list[Array]:
         raw = file.read()
     try:
         features = json.loads(raw)["features"]
-        found = [(_ends(f), float(f["properties"]["confidence"])) for f in features]
+        found = [(_ends(f), float(f["properties"]["probability"])) for f in features]
     except (ValueError, TypeError, KeyError, IndexError, RecursionError) as error:
         reason = one_line(str(error), 60)
         raise InputError(f"{path}: expected doors that `dynslam map` wrote ({reason})") from None
-    return [ends for ends, confidence in found if confidence >= least_confidence]
+    return [ends for ends, probability in found if probability >= least_probability]
 
 
 def _ends(feature: dict[str, Any]) -> Array:

@@ -19,7 +19,7 @@ from tests.dynslam_env.worlds.naive import along, covers, distances
 CELL = 0.05  # m
 DOORS = """{{"type": "FeatureCollection", "features": [{{"type": "Feature", "geometry": {{"type":
 "Polygon", "coordinates": [[[3.0, 1.95], [4.0, 1.95], [4.0, 2.05], [3.0, 2.05], [3.0, 1.95]]]}},
-"properties": {{"kind": "door", "confidence": {}}}}}]}}"""
+"properties": {{"kind": "door", "probability": {}}}}}]}}"""
 
 
 @pytest.fixture
@@ -92,7 +92,7 @@ def test_without_doors_there_are_none_and_the_path_passes_the_gap(place):
 
 
 def test_uncertain_doors_are_left_out(place):
-    assert not drawn(FromMap(place, least_confidence=0.8)).doors
+    assert not drawn(FromMap(place, least_probability=0.8)).doors
 
 
 def test_another_map_is_another_world(place):
