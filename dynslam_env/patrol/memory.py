@@ -36,10 +36,13 @@ class DynamicMap:
     A wall fills its cells only partly, and beams that graze it cross them: a cell with earlier
     echoes is observed free only by a beam that passed through their centroid, and the first echo of
     a cell is not a change.
+
+    evidence  of an echo in a cell and of a beam through it
     """
 
-    def __init__(self) -> None:
-        self.map = HMM(CELL_SIZE, EVIDENCE, changes=PRIOR_CHANGES, dwell=PRIOR_DWELL)
+    def __init__(self, evidence: Evidence = EVIDENCE) -> None:
+        self._evidence = evidence
+        self.map = HMM(CELL_SIZE, evidence, changes=PRIOR_CHANGES, dwell=PRIOR_DWELL)
         self._echoed = self.map.cells.tiles.layer(np.bool_)
 
     def look(self, scan: Scan, pose: Pose2) -> float:
@@ -60,7 +63,7 @@ class DynamicMap:
                          CELL_SIZE, cells.tiles.places, echoes.offset.flat,
                          echoes.count.flat)  # fmt: skip
         observed = ObservedCells(seen.cells[kept], seen.hit[kept], seen.echoes)
-        _discover(observed.cells, observed.hit, self._echoed.flat, EVIDENCE.prior,
+        _discover(observed.cells, observed.hit, self._echoed.flat, self._evidence.prior,
                   cells.occupied.flat, self.map.state.flat, self.map.times.flat)  # fmt: skip
         return observed
 
