@@ -37,9 +37,11 @@ class BeliefMap(DynamicMap):
         return super().look(scan, pose)
 
     def occupied(self, points: Array, time: float) -> Array:
-        """(n,) P(occupied at `time`) at points (n, 2), m; in a doorway, P(its leaf is closed); NaN
-        where never observed."""
-        found = super().occupied(points, time)
+        """(n,) P(occupied at `time`) at points (n, 2), m, of places where a leaf may stand: in a
+        known doorway P(its leaf is closed), elsewhere that of a new door; NaN where never
+        observed."""
+        seen, ages = super().occupied(points, time), self.age(points, time)
+        found = self.doors.drifted(seen, ages, time)
         for door in self.doors.known():
             inside = _in_doorway(door, points)
             if inside.any() and door.seen:

@@ -15,8 +15,8 @@ from slam.scan import Scan
 
 MIN_WIDTH, MAX_WIDTH = 0.75, 0.97  # m between jambs
 MAX_SPACING = 0.3  # m from an echo on a wall to the next, beside a gap
-WALL_TOLERANCE = 0.035  # m of a wall's echoes from its line
-WALL_REACH, MIN_WALL = 0.3, 0.12  # m, checked on each side of the gap; least wall found there
+WALL_TOLERANCE, WALL_SLOPE = 0.02, 0.05  # of a wall's echoes from its line: m, and per m from it
+WALL_REACH, MIN_WALL = 0.35, 0.18  # m, checked on each side of the gap; least wall found there
 MIN_RECESS = 0.04  # m, of a closed leaf behind the wall's face
 JAMB_MARGIN = 0.1  # m beside a jamb in which its own side shows
 MIN_BEAMS = 4  # between the jambs
@@ -122,13 +122,11 @@ def _wall(x, y, i, j, width, side):
         if not np.isnan(x[k]):
             out = side * ((x[k] - x[at]) * ux + (y[k] - y[at]) * uy)
             off = abs((x[k] - x[at]) * uy - (y[k] - y[at]) * ux)
-            if out > WALL_REACH:
-                if off < 2.0 * WALL_TOLERANCE and reach == 0.0:
-                    reach = out
-                break
-            if off > WALL_TOLERANCE or out < -0.02:
+            if off > WALL_TOLERANCE + WALL_SLOPE * abs(out) or out < -WALL_TOLERANCE:
                 break
             reach = out
+            if out > WALL_REACH:
+                break
         k += side
     return reach >= MIN_WALL
 

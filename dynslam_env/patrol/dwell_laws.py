@@ -21,7 +21,6 @@ PHASES = 6  # largest shape of an Erlang law; its dwell times deviate by 41 % of
 SHAPES = (1, PHASES)  # 1: memoryless, 6: about as regular as a uniform law
 MEAN_DWELLS = 5.0 * 2.0 ** np.arange(8)  # s, 5 to 640
 LOOK_ERROR = 1e-3  # P(a confirmed look shows the other state)
-STILL_SHARE = 0.5  # prior weight of the law by which nothing ever flips
 PRIOR_WEIGHT = 1.0  # doors that the prior counts as
 
 
@@ -30,7 +29,7 @@ class DwellLaws:
 
     steps  (h, DOUBLINGS, 2 PHASES, 2 PHASES) transition probabilities over TICK * 2 ** j s
     begin  (h, 2 PHASES) stationary distribution; phases 0 to PHASES - 1 are open, the rest closed
-    prior  (h,) weights before any look
+    prior  (h,) weights of the laws of doors that flip, before any look; 0 for the last
     """
 
     def __init__(self) -> None:
@@ -42,8 +41,7 @@ class DwellLaws:
             doubled.append(doubled[-1] @ doubled[-1])
         self.steps = np.ascontiguousarray(np.stack(doubled, axis=1))
         self.begin = np.array([*begins, _begin(1, 1.0, 1.0)])
-        moving = len(rates)
-        self.prior = np.append(np.full(moving, (1.0 - STILL_SHARE) / moving), STILL_SHARE)
+        self.prior = np.append(np.full(len(rates), 1.0 / len(rates)), 0.0)
 
 
 def _rates(shape: int, mean_open: float, mean_closed: float) -> Array:
@@ -97,6 +95,13 @@ class DoorFilter:
     def _ticks(self, time: float) -> int:
         gone = 0.0 if self.time is None else time - self.time
         return min(max(round(gone / TICK), 0), 2**DOUBLINGS - 1)
+
+
+def with_still(weights: Array, still: float) -> Array:
+    """(h,) `weights` (h,) of the laws of doors that flip, and the share of doors that never do."""
+    mixed = (1.0 - still) * weights
+    mixed[-1] = still
+    return mixed
 
 
 def responsibilities(evidence: Array, weights: Array) -> Array:

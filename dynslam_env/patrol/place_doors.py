@@ -7,7 +7,13 @@ import math
 import numpy as np
 
 from dynslam_env.patrol.door_shapes import looked, suspects
-from dynslam_env.patrol.dwell_laws import PRIOR_WEIGHT, DoorFilter, DwellLaws, responsibilities
+from dynslam_env.patrol.dwell_laws import (
+    PRIOR_WEIGHT,
+    DoorFilter,
+    DwellLaws,
+    responsibilities,
+    with_still,
+)
 from slam.geometry import Array, Pose2
 from slam.scan import Scan
 
@@ -22,6 +28,8 @@ CLOSED_SHARE, OPEN_SHARE = 0.8, 0.4  # of the beams that end at the doorway
 CONFIRMING = 0.6  # s within which a second look of the same state confirms it
 LOOK_ODDS = 30.0  # of a look that is not yet confirmed
 STILL_WITH_LEAF = 0.03  # P(a door never flips), if its leaf was seen
+BARE_STILL_DOORS, BARE_DOORS = 0.5, 1.0  # prior counts of doorways without a leaf, and of all
+DRIFT_AGES = np.array([0.0, 0.5, 1, 2, 3, 5, 8, 12, 20, 30, 50, 80, 120, 200, 300, 500, 800])  # s
 REFRESH = 1.0  # s between two estimates of the shared weights of the laws
 
 
@@ -85,8 +93,9 @@ class PlaceDoors:
     def __init__(self) -> None:
         self.laws = DwellLaws()
         self.doors: list[SuspectedDoor] = []
-        self.weights = self.laws.prior
+        self.weights, self.still = self.laws.prior, BARE_STILL_DOORS / BARE_DOORS
         self._refreshed = -math.inf
+        self._drift = self._drifts()
 
     def look(self, scan: Scan, pose: Pose2) -> None:
         """Add a scan at `pose`: new shapes, and the states of the doorways in view."""
@@ -114,6 +123,13 @@ class PlaceDoors:
             p = _after(p, door.pending[1])
         return p
 
+    def drifted(self, closed: Array, ages: Array, time: float) -> Array:
+        """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
+        not recognised: as a new door of this place."""
+        self._refresh(time)
+        was_open, was_closed = (np.interp(ages, DRIFT_AGES, row) for row in self._drift)
+        return was_open + closed * (was_closed - was_open)
+
     def _see(self, row: Array) -> None:
         for door in self.doors:
             if door.near(row[0], row[1], row[2]):
@@ -123,26 +139,34 @@ class PlaceDoors:
 
     def _prior(self, door: SuspectedDoor) -> Array:
         """(h,) weights of the laws for a door; with a leaf it is hardly one that never flips."""
-        if not door.has_leaf:
-            return self.weights
-        weights = self.weights.copy()
-        weights[-1] = 0.0
-        weights *= (1.0 - STILL_WITH_LEAF) / weights.sum()
-        weights[-1] = STILL_WITH_LEAF
-        return weights
+        return with_still(self.weights, STILL_WITH_LEAF if door.has_leaf else self.still)
 
     def _refresh(self, time: float) -> None:
-        """Estimate the shared weights anew, once every REFRESH s."""
+        """Estimate the shared weights anew, once every REFRESH s: one step of EM."""
         if time < self._refreshed + REFRESH:
             return
         self._refreshed = time
-        doors = [door for door in self.known() if door.filter.time is not None]
-        if not doors:
-            return
-        evidence = np.array([door.filter.evidence for door in doors])
-        shares = responsibilities(evidence, np.array([self._prior(door) for door in doors]))
-        total = PRIOR_WEIGHT * self.laws.prior + shares.sum(axis=0)
-        self.weights = total / total.sum()
+        doors = [door for door in self.known() if door.seen]
+        total = PRIOR_WEIGHT * self.laws.prior
+        still, bare = BARE_STILL_DOORS, BARE_DOORS
+        for door in doors:
+            share = responsibilities(door.filter.evidence, self._prior(door))
+            if door.has_leaf:
+                total[:-1] += share[:-1]
+            else:
+                still, bare = still + share[-1], bare + 1.0
+        self.weights, self.still = total / total.sum(), still / bare
+        self._drift = self._drifts()
+
+    def _drifts(self) -> Array:
+        """(2, a) P(closed) of a new door, DRIFT_AGES s after it was seen open, and closed."""
+        found = np.empty((2, len(DRIFT_AGES)))
+        for closed in (False, True):
+            door = DoorFilter(self.laws)
+            door.look(0.0, closed)
+            own = responsibilities(door.evidence, with_still(self.weights, STILL_WITH_LEAF))
+            found[int(closed)] = [own @ door.closed(age) for age in DRIFT_AGES]
+        return found
 
 
 def _turn(a: float, b: float) -> float:
