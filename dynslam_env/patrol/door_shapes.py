@@ -27,6 +27,7 @@ MIN_LEAF_ECHOES, MIN_LEAF_LENGTH = 4, 0.35  # of an open leaf; m
 
 MIN_INCIDENCE = 0.2  # sine of the angle between beam and wall: flatter beams are not used
 LEAF_TOLERANCE = 0.16  # m of an echo from the wall's middle line that may be the closed leaf's
+JAMB_SIDE = 0.06  # m beside a jamb, where echoes may be of its side
 INNER_SHARE = 0.75  # of the width of a doorway in which beams count
 
 
@@ -77,7 +78,8 @@ def _suspects(ranges, bearings, sensor, longest):
                     continue
                 found[count, 0], found[count, 1] = (x[i] + x[j]) / 2, (y[i] + y[j]) / 2
                 found[count, 2] = np.arctan2(y[j] - y[i], x[j] - x[i])
-                found[count, 3], found[count, 4], found[count, 5] = width, leaf, closed
+                found[count, 3] = width - (before + after) / 2.0
+                found[count, 4], found[count, 5] = leaf, closed
                 count += 1
                 step = j - i
                 break
@@ -159,6 +161,9 @@ def _looked(ranges, bearings, sensor, longest, place):
         if abs(away * (bx * ux + by * uy) - (dx * ux + dy * uy)) > INNER_SHARE * half:
             continue
         behind = (min(ranges[k], longest) - away) * abs(across)
+        ends = ranges[k] * (bx * ux + by * uy) - (dx * ux + dy * uy)
+        if behind < LEAF_TOLERANCE and abs(ends) > half - JAMB_SIDE:
+            continue  # it may have met the side of a jamb
         if behind > -LEAF_TOLERANCE:
             reached += 1
             ended += behind < LEAF_TOLERANCE

@@ -21,6 +21,8 @@ PHASES = 6  # largest shape of an Erlang law; its dwell times deviate by 41 % of
 SHAPES = (1, PHASES)  # 1: memoryless, 6: about as regular as a uniform law
 MEAN_DWELLS = 5.0 * 2.0 ** np.arange(8)  # s, 5 to 640
 LOOK_ERROR = 1e-3  # P(a confirmed look shows the other state)
+UNEQUAL = 0.25  # prior weight of a law for each doubling of one mean dwell over the other
+TRUST = 0.5  # exponent of the likelihood: looks are not independent of what is seen
 PRIOR_WEIGHT = 1.0  # doors that the prior counts as
 
 
@@ -41,7 +43,9 @@ class DwellLaws:
             doubled.append(doubled[-1] @ doubled[-1])
         self.steps = np.ascontiguousarray(np.stack(doubled, axis=1))
         self.begin = np.array([*begins, _begin(1, 1.0, 1.0)])
-        self.prior = np.append(np.full(len(rates), 1.0 / len(rates)), 0.0)
+        i, j = np.indices((len(MEAN_DWELLS),) * 2)
+        weights = np.tile(UNEQUAL ** abs(i - j).ravel(), len(SHAPES))
+        self.prior = np.append(weights / weights.sum(), 0.0)
 
 
 def _rates(shape: int, mean_open: float, mean_closed: float) -> Array:
@@ -106,7 +110,8 @@ def with_still(weights: Array, still: float) -> Array:
 
 def responsibilities(evidence: Array, weights: Array) -> Array:
     """(d, h) P(law | looks) of doors with log-likelihoods (d, h), for weights (h,) or (d, h)."""
-    logs = evidence + np.log(weights)
+    with np.errstate(divide="ignore"):
+        logs = TRUST * evidence + np.log(weights)
     shares = np.exp(logs - logs.max(axis=-1, keepdims=True))
     return shares / shares.sum(axis=-1, keepdims=True)
 
