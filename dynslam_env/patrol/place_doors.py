@@ -119,7 +119,7 @@ class PlaceDoors:
         self._refresh(time)
         own = responsibilities(door.filter.evidence, self._prior(door))
         p = float(own @ door.filter.closed(time))
-        if door.pending and (door.filter.time is None or door.pending[0] > door.filter.time):
+        if door.pending and time - door.pending[0] <= CONFIRMING:
             p = _after(p, door.pending[1])
         return p
 
