@@ -72,9 +72,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         batch = self._batch
         system = slam_library.make(self.patrol_config.slam, Pose2.of(batch.drive.poses[i]), 0)
         doors, truth = DoorsKnown(batch.layouts[i]), Pose2.of(batch.drive.poses[i])
-        self._patrols[i] = _Patrol(
-            system, self._scan(i), doors, truth, self.patrol_config.memory()
-        )
+        self._patrols[i] = _Patrol(system, self._scan(i), doors, truth, self.patrol_config.memory())
         self._touched[i] = 0.0
         self._show(i)
 

@@ -62,7 +62,7 @@ def drive(world: str, law: str, agent: str, seed: int) -> list[Result]:
 
 
 class Sums:
-    """Sums over doors and times: (groups, beliefs, BINS, 4) count, P, closed, squared error.
+    """Sums over doors and times: count, P(closed), closed by the truth, squared error.
 
     layout  of the episode: its doors are those asked for
     """
@@ -70,7 +70,7 @@ class Sums:
     def __init__(self, layout: Layout):
         self._doors, self._places = DoorsKnown(layout), _places(layout)
         self._looked = np.full(len(layout.doors), -np.inf)
-        self.sums = np.zeros((len(GROUPS), len(BELIEFS), BINS, 4))
+        self._sums = np.zeros((len(BELIEFS), len(GROUPS) * BINS, 4))
 
     def watch(self, env: DoorPatrolEnv) -> None:
         """Note which doors the last scan looked at, by the truth."""
@@ -88,15 +88,16 @@ class Sums:
             p = closed(self._doors.near(belief, env.time))
             bins = np.minimum((p * BINS).astype(np.int64), BINS - 1)
             parts = np.column_stack([np.ones(len(p)), p, truth, (p - truth) ** 2])
-            np.add.at(self.sums, (groups, b, bins), parts)
+            np.add.at(self._sums[b], groups * BINS + bins, parts)
 
     def _groups(self, time: float) -> NDArray[np.int64]:
         """(d,) indices into GROUPS."""
         return np.where(time - self._looked <= FRESH_AGE, 0, np.where(self._looked >= 0.0, 1, 2))
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
-        return {"sums": np.round(self.sums, 6).tolist()}
+        """For JSON: (groups, beliefs, BINS, 4)."""
+        sums = self._sums.reshape(len(BELIEFS), len(GROUPS), BINS, 4).swapaxes(0, 1)
+        return {"sums": np.round(sums, 6).tolist()}
 
 
 def _places(layout: Layout) -> Array:

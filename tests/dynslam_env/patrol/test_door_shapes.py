@@ -36,9 +36,12 @@ def test_it_is_found_where_the_robot_is():
 
 def test_beams_end_at_a_closed_door_and_pass_an_open_one():
     reached, ended, leaf = looked(doorway(True), FACING, PLACE)
-    assert reached > 10 and ended == reached and not leaf
+    assert reached > 10
+    assert ended == reached
+    assert not leaf
     reached, ended, _ = looked(doorway(False), FACING, PLACE)
-    assert reached > 10 and ended == 0
+    assert reached > 10
+    assert ended == 0
 
 
 def test_a_doorway_behind_the_robot_or_behind_a_wall_is_not_looked_at():

@@ -58,6 +58,7 @@ def test_forecasts_of_regular_doors_beat_a_guess_and_fade_with_the_gap():
     for _ in range(40):
         dwells = rng.uniform(5.0, 20.0, 80)
         door = watched(dwells, end=rng.uniform(200.0, 220.0))
+        assert door.time is not None
         for gap, found in errors.items():
             p = float(own(door) @ door.closed(door.time + gap))
             found.append((p - is_closed(dwells, door.time + gap)) ** 2)
@@ -71,7 +72,8 @@ def test_flips_are_counted_and_a_gap_is_not_watched():
         door.look(time, closed)
     assert door.flips == 2
     assert door.watched == pytest.approx(0.6)
-    assert door.time == 50.2 and not door.state
+    assert door.time == 50.2
+    assert not door.state
 
 
 def test_a_look_decides_now_and_less_later():
@@ -79,4 +81,5 @@ def test_a_look_decides_now_and_less_later():
     door.look(1.0, True)
     p = [float(PRIOR @ door.closed(1.0 + gap)) for gap in (0.0, TICK, 5.0, 100.0, 1e6)]
     assert p[0] > 0.99
-    assert p == sorted(p, reverse=True) and p[-1] > 0.5
+    assert p == sorted(p, reverse=True)
+    assert p[-1] > 0.5
