@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .belief import BeliefCommand
 
 WORLDS, AGENTS = ("loop", "office"), ("lookout", "longest-unseen", "round-robin")
+ALL_AGENTS = "all agents"
 RESAMPLES = 2000  # of drives, for intervals
 HEADINGS = ("world, doors, agent", "looked at", "share, %", "old", "new", "best constant",
             "new - constant", "calibration error, old", "new")  # fmt: skip
@@ -56,8 +57,9 @@ def table(rows: list[Result]) -> str:
     lines = [HEADINGS, ("---",) * len(HEADINGS)]
     cells: dict[tuple[str, str, str], list[Result]] = {}
     for row in rows:
-        cells.setdefault((row["world"], row["law"], row["agent"]), []).append(row)
-    for key, drives in cells.items():
+        for agent in (ALL_AGENTS, row["agent"]):
+            cells.setdefault((row["world"], row["law"], agent), []).append(row)
+    for key, drives in sorted(cells.items()):
         lost = sum(row["ate"] > FAILURE_ATE for row in drives)
         name = f"{', '.join(key)} ({len(drives)} drives, {lost} lost)"
         sums = np.array([row["sums"] for row in drives])
