@@ -127,6 +127,6 @@ def reliability(rows: list[Result], path: Path) -> None:
             one.set_title(f"{GROUPS[line]}, {law} doors", fontsize=MEDIUM)
             one.set_xlabel("P(closed)", fontsize=SMALL)
             one.set_ylabel("share closed", fontsize=SMALL)
-            one.legend(fontsize=SMALL, loc="upper left", markerscale=0.6)
+            one.legend(fontsize=SMALL, loc="lower right", markerscale=0.6)
             plain_axes(one)
     figure.savefig(path)
