@@ -98,6 +98,10 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
             "studies.ghosts", "GhostsCommand",
             "Count ghosts in maps: occupied cells where nothing permanent stands.",
         ),
+        "belief": Subcommand(
+            "studies.belief", "BeliefCommand",
+            "Compare two beliefs about doors, on patrols that see them, saw them or never did.",
+        ),
         "forecast": Subcommand(
             "studies.forecast", "ForecastCommand",
             "Learn a door's habits from its history and score forecasts of later weeks.",

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.rewards import RewardWeights
 from dynslam_env.simulation.config import PlaceKeywords, split_keywords
 from dynslam_env.simulation.robot import Robot
@@ -29,6 +30,7 @@ class PatrolKeywords(PlaceKeywords, total=False):
     turn: float
     hold: int
     scan_every: int
+    memory: Callable[[], DynamicMap]
     reward: RewardWeights | None
 
 
@@ -41,6 +43,7 @@ class PatrolConfig:
     turn        rad/s that an action of 1 stands for
     hold        control steps of 0.1 s for which an action is held
     scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it
+    memory      makes the dynamic map of an episode: `DynamicMap`, or `BeliefMap`, or a function
     reward      weights of the reward
     """
 
@@ -49,6 +52,7 @@ class PatrolConfig:
     turn: float = 1.5
     hold: int = 4
     scan_every: int = 2
+    memory: Callable[[], DynamicMap] = DynamicMap
     reward: RewardWeights = field(default_factory=RewardWeights)
 
     def __post_init__(self) -> None:

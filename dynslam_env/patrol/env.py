@@ -86,6 +86,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | velocities of an action of 1                          |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
     | `scan_every`  | 2          | control steps between two scans given to the SLAM               |
+    | `memory`      | `DynamicMap` | makes the dynamic map of an episode, such as `BeliefMap`      |
     | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never. `FinalScores(env)` adds those of the last step |
 
     ## Version History
@@ -181,7 +182,9 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Start a new episode, deterministic for a given seed. `options` are those of the world."""
         super().reset(seed=seed)
         _, info = self.wrapped.reset(seed=seed, options=options)
-        self._patroller = Patroller(self.wrapped.estimate, self.place.scan)
+        self._patroller = Patroller(
+            self.wrapped.estimate, self.place.scan, self.patrol_config.memory()
+        )
         self._doors = DoorsKnown(self.place.layout)
         return self._observation(), self._info(info) | {"collision": 0.0}
 

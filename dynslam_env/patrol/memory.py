@@ -36,10 +36,13 @@ class DynamicMap:
     A wall fills its cells only partly, and beams that graze it cross them: a cell with earlier
     echoes is observed free only by a beam that passed through their centroid, and the first echo of
     a cell is not a change.
+
+    evidence  of an echo in a cell and of a beam through it
     """
 
-    def __init__(self) -> None:
-        self.map = HMM(CELL_SIZE, EVIDENCE, changes=PRIOR_CHANGES, dwell=PRIOR_DWELL)
+    def __init__(self, evidence: Evidence = EVIDENCE) -> None:
+        self._evidence = evidence
+        self.map = HMM(CELL_SIZE, evidence, changes=PRIOR_CHANGES, dwell=PRIOR_DWELL)
         self._echoed = self.map.cells.tiles.layer(np.bool_)
 
     def look(self, scan: Scan, pose: Pose2) -> float:
@@ -60,7 +63,7 @@ class DynamicMap:
                          CELL_SIZE, cells.tiles.places, echoes.offset.flat,
                          echoes.count.flat)  # fmt: skip
         observed = ObservedCells(seen.cells[kept], seen.hit[kept], seen.echoes)
-        _discover(observed.cells, observed.hit, self._echoed.flat, EVIDENCE.prior,
+        _discover(observed.cells, observed.hit, self._echoed.flat, self._evidence.prior,
                   cells.occupied.flat, self.map.state.flat, self.map.times.flat)  # fmt: skip
         return observed
 
@@ -81,10 +84,19 @@ class DynamicMap:
         """(n,) P(occupied at `time`) of the cells at points (n, 2), m; NaN where never observed."""
         known = self.map
         cells = known.cells
-        return _occupied(points, cells.tiles.index, cells.tiles.origin, 1 / CELL_SIZE,
-                         known.since_start(time), cells.occupied.flat, cells.observed.flat,
-                         known.times.flat, known.counts.flat, known.last.flat,
-                         known.prior)  # fmt: skip
+        return _occupied(self._places(points), known.since_start(time), cells.occupied.flat,
+                         cells.observed.flat, known.times.flat, known.counts.flat,
+                         known.last.flat, known.prior)  # fmt: skip
+
+    def age(self, points: Array, time: float) -> Array:
+        """(n,) s since the cells at points (n, 2), m, were observed; inf where never."""
+        known = self.map
+        return _ages(self._places(points), known.since_start(time), known.cells.observed.flat,
+                     known.last.flat)  # fmt: skip
+
+    def _places(self, points: Array) -> np.ndarray:
+        tiles = self.map.cells.tiles
+        return _places(points, tiles.index, tiles.origin, 1 / CELL_SIZE)
 
     def beliefs(self, time: float) -> Beliefs:
         """The whole map as arrays, predicted for `time`, s."""
@@ -174,17 +186,34 @@ def _freshness(now, echoed, times, counts, last):
 
 
 @kernel
-def _occupied(
-    points, index, origin, scale, now, occupied, observed, times, counts, last, prior
-):  # fmt: skip
-    found = np.full(len(points), np.nan)
+def _places(points, index, origin, scale):
+    """(n,) indices of the cells at points (n, 2); -1 outside of the map."""
+    found = np.full(len(points), -1, np.int64)
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
     for k in range(len(points)):
         col = int(np.floor((points[k, 0] - origin[0]) * scale))
         row = int(np.floor((points[k, 1] - origin[1]) * scale))
         if 0 <= row < rows and 0 <= col < cols:
             slot = index[row >> SHIFT, col >> SHIFT]
-            i = (slot << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)
-            if observed[i]:
-                found[k] = _predicted(i, now, occupied, times, counts, last, prior)
+            found[k] = (slot << (2 * SHIFT)) + ((row & MASK) << SHIFT) + (col & MASK)
+    return found
+
+
+@kernel
+def _occupied(places, now, occupied, observed, times, counts, last, prior):
+    found = np.full(len(places), np.nan)
+    for k in range(len(places)):
+        i = places[k]
+        if i >= 0 and observed[i]:
+            found[k] = _predicted(i, now, occupied, times, counts, last, prior)
+    return found
+
+
+@kernel
+def _ages(places, now, observed, last):
+    found = np.full(len(places), np.inf)
+    for k in range(len(places)):
+        i = places[k]
+        if i >= 0 and observed[i]:
+            found[k] = now - last[i]
     return found

@@ -22,9 +22,9 @@ class Patroller:
     estimate  of the SLAM, after the last scan
     """
 
-    def __init__(self, first: Estimate, scan: Scan):
-        """`first` is the SLAM's estimate after the first `scan`."""
-        self.memory = DynamicMap()
+    def __init__(self, first: Estimate, scan: Scan, memory: DynamicMap | None = None):
+        """`first` is the SLAM's estimate after the first `scan`; `memory` is empty."""
+        self.memory = DynamicMap() if memory is None else memory
         self.memory.look(scan, first.pose)
         self.estimate = first
         self._pose_bits = pose_bits(first.covariance)

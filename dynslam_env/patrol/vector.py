@@ -11,6 +11,7 @@ from gymnasium.vector.utils import batch_space
 import slam as slam_library
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown, brier
+from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
 from dynslam_env.reset_options import EpisodeOptions
@@ -72,7 +73,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         batch = self._batch
         system = slam_library.make(self.patrol_config.slam, Pose2.of(batch.drive.poses[i]), 0)
         doors, truth = DoorsKnown(batch.layouts[i]), Pose2.of(batch.drive.poses[i])
-        self._patrols[i] = _Patrol(system, self._scan(i), doors, truth)
+        self._patrols[i] = _Patrol(system, self._scan(i), doors, truth, self.patrol_config.memory())
         self._touched[i] = 0.0
         self._show(i)
 
@@ -180,11 +181,13 @@ class _PatrolView(WorldView):
 class _Patrol:
     """One robot, its SLAM, the last scan given to it, and the doors' score."""
 
-    def __init__(self, system: Slam, scan: Scan, doors: DoorsKnown, truth: Pose2):
+    def __init__(
+        self, system: Slam, scan: Scan, doors: DoorsKnown, truth: Pose2, memory: DynamicMap
+    ):
         self._doors, self.slam = doors, system
         self.scan = scan  # the last one, which may be without a reading
         self._moved = Pose2()
-        self.robot = Patroller(self.locate(scan, truth), scan)
+        self.robot = Patroller(self.locate(scan, truth), scan, memory)
 
     def move(self, displacement: Pose2, collided: bool) -> None:
         """See `Patroller`."""

@@ -1,0 +1,171 @@
+"""Doors by their shape: a gap or a recess of a door's width in a straight wall, with two jambs.
+
+An open door is a gap, a closed one a recess, since a leaf hangs within the depth of its wall. Both
+are recognised in a single scan, before the door has moved. So is the leaf of an open door: echoes
+in a row behind a jamb, square to the wall.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.geometry import Array, Pose2
+from slam.kernel import kernel
+from slam.scan import Scan
+
+MIN_WIDTH, MAX_WIDTH = 0.75, 0.97  # m between jambs
+MAX_SPACING = 0.3  # m from an echo on a wall to the next, beside a gap
+WALL_TOLERANCE, WALL_SLOPE = 0.02, 0.05  # of a wall's echoes from its line: m, and per m from it
+WALL_REACH, MIN_WALL = 0.35, 0.18  # m, checked on each side of the gap; least wall found there
+MIN_RECESS = 0.04  # m, of a closed leaf behind the wall's face
+JAMB_MARGIN = 0.1  # m beside a jamb in which its own side shows
+MIN_BEAMS = 4  # between the jambs
+MAX_DISTANCE = 7.0  # m of the jambs from the sensor
+MAX_RECESS = 0.2  # m: farther behind the wall's face there is no closed leaf
+LEAF_WIDTH = 0.12  # m of an open leaf's echoes from the line square to the wall at the jamb
+MIN_LEAF_ECHOES, MIN_LEAF_LENGTH = 4, 0.35  # of an open leaf; m
+
+MIN_INCIDENCE = 0.2  # sine of the angle between beam and wall: flatter beams are not used
+LEAF_TOLERANCE = 0.16  # m of an echo from the wall's middle line that may be the closed leaf's
+JAMB_SIDE = 0.06  # m beside a jamb, where echoes may be of its side
+INNER_SHARE = 0.75  # of the width of a doorway in which beams count
+
+
+def suspects(scan: Scan, pose: Pose2) -> Array:
+    """(n, 6) x, y of the middle, m; direction of the wall, rad; width, m; 1 if a leaf is seen,
+    closed or open; 1 if it is closed. Each row is a gap or recess in one wall."""
+    sensor = np.array(pose @ scan.mount)
+    return _suspects(scan.ranges, scan.angles + sensor[2], sensor, min(scan.max_range, 1e6))
+
+
+def looked(scan: Scan, pose: Pose2, place: Array) -> tuple[int, int, bool]:
+    """Beams that reached the doorway `place` (x, y, direction, width; m, rad), how many of them
+    ended at it, and whether a leaf that stands open towards the sensor is seen."""
+    sensor = np.array(pose @ scan.mount)
+    return _looked(scan.ranges, scan.angles + sensor[2], sensor, scan.max_range, place)
+
+
+@kernel
+def _suspects(ranges, bearings, sensor, longest):
+    n = len(ranges)
+    x, y = np.empty(n), np.empty(n)
+    for k in range(n):
+        away = ranges[k] if ranges[k] > 0.0 else np.nan
+        if away > 2.0 * longest:  # no echo
+            away = 2.0 * longest
+        x[k] = sensor[0] + away * np.cos(bearings[k])
+        y[k] = sensor[1] + away * np.sin(bearings[k])
+    found = np.empty((n, 6))
+    count = 0
+    i = 1
+    while i < n - MIN_BEAMS - 2:
+        step = 1
+        if ranges[i] < MAX_DISTANCE and count < n:
+            for j in range(i + MIN_BEAMS + 1, n - 1):
+                if not ranges[j] < MAX_DISTANCE:
+                    continue
+                width = np.hypot(x[j] - x[i], y[j] - y[i])
+                if width < MIN_WIDTH or width > MAX_WIDTH + 2.0 * MAX_SPACING:
+                    continue
+                before = np.hypot(x[i] - x[i - 1], y[i] - y[i - 1])
+                after = np.hypot(x[j + 1] - x[j], y[j + 1] - y[j])
+                if not (before < MAX_SPACING and after < MAX_SPACING):
+                    continue
+                if width - before - after > MAX_WIDTH:
+                    continue
+                leaf, closed = _between(x, y, i, j, width)
+                if leaf < 0 or not _wall(x, y, i, j, width, -1) or not _wall(x, y, i, j, width, 1):
+                    continue
+                found[count, 0], found[count, 1] = (x[i] + x[j]) / 2, (y[i] + y[j]) / 2
+                found[count, 2] = np.arctan2(y[j] - y[i], x[j] - x[i])
+                found[count, 3] = width - (before + after) / 2.0
+                found[count, 4], found[count, 5] = leaf, closed
+                count += 1
+                step = j - i
+                break
+        i += step
+    return found[:count]
+
+
+@kernel
+def _between(x, y, i, j, width):
+    """Whether a leaf is seen between the jambs, 0 or 1, and whether it is closed; -1: no gap."""
+    ux, uy = (x[j] - x[i]) / width, (y[j] - y[i]) / width
+    inner, recessed, echoes, nearest, farthest = 0, 0, 0, np.inf, 0.0
+    for k in range(i + 1, j):
+        if np.isnan(x[k]):
+            continue
+        along = (x[k] - x[i]) * ux + (y[k] - y[i]) * uy
+        deep = (x[k] - x[i]) * uy - (y[k] - y[i]) * ux  # bearings rise: behind is to the right
+        if deep > MAX_RECESS and min(abs(along), abs(along - width)) < LEAF_WIDTH and deep < 1.0:
+            echoes += 1
+            nearest, farthest = min(nearest, deep), max(farthest, deep)
+        if deep < 1.0 and (along < JAMB_MARGIN or along > width - JAMB_MARGIN):
+            continue
+        inner += 1
+        if deep < MIN_RECESS:
+            return -1, 0
+        recessed += deep < MAX_RECESS
+    if inner < MIN_BEAMS:
+        return -1, 0
+    if recessed == inner:
+        return 1, 1
+    opened = echoes >= MIN_LEAF_ECHOES and farthest - nearest >= MIN_LEAF_LENGTH
+    return (1 if opened else 0), 0
+
+
+@kernel
+def _wall(x, y, i, j, width, side):
+    """Whether the wall goes on in line before beam `i` (side -1) or after beam `j` (side 1)."""
+    ux, uy = (x[j] - x[i]) / width, (y[j] - y[i]) / width
+    at, reach = (i, 0.0) if side < 0 else (j, 0.0)
+    k = at + side
+    while 0 <= k < len(x):
+        if not np.isnan(x[k]):
+            out = side * ((x[k] - x[at]) * ux + (y[k] - y[at]) * uy)
+            off = abs((x[k] - x[at]) * uy - (y[k] - y[at]) * ux)
+            if off > WALL_TOLERANCE + WALL_SLOPE * abs(out) or out < -WALL_TOLERANCE:
+                break
+            reach = out
+            if out > WALL_REACH:
+                break
+        k += side
+    return reach >= MIN_WALL
+
+
+@kernel
+def _looked(ranges, bearings, sensor, longest, place):
+    """Only the inner part of the doorway counts; beams that ended before it do not."""
+    ux, uy = np.cos(place[2]), np.sin(place[2])
+    dx, dy = place[0] - sensor[0], place[1] - sensor[1]
+    half, side = place[3] / 2, dx * uy - dy * ux
+    reached, ended, echoes, nearest, farthest = 0, 0, np.zeros(2), np.full(2, np.inf), np.zeros(2)
+    for k in range(len(ranges)):
+        bx, by = np.cos(bearings[k]), np.sin(bearings[k])
+        across = bx * uy - by * ux
+        if not ranges[k] > 0.0:
+            continue
+        if ranges[k] < longest:
+            along = ranges[k] * (bx * ux + by * uy) - (dx * ux + dy * uy)
+            before = (side - ranges[k] * across) * np.sign(side)
+            jamb = int(along > 0.0)
+            if MAX_RECESS < before < 1.0 and abs(abs(along) - half) < LEAF_WIDTH:
+                echoes[jamb] += 1
+                nearest[jamb] = min(nearest[jamb], before)
+                farthest[jamb] = max(farthest[jamb], before)
+        if abs(across) < MIN_INCIDENCE:
+            continue
+        away = side / across
+        if away < 0.0 or away > longest - LEAF_TOLERANCE / abs(across):
+            continue
+        if abs(away * (bx * ux + by * uy) - (dx * ux + dy * uy)) > INNER_SHARE * half:
+            continue
+        behind = (min(ranges[k], longest) - away) * abs(across)
+        ends = ranges[k] * (bx * ux + by * uy) - (dx * ux + dy * uy)
+        if behind < LEAF_TOLERANCE and abs(ends) > half - JAMB_SIDE:
+            continue  # it may have met the side of a jamb
+        if behind > -LEAF_TOLERANCE:
+            reached += 1
+            ended += behind < LEAF_TOLERANCE
+    leaf = (echoes >= MIN_LEAF_ECHOES) & (farthest - nearest >= MIN_LEAF_LENGTH)
+    return reached, ended, leaf.any()

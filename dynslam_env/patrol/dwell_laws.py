@@ -1,0 +1,155 @@
+"""Dwell laws: how long doors stay closed and open, learned from looks at all doors of a place.
+
+A law is a semi-Markov chain of two states whose dwell times are Erlang distributed: a chain of
+phases (Cox and Miller 1965, section 6.2), so that a look, a gap and an unknown age are all exact
+steps of a filter. The laws of a grid are compared by their likelihood of each door's looks. The
+weights of the laws are shared by the doors (empirical Bayes, one step of EM a call): a new door is
+expected to behave as the others, and its own looks decide as they become many.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import expm
+
+from slam.geometry import Array
+from slam.kernel import kernel
+
+TICK = 0.1  # s, unit of time
+DOUBLINGS = 14  # times of up to TICK * (2 ** DOUBLINGS - 1) s, 27 min; longer gaps count as that
+PHASES = 6  # largest shape of an Erlang law; its dwell times deviate by 41 % of their mean
+SHAPES = (1, PHASES)  # 1: memoryless, 6: about as regular as a uniform law
+MEAN_DWELLS = 5.0 * 2.0 ** np.arange(8)  # s, 5 to 640
+LOOK_ERROR = 1e-3  # P(a confirmed look shows the other state)
+UNEQUAL = 0.25  # prior weight of a law for each doubling of one mean dwell over the other
+TRUST = 0.5  # exponent of the likelihood: looks are not independent of what is seen
+PRIOR_WEIGHT = 1.0  # doors that the prior counts as
+
+
+class DwellLaws:
+    """The laws that are compared, h of them; the last: no flip ever.
+
+    steps  (h, DOUBLINGS, 2 PHASES, 2 PHASES) transition probabilities over TICK * 2 ** j s
+    begin  (h, 2 PHASES) stationary distribution; phases 0 to PHASES - 1 are open, the rest closed
+    prior  (h,) weights of the laws of doors that flip, before any look; 0 for the last
+    """
+
+    def __init__(self) -> None:
+        rates = [_rates(k, o, c) for k in SHAPES for o in MEAN_DWELLS for c in MEAN_DWELLS]
+        begins = [_begin(k, o, c) for k in SHAPES for o in MEAN_DWELLS for c in MEAN_DWELLS]
+        step = expm(np.array([*rates, np.zeros_like(rates[0])]) * TICK)
+        doubled = [step]
+        for _ in range(DOUBLINGS - 1):
+            doubled.append(doubled[-1] @ doubled[-1])
+        self.steps = np.ascontiguousarray(np.stack(doubled, axis=1))
+        self.begin = np.array([*begins, _begin(1, 1.0, 1.0)])
+        i, j = np.indices((len(MEAN_DWELLS),) * 2)
+        weights = np.tile(UNEQUAL ** abs(i - j).ravel(), len(SHAPES))
+        self.prior = np.append(weights / weights.sum(), 0.0)
+
+
+def _rates(shape: int, mean_open: float, mean_closed: float) -> Array:
+    """(2 PHASES, 2 PHASES) rates of the chain of phases, 1/s; unused phases have none."""
+    phases = np.array([*range(shape), *range(PHASES, PHASES + shape)])
+    leaving = np.repeat([shape / mean_open, shape / mean_closed], shape)
+    rates = np.zeros((2 * PHASES, 2 * PHASES))
+    rates[phases, np.roll(phases, -1)] = leaving
+    rates[phases, phases] = -leaving
+    return rates
+
+
+def _begin(shape: int, mean_open: float, mean_closed: float) -> Array:
+    """(2 PHASES,) stationary distribution: a state by its mean dwell, its phases alike."""
+    begin = np.zeros(2 * PHASES)
+    begin[:shape] = mean_open
+    begin[PHASES : PHASES + shape] = mean_closed
+    return begin / begin.sum()
+
+
+class DoorFilter:
+    """The filters of one door, one for each law.
+
+    phases     (h, 2 PHASES) at the last look
+    evidence   (h,) log-likelihood of the looks
+    time       s, of the last look; None before
+    state      whether the door was closed at the last look
+    flips      changes between confirmed looks
+    watched    s between looks less than a second apart
+    """
+
+    def __init__(self, laws: DwellLaws):
+        self._laws = laws
+        self.phases, self.evidence = laws.begin.copy(), np.zeros(len(laws.begin))
+        self.time: float | None = None
+        self.state, self.flips, self.watched = False, 0, 0.0
+
+    def look(self, time: float, closed: bool) -> None:
+        """Add a confirmed look at `time`, s."""
+        if self.time is not None:
+            self.flips += closed != self.state
+            gone = time - self.time
+            self.watched += gone if gone < 1.0 else 0.0
+        _look(self.phases, self._laws.steps, self._ticks(time), closed, LOOK_ERROR, self.evidence)
+        self.time, self.state = time, closed
+
+    def closed(self, time: float) -> Array:
+        """(h,) P(closed at `time`) by each law."""
+        return _closed(self.phases, self._laws.steps, self._ticks(time))
+
+    def _ticks(self, time: float) -> int:
+        gone = 0.0 if self.time is None else time - self.time
+        return min(max(round(gone / TICK), 0), 2**DOUBLINGS - 1)
+
+
+def with_still(weights: Array, still: float) -> Array:
+    """(h,) `weights` (h,) of the laws of doors that flip, and the share of doors that never do."""
+    mixed = (1.0 - still) * weights
+    mixed[-1] = still
+    return mixed
+
+
+def responsibilities(evidence: Array, weights: Array) -> Array:
+    """(d, h) P(law | looks) of doors with log-likelihoods (d, h), for weights (h,) or (d, h)."""
+    with np.errstate(divide="ignore"):
+        logs = TRUST * evidence + np.log(weights)
+    shares = np.exp(logs - logs.max(axis=-1, keepdims=True))
+    return shares / shares.sum(axis=-1, keepdims=True)
+
+
+@kernel
+def _advance(phases, steps, ticks, row):
+    """Write into `row` (2 PHASES,) the phases after `ticks`, of one law."""
+    n = len(phases)
+    before = np.empty(n)
+    row[:] = phases
+    for j in range(len(steps)):
+        if (ticks >> j) & 1:
+            before[:] = row
+            row[:] = 0.0
+            for a in range(n):
+                if before[a] > 0.0:
+                    for b in range(n):
+                        row[b] += before[a] * steps[j, a, b]
+
+
+@kernel
+def _look(phases, steps, ticks, closed, error, evidence):
+    half = phases.shape[1] // 2
+    row = np.empty(2 * half)
+    for h in range(len(phases)):
+        _advance(phases[h], steps[h], ticks, row)
+        row[:half] *= error if closed else 1.0 - error
+        row[half:] *= 1.0 - error if closed else error
+        total = row.sum()
+        evidence[h] += np.log(total)
+        phases[h] = row / total
+
+
+@kernel
+def _closed(phases, steps, ticks):
+    half = phases.shape[1] // 2
+    found, row = np.empty(len(phases)), np.empty(2 * half)
+    for h in range(len(phases)):
+        _advance(phases[h], steps[h], ticks, row)
+        found[h] = row[half:].sum()
+    return found

@@ -1,0 +1,179 @@
+"""PlaceDoors: the doors that a robot suspects in a place, and its belief about each of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from dynslam_env.patrol.door_shapes import looked, suspects
+from dynslam_env.patrol.dwell_laws import (
+    PRIOR_WEIGHT,
+    DoorFilter,
+    DwellLaws,
+    responsibilities,
+    with_still,
+)
+from slam.geometry import Array, Pose2
+from slam.scan import Scan
+
+SAME_DOOR = 0.4  # m between the middles of one doorway seen twice
+SAME_DIRECTION = 0.35  # rad
+MIN_SIGHTINGS = 3  # scans that show the shape, before a door is suspected
+MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, before the doorway certainly has one
+MEMORY = 50  # sightings that the mean place of a doorway remembers
+MIN_BEAMS = 4  # that reach a doorway, for a look
+MAX_SENSOR_DISTANCE = 8.0  # m
+CLOSED_SHARE, OPEN_SHARE = 0.8, 0.4  # of the beams that end at the doorway
+CONFIRMING = 0.6  # s within which a second look of the same state confirms it
+LOOK_ODDS = 30.0  # of a look that is not yet confirmed
+STILL_WITH_LEAF = 0.03  # P(a door never flips), if its leaf was seen
+BARE_STILL_DOORS, BARE_DOORS = 0.5, 1.0  # prior counts of doorways without a leaf, and of all
+DRIFT_AGES = np.array([0.0, 0.5, 1, 2, 3, 5, 8, 12, 20, 30, 50, 80, 120, 200, 300, 500, 800])  # s
+REFRESH = 1.0  # s between two estimates of the shared weights of the laws
+
+
+class SuspectedDoor:
+    """A doorway that may have a leaf.
+
+    place      (4,) x, y of the middle, m; direction of the wall, rad; width, m
+    sightings  scans that showed its shape
+    leaves     scans that showed a leaf
+    filter     of its state; None before the first confirmed look
+    """
+
+    def __init__(self, row: Array, laws: DwellLaws):
+        self.place = row[:4].copy()
+        self.sightings, self.leaves = 0, 0
+        self.filter = DoorFilter(laws)
+        self.pending: tuple[float, float] | None = None  # time and odds of being closed
+        self.see(row)
+
+    def see(self, row: Array) -> None:
+        """Add a row of `suspects`: the mean place moves towards it."""
+        self.sightings += 1
+        self.leaves += int(row[4])
+        share = 1.0 / min(self.sightings, MEMORY)
+        turn = np.array([1.0, 1.0, 0.0, 1.0]) * (row[:4] - self.place)
+        turn[2] = _turn(self.place[2], row[2])
+        self.place += share * turn
+
+    def near(self, x: float, y: float, direction: float) -> bool:
+        """Whether a doorway with this middle, m, and direction, rad, is this one."""
+        apart = math.hypot(self.place[0] - x, self.place[1] - y)
+        return apart < SAME_DOOR and abs(_turn(self.place[2], direction)) < SAME_DIRECTION
+
+    def look(self, time: float, share: float) -> None:
+        """Add the share of a scan's beams that ended at the doorway; a state counts once it is
+        confirmed."""
+        if OPEN_SHARE < share < CLOSED_SHARE:
+            self.pending = time, 1.0
+            return
+        closed = share >= CLOSED_SHARE
+        odds = LOOK_ODDS if closed else 1.0 / LOOK_ODDS
+        if self.pending and self.pending[1] == odds and time - self.pending[0] <= CONFIRMING:
+            self.filter.look(time, closed)
+            self.leaves += closed * MIN_LEAF_SIGHTINGS if self.filter.flips else 0
+        self.pending = time, odds
+
+    @property
+    def seen(self) -> bool:
+        """Whether its state was ever seen."""
+        return self.filter.time is not None
+
+    @property
+    def has_leaf(self) -> bool:
+        """Whether a leaf was seen, by its shape or by a flip."""
+        return self.leaves >= MIN_LEAF_SIGHTINGS or self.filter.flips > 0
+
+
+class PlaceDoors:
+    """All suspected doors of a place, and the laws that they share."""
+
+    def __init__(self) -> None:
+        self.laws = DwellLaws()
+        self.doors: list[SuspectedDoor] = []
+        self.weights, self.still = self.laws.prior, BARE_STILL_DOORS / BARE_DOORS
+        self._refreshed = -math.inf
+        self._drift = self._drifts()
+
+    def look(self, scan: Scan, pose: Pose2) -> None:
+        """Add a scan at `pose`: new shapes, and the states of the doorways in view."""
+        for row in suspects(scan, pose):
+            self._see(row)
+        for door in self.doors:
+            if math.hypot(door.place[0] - pose.x, door.place[1] - pose.y) > MAX_SENSOR_DISTANCE:
+                continue
+            reached, ended, leaf = looked(scan, pose, door.place)
+            if reached >= MIN_BEAMS:
+                door.look(scan.time, ended / reached)
+            elif leaf:
+                door.look(scan.time, 0.0)
+
+    def known(self) -> list[SuspectedDoor]:
+        """The doors with enough sightings."""
+        return [door for door in self.doors if door.sightings >= MIN_SIGHTINGS]
+
+    def closed(self, door: SuspectedDoor, time: float) -> float:
+        """P(closed at `time`), s, of a suspected door."""
+        self._refresh(time)
+        own = responsibilities(door.filter.evidence, self._prior(door))
+        p = float(own @ door.filter.closed(time))
+        if door.pending and time - door.pending[0] <= CONFIRMING:
+            p = _after(p, door.pending[1])
+        return p
+
+    def drifted(self, closed: Array, ages: Array, time: float) -> Array:
+        """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
+        not recognised: as a new door of this place."""
+        self._refresh(time)
+        was_open, was_closed = (np.interp(ages, DRIFT_AGES, row) for row in self._drift)
+        return was_open + closed * (was_closed - was_open)
+
+    def _see(self, row: Array) -> None:
+        for door in self.doors:
+            if door.near(row[0], row[1], row[2]):
+                door.see(row)
+                return
+        self.doors.append(SuspectedDoor(row, self.laws))
+
+    def _prior(self, door: SuspectedDoor) -> Array:
+        """(h,) weights of the laws for a door; with a leaf it is hardly one that never flips."""
+        return with_still(self.weights, STILL_WITH_LEAF if door.has_leaf else self.still)
+
+    def _refresh(self, time: float) -> None:
+        """Estimate the shared weights anew, once every REFRESH s: one step of EM."""
+        if time < self._refreshed + REFRESH:
+            return
+        self._refreshed = time
+        doors = [door for door in self.known() if door.seen]
+        total = PRIOR_WEIGHT * self.laws.prior
+        still, bare = BARE_STILL_DOORS, BARE_DOORS
+        for door in doors:
+            share = responsibilities(door.filter.evidence, self._prior(door))
+            if door.has_leaf:
+                total[:-1] += share[:-1]
+            else:
+                still, bare = still + share[-1], bare + 1.0
+        self.weights, self.still = total / total.sum(), still / bare
+        self._drift = self._drifts()
+
+    def _drifts(self) -> Array:
+        """(2, a) P(closed) of a new door, DRIFT_AGES s after it was seen open, and closed."""
+        found = np.empty((2, len(DRIFT_AGES)))
+        for closed in (False, True):
+            door = DoorFilter(self.laws)
+            door.look(0.0, closed)
+            own = responsibilities(door.evidence, with_still(self.weights, STILL_WITH_LEAF))
+            found[int(closed)] = [own @ door.closed(age) for age in DRIFT_AGES]
+        return found
+
+
+def _turn(a: float, b: float) -> float:
+    """rad from direction `a` to `b`, of lines: -pi/2 to pi/2."""
+    return math.remainder(b - a, math.pi)
+
+
+def _after(p: float, odds: float) -> float:
+    """Bayes' rule: `p` after evidence of these odds."""
+    return odds * p / (odds * p + 1.0 - p)

@@ -1,0 +1,49 @@
+import math
+
+import numpy as np
+import pytest
+
+from dynslam_env.patrol.door_shapes import looked, suspects
+from slam import Pose2
+
+from .doorway import FACE, HALF_WIDTH, doorway
+
+FACING = Pose2(0.0, 0.0, math.pi / 2)
+PLACE = np.array([0.0, FACE + 0.1, 0.0, 2 * HALF_WIDTH])
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_doorway_is_recognised_open_and_closed(closed):
+    ((x, y, direction, width, leaf, shut),) = suspects(doorway(closed), FACING)
+    assert (x, y) == pytest.approx((0.0, FACE), abs=0.05)
+    assert math.sin(direction) == pytest.approx(0.0, abs=0.05)
+    assert width == pytest.approx(2 * HALF_WIDTH, abs=0.05)
+    assert (leaf, shut) == (closed, closed)
+
+
+@pytest.mark.parametrize("half", [0.0, 0.2, 1.0])
+def test_walls_and_gaps_of_another_width_are_no_doors(half):
+    for closed in (False, True):
+        assert len(suspects(doorway(closed, half=half), FACING)) == 0
+
+
+def test_it_is_found_where_the_robot_is():
+    moved = Pose2(3.0, -1.0, 0.3) @ FACING
+    ((x, y, *_),) = suspects(doorway(True), moved)
+    expected = Pose2(3.0, -1.0, 0.3) @ Pose2(0.0, FACE, 0.0)
+    assert (x, y) == pytest.approx(expected[:2], abs=0.05)
+
+
+def test_beams_end_at_a_closed_door_and_pass_an_open_one():
+    reached, ended, leaf = looked(doorway(True), FACING, PLACE)
+    assert reached > 10
+    assert ended == reached
+    assert not leaf
+    reached, ended, _ = looked(doorway(False), FACING, PLACE)
+    assert reached > 10
+    assert ended == 0
+
+
+def test_a_doorway_behind_the_robot_or_behind_a_wall_is_not_looked_at():
+    assert looked(doorway(True), FACING, np.array([0.0, -2.0, 0.0, 0.9]))[0] == 0
+    assert looked(doorway(True), FACING, np.array([2.0, FACE + 1.0, 0.0, 0.9]))[0] == 0
