@@ -21,7 +21,7 @@ SHORTEST = 0.3  # m, of a leaf
 
 
 def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
-    """(2, 2) ends of each gap with at least this probability, m, of a file that `dynslam map` wrote.
+    """(2, 2) ends of each gap of at least this probability, m, of a file of `dynslam map`.
 
     Raises InputError for another file.
     """

@@ -209,7 +209,7 @@ def _print_layers(summary: dict[str, Any]) -> None:
     for number, door in enumerate(doors[:MAX_DOORS_PRINTED], 1):
         x, y = door["middle"]
         print(
-            f"  {number:>3}  {100 * door['probability']:.0f} %, at ({x:.1f}, {y:.1f}), "
+            f"  {number:>3}  {min(round(100 * door['probability']), 99)} %, at ({x:.1f}, {y:.1f}), "
             f"{door['width']:.2f} m wide, open {100 * door['open_share']:.0f} % of the time, "
             f"changes seen: {door['flips']}"
         )
