@@ -26,6 +26,8 @@ SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces th
 OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
+CERTAIN = 10.0  # nats by which they do so, whatever the map says: a place may have changed
+CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most
 LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
@@ -84,8 +86,11 @@ class OdometryFailure:
             return found
         if worse + self._provable(overlaps) + self.wide.prior_odds(prediction, found) > 0.0:
             pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
-            proof = evidence(overlaps, recent.overlaps(match, pose))
-            if odds + proof > 0.0 and self._agrees(match.agreement(pose)):
+            corrected = recent.overlaps(match, pose)
+            proof = evidence(overlaps, corrected)
+            usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP
+            agrees = (usual and proof > CERTAIN) or self._agrees(match.agreement(pose))
+            if odds + proof > 0.0 and agrees:
                 self.sudden = proof < PROVEN
                 return pose
         for sign in suspected:
