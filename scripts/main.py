@@ -100,7 +100,7 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
         ),
         "belief": Subcommand(
             "studies.belief", "BeliefCommand",
-            "Compare two beliefs about doors, on patrols that see them, saw them or never did.",
+            "Compare two beliefs about doors on the same drives: `DynamicMap` and `BeliefMap`.",
         ),
         "forecast": Subcommand(
             "studies.forecast", "ForecastCommand",

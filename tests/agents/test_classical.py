@@ -1,3 +1,4 @@
+import inspect
 from typing import Any
 
 import gymnasium as gym
@@ -77,7 +78,7 @@ def test_nobody_looks_at_the_truth(name, monkeypatch):
 
 def trap(key, asked, thinking):
     """The attribute as it was; who reads it while an agent thinks is taken down."""
-    true = vars(DoorWorldEnv)[key]
+    true = inspect.getattr_static(DoorWorldEnv, key)
     read = true.fget if isinstance(true, property) else None
 
     def get(self):
