@@ -2,8 +2,6 @@
 
 A closed leaf is a straight line of changing cells between two static cells, as long as a door is
 wide. An open leaf touches one end of the gap only, and traces of people hardly ever fill a gap.
-Static cells within the swing of a leaf are the open leaf itself: no beam passes through it while
-the door is open, and it is not observed there while the door is closed.
 """
 
 from __future__ import annotations
