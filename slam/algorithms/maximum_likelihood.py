@@ -101,10 +101,13 @@ class MaximumLikelihood:
             if keyframe or (self.watch is not None and self.watch.surprised(scan, estimate)):
                 estimate = self._checked(scan, estimate)
                 self._map(scan, estimate)
-        else:
-            estimate = self._dead_reckoned()
+            self.pose = estimate.pose
+            return estimate if self.watch is None else self.watch.told(estimate)
+        estimate = self._dead_reckoned()
         self.pose = estimate.pose
-        return estimate if self.watch is None else self.watch.told(estimate)
+        if self.watch is None:
+            return estimate
+        return self.watch.glanced(estimate, scan, self._since_keyframe.displacement)
 
     def remember(
         self,

@@ -8,10 +8,10 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.motion.gaussian import GaussianMotion
+from slam.motion.long_errors import LONG, LongErrors
 from slam.validation import instance, positive_number
 
 MIN_DISTANCE = 0.02  # m, at least, that an error of the heading is divided by to give a rate
-STEP = 1.5  # m; errors of longer displacements are those of so many independent steps
 SCALE_DEVIATION = 0.1  # of the distances that the odometry reports, before anything is learned
 SCALE_DRIFT = 0.005  # random walk of their error within a metre
 MIN_SCALE_ERROR = 0.1  # smaller errors are not corrected
@@ -83,6 +83,7 @@ class AdaptiveOdometry:
         self.rate = base.rotation_per_m / width
         self._rotation_per_m = base.rotation_per_m
         self.scale = DistanceScale()
+        self._long = LongErrors()
 
     def corrected(self, displacement: Pose2) -> Pose2:
         """The displacement, longer or shorter if the odometry's distances are wrong."""
@@ -91,10 +92,20 @@ class AdaptiveOdometry:
 
     def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
-        share = min(math.sqrt(STEP / max(math.hypot(displacement.x, displacement.y), STEP)), 1.0)
-        part = Pose2(share * displacement.x, share * displacement.y, displacement.theta)
-        deviations = self.base.deviations(part)
-        deviations[2] = self.base.rotation(part, self._rotation_per_m)
+        driven = math.hypot(displacement.x, displacement.y)
+        if driven < LONG:
+            return self._short(displacement)
+        share = math.sqrt(LONG / driven)
+        short = self._short(
+            Pose2(share * displacement.x, share * displacement.y, displacement.theta)
+        )
+        turn = self.base.deviations(Pose2(0.0, 0.0, displacement.theta))
+        return np.minimum(short, np.hypot(self._long.deviations(driven), turn))
+
+    def _short(self, displacement: Pose2) -> Array:
+        """The deviations by the errors of keyframes."""
+        deviations = self.base.deviations(displacement)
+        deviations[2] = self.base.rotation(displacement, self._rotation_per_m)
         return deviations
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
@@ -103,6 +114,7 @@ class AdaptiveOdometry:
         driven = math.hypot(displacement.x, displacement.y)
         if driven == 0.0:
             return
+        self._long.learn(self.corrected(displacement), found)
         self._learn_scale(displacement, driven, found, covariance)
         error = math.remainder(found.theta - displacement.theta, math.tau)
         expected = math.hypot(

@@ -94,6 +94,10 @@ class Prediction:
         """(3,) the error that results in a pose."""
         return np.array(_error(np.array(pose), self._centre, self._moved))
 
+    def within(self, deviations: float) -> tuple[float, float]:
+        """m and rad of so many standard deviations."""
+        return deviations * float(self.deviations[:2].max()), deviations * float(self.deviations[2])
+
     def log_density(self, poses: Array) -> Array:
         """(n,) log p(s | u, s') of poses (n, 3), up to a constant."""
         return _log_density(poses, *self.gaussian)

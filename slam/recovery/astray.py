@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import Place, Places, Surroundings, agree, same_place
+from slam.recovery.places import Place, Places, Surroundings, agree, near, same_place
 from slam.scan import Scan
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
@@ -35,12 +35,15 @@ class Demands(NamedTuple):
     sudden        whether a scan that was not continuous preceded: the robot was carried, and is at
                   the believed place only if the map agrees
     usual         share of the echoes that the map explains in this recording
+    within        m and rad from the believed place; None: anywhere. After a gap in the scans the
+                  odometry did not fail: the robot may see new ground that looks like another place
     """
 
     path: float
     contradicted: float
     sudden: bool
     usual: float = 0.9
+    within: tuple[float, float] | None = None
 
 
 SUDDEN = Demands(0.7, 0.2, True)
@@ -116,7 +119,7 @@ class Astray:
         row must find it."""
         best = self._places.best(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
-        if best is None:
+        if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
         explained = best.agreement.explained - LESS_EXPLAINED
@@ -124,6 +127,11 @@ class Astray:
             alone = self._places.better_than(scan, best, -MIN_GAIN, explained) is None
             return best, CONFIRMED if alone else REPEATED
         return here if best.value - here.value < TIE else None, CONFIRMED
+
+    def _possible(self, place: Place, believed: Pose2) -> bool:
+        """Whether a place is as near to the believed one as the demands ask."""
+        within = self._demands.within
+        return within is None or near(place.pose, believed, *within)
 
     def _meets(self, place: Place) -> bool:
         """Whether a place meets the demands."""

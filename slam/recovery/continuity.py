@@ -65,11 +65,15 @@ class Recent:
         known."""
         if not match.continuous:
             self.clear()
-        seen, step = self._sight(match.scan), match.last.between(match.estimate.pose)
-        changed = change(self._sights[-1], seen, step) if self._sights else 0.0
-        self._sights.append(seen)
+        step = match.last.between(match.estimate.pose)
+        changed = self.change(match.scan, step)
+        self._sights.append(self._sight(match.scan))
         self._steps.append(step)
         return changed
+
+    def change(self, scan: Scan, displacement: Pose2) -> float:
+        """The change of a scan since the last keyframe, `displacement` before; 0 if not known."""
+        return change(self._sights[-1], self._sight(scan), displacement) if self._sights else 0.0
 
     def overlaps(self, match: Match, pose: Pose2) -> Array:
         """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if

@@ -14,6 +14,7 @@ from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
 CONTINUOUS = 0.35, math.radians(25.0)  # m, rad, between scans that see much the same
+GAP = 1.5  # m between keyframes: the scans were interrupted
 
 
 class Match(NamedTuple):
@@ -35,6 +36,11 @@ class Match(NamedTuple):
     def continuous(self) -> bool:
         """Whether by the odometry it was taken so near to the last one that it sees the same."""
         return near(self.last, self.prediction.pose, *CONTINUOUS)
+
+    @property
+    def after_gap(self) -> bool:
+        """Whether by the odometry it was taken so far from the last one that scans are missing."""
+        return math.dist(self.last[:2], self.prediction.pose[:2]) > GAP
 
     def agreement(self, pose: Pose2) -> Agreement:
         """The agreement of the map with the scan at a pose."""

@@ -32,8 +32,8 @@ LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, a
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
-GAP = 1.5  # m between keyframes, after which
-LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes is asked of a match
+LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes, is asked of a match after a gap,
+FAR, FAR_EXPLAINED = 2.0, 0.55  # deviations of the odometry, beyond which more is asked
 
 
 class OdometryFailure:
@@ -127,10 +127,11 @@ class OdometryFailure:
 
     def _after_gap(self, match: Match) -> Pose2:
         """The pose of the match, or the predicted one: the scan may see new ground."""
-        gap = math.dist(match.last[:2], match.prediction.pose[:2]) > GAP
-        explained = match.agreement(match.estimate.pose).explained
-        seen = explained > LEAST_EXPLAINED * self._belief.explained
-        return match.prediction.pose if gap and not seen else match.estimate.pose
+        found, prediction = match.estimate.pose, match.prediction
+        far = np.linalg.norm(prediction.error(found) / prediction.deviations) > FAR
+        least = (FAR_EXPLAINED if far else LEAST_EXPLAINED) * self._belief.explained
+        seen = match.agreement(found).explained > least
+        return prediction.pose if match.after_gap and not seen else found
 
 
 def evidence(found: Array, corrected: Array) -> float:

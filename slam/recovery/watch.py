@@ -21,6 +21,7 @@ from slam.scan import Scan
 
 DOUBTED = 0.005  # probability of being lost, above which no keyframe is integrated
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
+STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardly moved
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 MIN_VOTES = 3  # in a row against the believed place
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed
@@ -33,6 +34,7 @@ STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a 
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
+GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is not farther off
 FOUND = 0.002  # probability of being lost after the robot was found again
 
 
@@ -56,6 +58,7 @@ class Watch:
         self._recent = Recent()
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
+        self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
 
@@ -75,12 +78,21 @@ class Watch:
         demands = GRADUAL if self._jump is None else SUDDEN
         usual = self.belief.contradicted + FOUND_CONTRADICTED
         return demands._replace(
-            contradicted=max(demands.contradicted, usual), usual=self.belief.explained
+            contradicted=max(demands.contradicted, usual),
+            usual=self.belief.explained,
+            within=self._within,
         )
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
         return estimate._replace(lost=self.belief.probability)
+
+    def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:
+        """The same for a scan that is not matched, `displacement` after the last keyframe: if it
+        changed much, the robot may be elsewhere, or its odometry be late."""
+        change = self._recent.change(scan, displacement)
+        lost = max(self.belief.probability, UNCHECKED if change > STARTLING else 0.0)
+        return estimate._replace(lost=lost)
 
     def found(self) -> None:
         """The robot was found again."""
@@ -102,6 +114,8 @@ class Watch:
         """Update the belief by a keyframe; other places are searched for in the `surroundings`."""
         pose = match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
+        if not self.doubted:
+            self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None
         agreement, changed = match.agreement(pose), self._recent.add(match)
         self.belief.update(agreement, changed, self.odometry.sudden)
         self.odometry.sudden = False

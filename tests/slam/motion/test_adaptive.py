@@ -6,8 +6,9 @@ import pytest
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.motion.adaptive import STEP, AdaptiveOdometry
+from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import GaussianMotion
+from slam.motion.long_errors import FEW, LONG, WINDOW, LongErrors
 
 EXACT = np.zeros((3, 3))
 WIDE = math.radians(120.0)
@@ -88,7 +89,7 @@ def test_no_scale_is_learned_where_the_scan_tells_nothing() -> None:
 
 def test_errors_of_a_long_displacement_grow_with_its_square_root() -> None:
     model = AdaptiveOdometry()
-    one, four = (model.deviations(Pose2(d, 0.0, 0.0)) for d in (STEP, 4.0 * STEP))
+    one, four = (model.deviations(Pose2(d, 0.0, 0.0)) for d in (LONG, 4.0 * LONG))
     assert four == pytest.approx(2.0 * one, rel=0.02)
 
 
@@ -104,3 +105,41 @@ def test_no_displacement_is_corrected_and_turns_on_the_spot_teach_nothing() -> N
 def test_bad_parameters_are_refused(bad: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=rf"AdaptiveOdometry\.{next(iter(bad))}"):
         AdaptiveOdometry(**bad)
+
+
+def noisy(step: float, way: float) -> AdaptiveOdometry:
+    """A model of an odometry whose errors are noise of each step, 0.5 mm and 2 degrees."""
+    model, rng = AdaptiveOdometry(), np.random.default_rng(0)
+    for _ in range(round(way / step)):
+        found = Pose2(step, *rng.normal(0.0, [5e-4, math.radians(2.0)]).tolist())
+        model.learn(Pose2(step, 0.0, 0.0), found, EXACT)
+    return model
+
+
+def test_noise_of_keyframes_does_not_widen_long_displacements() -> None:
+    model, drive = noisy(0.1, 6.0), Pose2(4.0, 0.0, 0.0)
+    heading = math.radians(2.0) * math.sqrt(40.0)  # that the noise of 40 steps adds up to
+    assert math.degrees(model.rate * 4.0) > 60.0
+    assert heading < model.deviations(drive)[2] < 4.0 * heading
+    assert (model.deviations(drive)[:2] < 0.5 * GaussianMotion().deviations(drive)[:2]).all()
+    short = Pose2(0.2, 0.0, 0.1)
+    np.testing.assert_array_equal(
+        model.deviations(short)[:2], GaussianMotion().deviations(short)[:2]
+    )
+
+
+def test_a_bias_widens_them() -> None:
+    model = AdaptiveOdometry()
+    for _ in range(60):
+        model.learn(Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.0, math.radians(1.5)), EXACT)
+    assert model.deviations(Pose2(4.0, 0.0, 0.0))[2] > math.radians(60.0)
+
+
+def test_few_windows_and_long_displacements_teach_nothing_about_long_ones() -> None:
+    errors, step = LongErrors(), Pose2(WINDOW, 0.0, 0.0)
+    for _ in range(FEW - 1):
+        errors.learn(step, step)
+        errors.learn(Pose2(LONG, 0.0, 0.0), Pose2())
+    assert np.isinf(errors.deviations(LONG)).all()
+    errors.learn(step, step)
+    assert (errors.deviations(LONG) < 0.1).all()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agents import record_path
-from dynslam_env import CarriedAway, Loop, Odometry, Slip
+from dynslam_env import CarriedAway, Gap, Loop, Odometry, OdometryScale, Slip
 from slam import make
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
@@ -15,6 +15,7 @@ from slam.geometry import wrap_angle
 from slam.interface import LOST_DISTANCE, LOST_TURN
 
 WHEELS = Odometry(bias=0.02, alpha1=4e-4, alpha2=1e-4, alpha3=4e-4, alpha4=1e-4)
+CALIBRATED = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)
 SEEDS = (201, 202)
 
 
@@ -109,3 +110,14 @@ def test_new_ground_that_looks_like_a_place_on_the_map_is_no_proof(variant: str)
     away = result.online - episode.known_truth("this test").poses
     assert (result.lost <= 0.5).all()
     assert np.hypot(*away[:, :2].T).max() < 0.1
+
+
+@pytest.mark.parametrize(("world", "seed"), [("Loop", 91), ("Loop", 100), ("Office", 102)])
+def test_new_ground_after_a_gap_is_drawn_where_the_odometry_leads(world: str, seed: int) -> None:
+    """The map explains a third of the scan after the gap, by walls of the passage before."""
+    faults = [OdometryScale(1.01), Gap(10.0, (10.0, 20.0))]
+    episode = record_path(f"Door{world}-v0", seed, odometry=CALIBRATED, faults=faults)
+    result = run(make("static-ml", true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE + 0.05
+    assert result.lost[-1] < 0.01
