@@ -47,6 +47,9 @@ class Sight(NamedTuple):
     mount: Pose2
 
 
+Row = tuple[Array, Array, np.ndarray, Array]  # see `_overlaps`
+
+
 class Recent:
     """What the last keyframes saw, as far as each sees much the same as the one before."""
 
@@ -54,11 +57,13 @@ class Recent:
         self._sights: deque[Sight] = deque(maxlen=RECENT)
         self._steps: deque[Pose2] = deque(maxlen=RECENT)  # to each of them from the one before
         self._latest: tuple[Scan, Sight] | None = None
+        self._row: Row | None = None  # of the sights, for the kernel
 
     def clear(self) -> None:
         """Forget the keyframes: the next one is taken elsewhere."""
         self._sights.clear()
         self._steps.clear()
+        self._row = None
 
     def add(self, match: Match) -> float:
         """Add a keyframe; returns the change of the scan since the one before, 0 if that is not
@@ -69,6 +74,7 @@ class Recent:
         changed = self.change(match.scan, step)
         self._sights.append(self._sight(match.scan))
         self._steps.append(step)
+        self._row = None
         return changed
 
     def change(self, scan: Scan, displacement: Pose2) -> float:
@@ -78,18 +84,30 @@ class Recent:
     def overlaps(self, match: Match, pose: Pose2) -> Array:
         """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
         it was taken at `pose`; and the number of its echoes in view."""
-        seen, away = self._sight(match.scan), match.last.between(pose)
-        result = []
-        for before, step in zip(reversed(self._sights), reversed(self._steps), strict=True):
-            result.append(overlap(before, seen, away))
-            away = step @ away
-        return np.array(result).reshape(-1, 2)
+        if not self._sights:
+            return np.empty((0, 2))
+        if self._row is None:
+            self._row = _row(list(reversed(self._sights)), list(reversed(self._steps)))
+        points = self._sight(match.scan).points
+        step = max(math.ceil(len(points) / FEW), 1)
+        return _overlaps(*self._row, points, step, tuple(match.last.between(pose)))
 
     def _sight(self, scan: Scan) -> Sight:
         """What the scan saw; that of a keyframe is needed up to three times."""
         if self._latest is None or self._latest[0] is not scan:
             self._latest = scan, sight(scan)
         return self._latest[1]
+
+
+def _row(sights: list[Sight], steps: list[Pose2]) -> Row:
+    """What `_overlaps` reads of sights, and of the steps to each from the one after it."""
+    ends = np.cumsum([0, *(len(one.outline) for one in sights)])
+    frames = np.array(
+        [(one.angles[0], one.angles[-1], *one.mount.inverse(), *step)
+         for one, step in zip(sights, steps, strict=True)]
+    )  # fmt: skip
+    outline = np.concatenate([one.outline for one in sights])
+    return outline, np.concatenate([one.bearings for one in sights]), ends, frames
 
 
 def sight(scan: Scan) -> Sight:
@@ -107,19 +125,6 @@ def change(before: Sight, after: Sight, displacement: Pose2) -> float:
     """Share of the echoes of two scans, between which the robot moved by `displacement`, that lie
     where the other scan saw free space; from 0 to 2, the sum of both directions."""
     return _share(before, after, displacement) + _share(after, before, displacement.inverse())
-
-
-def overlap(before: Sight, after: Sight, displacement: Pose2) -> tuple[float, int]:
-    """Share of the echoes of the second scan, as far as they are in the view of the first, that lie
-    on surfaces of the first, if the robot moved by `displacement` between them; and their
-    number."""
-    sensor = before.mount.inverse() @ displacement
-    view = before.angles[0], before.angles[-1]
-    step = max(math.ceil(len(after.points) / FEW), 1)
-    agreeing, known = _near(
-        before.outline, before.bearings, view, after.points, step, sensor.x, sensor.y, sensor.theta
-    )
-    return (agreeing / known if known >= MIN_POINTS else 0.0), known * step
 
 
 def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:
@@ -171,6 +176,37 @@ def _following(angles, angle, place):
     while place < len(angles) and angles[place] < angle:
         place += 1
     return place
+
+
+@kernel
+def _overlaps(outlines, bearings, ends, frames, points, step, away):
+    """See `Recent.overlaps`: of scans one after the other in outlines (n, 2) and bearings (n,), up
+    to the `ends` of each; of the points one in `step` is compared.
+
+    frames  (k, 8) of each scan: its first and last angle; the robot's pose from its sensor; its
+            pose from the scan that follows in the row
+    away    pose of the points from the first scan
+    """
+    result = np.empty((len(frames), 2))
+    for k in range(len(frames)):
+        first, last, mx, my, mt, sx, sy, st = frames[k]
+        sensor = _after((mx, my, mt), away)
+        begin, end = ends[k], ends[k + 1]
+        number, known = _near(
+            outlines[begin:end], bearings[begin:end], (first, last), points, step, *sensor
+        )
+        result[k, 0] = number / known if known >= MIN_POINTS else 0.0
+        result[k, 1] = known * step
+        away = _after((sx, sy, st), away)
+    return result
+
+
+@kernel
+def _after(one, other):
+    """The pose `other`, given in the frame of `one`."""
+    c, s = np.cos(one[2]), np.sin(one[2])
+    x, y = one[0] + c * other[0] - s * other[1], one[1] + s * other[0] + c * other[1]
+    return x, y, one[2] + other[2]
 
 
 @kernel

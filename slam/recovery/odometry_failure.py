@@ -77,7 +77,7 @@ class OdometryFailure:
         found, prediction = match.estimate.pose, match.prediction
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
-        fall = self.fall(overlaps[:, 0])
+        fall = self.fall(overlaps[:, 0].tolist())
         self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL
         error = (np.abs(prediction.error(found)) / prediction.deviations).max()
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
@@ -111,13 +111,14 @@ class OdometryFailure:
             self._step += (abs(step) - self._step) * STEP_RATE
         return sudden
 
-    def fall(self, overlaps: Array) -> float:
+    def fall(self, overlaps: list[float]) -> float:
         """By how much more the overlap falls at one of the last scans than at any other one."""
         if len(overlaps) < RECENT:
             return 0.0
         self._overlap += (overlaps[0] - self._overlap) * OVERLAP_RATE
-        steps = np.sort(-np.diff(overlaps, prepend=self._overlap))
-        return float(steps[-1] - max(steps[-2], 0.0))
+        before = [self._overlap, *overlaps]
+        second, first = sorted(a - b for a, b in zip(before, overlaps, strict=False))[-2:]
+        return first - max(second, 0.0)
 
     def _agrees(self, agreement: Agreement) -> bool:
         """Whether the map agrees with a scan about as usual."""

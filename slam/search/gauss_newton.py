@@ -10,6 +10,9 @@ import numpy as np
 from slam.geometry import Pose2
 from slam.interface import Posterior, Slope
 from slam.kernel import kernel
+from slam.motion.gaussian import add_slope
+from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.field import slope
 from slam.validation import positive, whole
 
 DAMPING = 1e-9  # by the trace of the curvature
@@ -54,20 +57,74 @@ class GaussNewton:
         return self._climb(posterior, pose, 0)
 
     def _climb(self, posterior: Posterior, pose: Pose2, level: int) -> tuple[Pose2, Slope]:
-        here = posterior.slope(pose, level)
-        for _ in range(self.steps):
-            x, y, theta = newton_step(here.gradient, here.curvature)
-            while max(abs(x), abs(y), abs(theta)) > self.precision:
-                turned = math.remainder(pose.theta + theta, math.tau)
-                next_pose = Pose2(pose.x + x, pose.y + y, turned)
-                there = posterior.slope(next_pose, level)
-                if there.value > here.value:
-                    break
-                x, y, theta = x / 4, y / 4, theta / 4
-            else:
+        model, limits = posterior.sensor_model, (self.steps, self.precision)
+        if not isinstance(model, Endpoint):
+            return _ascended(posterior, pose, level, *limits)
+        points, prior = posterior.scan.points, posterior.prediction.gaussian
+        top, *here = _ascended_field(tuple(pose), points, model.reading(level), prior, limits)
+        return Pose2(*top), Slope(*here)
+
+
+def _ascended(
+    posterior: Posterior, pose: Pose2, level: int, steps: int, precision: float
+) -> tuple[Pose2, Slope]:
+    """Where the steps from a pose end, and the posterior there."""
+    here = posterior.slope(pose, level)
+    for _ in range(steps):
+        x, y, theta = newton_step(here.gradient, here.curvature)
+        while max(abs(x), abs(y), abs(theta)) > precision:
+            turned = math.remainder(pose.theta + theta, math.tau)
+            next_pose = Pose2(pose.x + x, pose.y + y, turned)
+            there = posterior.slope(next_pose, level)
+            if there.value > here.value:
                 break
-            here, pose = there, next_pose
-        return pose, here
+            x, y, theta = x / 4, y / 4, theta / 4
+        else:
+            break
+        here, pose = there, next_pose
+    return pose, here
+
+
+@kernel
+def _ascended_field(pose, points, reading, prior, limits):
+    """The same as `_ascended`, compiled: a pose; value, gradient and curvature of the posterior
+    there.
+
+    reading  see `Endpoint.reading`
+    prior    see `Prediction.gaussian`
+    limits   steps, precision
+    """
+    steps, precision = limits
+    here = _slope(pose, points, reading, prior)
+    for _ in range(steps):
+        step = newton_step(here[1], here[2])
+        next_pose, there = _higher(pose, here, step, points, reading, prior, precision)
+        if there[0] <= here[0]:
+            break
+        pose, here = next_pose, there
+    return pose, *here
+
+
+@kernel
+def _higher(pose, here, step, points, reading, prior, precision):
+    """The first pose along a step that is higher than `here`, or else the same; the posterior
+    there."""
+    x, y, theta = step
+    while max(abs(x), abs(y), abs(theta)) > precision:
+        turned = (pose[2] + theta + np.pi) % (2.0 * np.pi) - np.pi
+        next_pose = pose[0] + x, pose[1] + y, turned
+        there = _slope(next_pose, points, reading, prior)
+        if there[0] > here[0]:
+            return next_pose, there
+        x, y, theta = x / 4, y / 4, theta / 4
+    return pose, here
+
+
+@kernel
+def _slope(pose, points, reading, prior):
+    """Value, gradient and curvature of the posterior."""
+    value, g, H = slope(*pose, points, *reading)
+    return value + add_slope(*pose, *prior, g, H), g, H
 
 
 @kernel

@@ -22,6 +22,7 @@ ROUNDING = 1e-6
 # F above which an echo is explained and below which it is contradicted; the prior lies between
 EXPLAINED_F, CONTRADICTED_F = 0.4, 0.1
 TABLE_SIZE = 4096  # values of the logarithm that are tabulated
+Reading = tuple[np.ndarray, Array, tuple[float, float], float, int, float]  # see `field.slope`
 
 
 class Endpoint:
@@ -144,13 +145,15 @@ class Endpoint:
             self._peaks = Peaks(self.tiles, self._field, self.unknown, *self._span)
         return self.beta * self._peaks.bounds(scan.points, poses, reach)
 
+    def reading(self, level: int) -> Reading:
+        """What kernels evaluate the field of `level` by."""
+        tiles = self.tiles
+        values = self.field(level).values
+        return tiles.index, values, tiles.origin, tiles.resolution, level, self.beta
+
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature of the log-likelihood, from the field of `level`."""
-        tiles = self.tiles
-        return Slope(*field.slope(
-            *pose, scan.points, tiles.index, self.field(level).values, tiles.origin,
-            tiles.resolution, level, self.beta,
-        ))  # fmt: skip
+        return Slope(*field.slope(*pose, scan.points, *self.reading(level)))
 
 
 class FrozenEndpoint:

@@ -6,7 +6,7 @@ import pytest
 from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
-from slam.recovery.continuity import RECENT, Recent, change, overlap, sight
+from slam.recovery.continuity import RECENT, Recent, change, sight
 from slam.recovery.match import Match
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
@@ -63,7 +63,11 @@ def test_beams_without_a_reading_contradict_nothing():
 
 
 def seen_again(before: Scan, after: Scan, displacement: Pose2) -> float:
-    return overlap(sight(before), sight(after), displacement)[0]
+    recent, prediction = Recent(), Prediction(Pose2(), Pose2(), np.full(3, 0.05))
+    estimate = Estimate(Pose2(), np.zeros((3, 3)), 0.0, True)
+    recent.add(Match(Endpoint(), before, Pose2(), prediction, estimate))
+    match = Match(Endpoint(), after, Pose2(), prediction, estimate)
+    return float(recent.overlaps(match, displacement)[0, 0])
 
 
 @pytest.mark.parametrize("moved", [Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.05, 0.17), Pose2()])

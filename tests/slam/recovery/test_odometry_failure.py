@@ -21,7 +21,7 @@ def seen(*shares: float, echoes: int = 100) -> np.ndarray:
 
 
 def after(failure: OdometryFailure, overlaps: list[np.ndarray]) -> list[float]:
-    return [failure.fall(one) for one in overlaps]
+    return [failure.fall(one.tolist()) for one in overlaps]
 
 
 def test_a_slip_lets_the_overlap_with_all_scans_before_it_fall(failure):
@@ -40,7 +40,7 @@ def test_new_ground_lets_it_fall_step_by_step(failure):
 
 
 def test_few_scans_tell_nothing(failure):
-    assert failure.fall(np.array([0.9, 0.2])) == 0.0
+    assert failure.fall([0.9, 0.2]) == 0.0
     assert evidence(seen(0.9, 0.2), seen(0.2, 0.9)) == 0.0
 
 

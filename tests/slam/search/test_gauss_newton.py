@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from slam.geometry import Pose2, compose
 from slam.interface import Posterior, Slope
 from slam.motion.gaussian import Prediction
-from slam.search.gauss_newton import GaussNewton
+from slam.search.gauss_newton import GaussNewton, _ascended
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.search.maps import in_room, room, view
 from tests.slam.search.objectives import WIDTH, Peaks, Plain, posterior
 from tests.slam.worlds import beam
@@ -61,20 +62,24 @@ def test_it_never_ends_lower_than_it_began(off, start) -> None:
 
 def test_every_step_leads_up() -> None:
     asked = in_room(room(), TRUTH, TRUTH @ Pose2(0.1, -0.1, 0.1), Pose2(), WIDE)
-    values, slope = [], asked.slope
-
-    def noted(pose, level=0):
-        found = slope(pose, level)
-        values.append(found.value)
-        return found
-
-    asked.slope = noted  # pyright: ignore
-    last = -math.inf
+    start = asked.prediction.pose
+    last = asked.slope(start).value
     for steps in range(1, 8):
-        values.clear()
-        end = climbed(asked, asked.prediction.pose, levels=1, steps=steps)
-        assert slope(end).value == max(values) >= last
-        last = max(values)
+        value = asked.slope(climbed(asked, start, levels=1, steps=steps)).value
+        assert value >= last
+        last = value
+
+
+@pytest.mark.parametrize("level", [0, 1])
+@pytest.mark.parametrize("off", [Pose2(0.1, -0.1, 0.1), Pose2(-0.4, 0.2, 0.3)])
+def test_the_compiled_climb_ends_where_that_of_any_sensor_model_does(off: Pose2, level) -> None:
+    asked = in_room(room(), TRUTH, TRUTH @ off, Pose2(), WIDE)
+    climb, start = GaussNewton(), asked.prediction.pose
+    pose, here = climb._climb(asked, start, level)
+    plain, there = _ascended(asked, start, level, climb.steps, climb.precision)
+    np.testing.assert_allclose(pose, plain, atol=1e-9)
+    for mine, other in zip(here, there, strict=True):
+        np.testing.assert_allclose(mine, other, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("start", [Pose2(), Pose2(1.0, -2.0, 3.1), Pose2(-3.0, 0.0, -3.14)])
@@ -168,13 +173,15 @@ def test_coarse_levels_find_home_from_farther() -> None:
 
 def test_it_goes_from_coarse_to_fine_through_no_more_levels_than_there_are() -> None:
     asked = in_room(room(), TRUTH, TRUTH @ Pose2(0.05, 0.0, 0.02), Pose2(), WIDE)
-    levels, slope = [], asked.slope
+    levels, model = [], asked.sensor_model
+    assert isinstance(model, Endpoint)
+    reading = model.reading
 
-    def noted(pose, level=0):
+    def noted(level):
         levels.append(level)
-        return slope(pose, level)
+        return reading(level)
 
-    asked.slope = noted  # pyright: ignore
+    model.reading = noted  # pyright: ignore
     for asked_for, expected in ((1, [0]), (2, [1, 0]), (3, [2, 1, 0]), (9, [2, 1, 0])):
         levels.clear()
         GaussNewton(levels=asked_for)(asked, RNG)
