@@ -8,7 +8,6 @@ the map.
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +25,7 @@ MAX_GAP = 0.5  # m between neighbouring echoes of one surface
 WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
 FEW = 200  # echoes that are compared, at most
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
+FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 
 
 class Sight(NamedTuple):
@@ -47,23 +47,20 @@ class Sight(NamedTuple):
     mount: Pose2
 
 
-Row = tuple[Array, Array, np.ndarray, Array]  # see `_overlaps`
-
-
 class Recent:
     """What the last keyframes saw, as far as each sees much the same as the one before."""
 
     def __init__(self) -> None:
-        self._sights: deque[Sight] = deque(maxlen=RECENT)
-        self._steps: deque[Pose2] = deque(maxlen=RECENT)  # to each of them from the one before
+        self._last: Sight | None = None  # of the last keyframe
         self._latest: tuple[Scan, Sight] | None = None
-        self._row: Row | None = None  # of the sights, for the kernel
+        self._number, self._newest = 0, -1  # of the keyframes, and the row of the last one, in:
+        self._outlines = np.empty((RECENT, 0, 2))
+        self._bearings = np.empty((RECENT, 0))
+        self._frames = np.empty((RECENT, FRAME))
 
     def clear(self) -> None:
         """Forget the keyframes: the next one is taken elsewhere."""
-        self._sights.clear()
-        self._steps.clear()
-        self._row = None
+        self._last, self._number = None, 0
 
     def add(self, match: Match) -> float:
         """Add a keyframe; returns the change of the scan since the one before, 0 if that is not
@@ -72,42 +69,43 @@ class Recent:
             self.clear()
         step = match.last.between(match.estimate.pose)
         changed = self.change(match.scan, step)
-        self._sights.append(self._sight(match.scan))
-        self._steps.append(step)
-        self._row = None
+        self._last = self._sight(match.scan)
+        self._keep(self._last, step)
         return changed
+
+    def _keep(self, seen: Sight, step: Pose2) -> None:
+        """Write a sight, `step` after the one before, to the rows that `_overlaps` reads."""
+        echoes = len(seen.outline)
+        if echoes > self._bearings.shape[1]:
+            more = echoes - self._bearings.shape[1]
+            self._outlines = np.pad(self._outlines, ((0, 0), (0, more), (0, 0)))
+            self._bearings = np.pad(self._bearings, ((0, 0), (0, more)))
+        row = self._newest = (self._newest + 1) % RECENT
+        self._number = min(self._number + 1, RECENT)
+        self._outlines[row, :echoes] = seen.outline
+        self._bearings[row, :echoes] = seen.bearings
+        view = seen.angles[0], seen.angles[-1]
+        self._frames[row] = echoes, *view, *seen.mount.inverse(), *step
 
     def change(self, scan: Scan, displacement: Pose2) -> float:
         """The change of a scan since the last keyframe, `displacement` before; 0 if not known."""
-        return change(self._sights[-1], self._sight(scan), displacement) if self._sights else 0.0
+        return 0.0 if self._last is None else change(self._last, self._sight(scan), displacement)
 
     def overlaps(self, match: Match, pose: Pose2) -> Array:
         """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
         it was taken at `pose`; and the number of its echoes in view."""
-        if not self._sights:
-            return np.empty((0, 2))
-        if self._row is None:
-            self._row = _row(list(reversed(self._sights)), list(reversed(self._steps)))
-        points = self._sight(match.scan).points
+        points, away = self._sight(match.scan).points, match.last.between(pose)
         step = max(math.ceil(len(points) / FEW), 1)
-        return _overlaps(*self._row, points, step, tuple(match.last.between(pose)))
+        return _overlaps(
+            self._outlines, self._bearings, self._frames, self._newest, self._number, points, step,
+            *away,
+        )  # fmt: skip
 
     def _sight(self, scan: Scan) -> Sight:
         """What the scan saw; that of a keyframe is needed up to three times."""
         if self._latest is None or self._latest[0] is not scan:
             self._latest = scan, sight(scan)
         return self._latest[1]
-
-
-def _row(sights: list[Sight], steps: list[Pose2]) -> Row:
-    """What `_overlaps` reads of sights, and of the steps to each from the one after it."""
-    ends = np.cumsum([0, *(len(one.outline) for one in sights)])
-    frames = np.array(
-        [(one.angles[0], one.angles[-1], *one.mount.inverse(), *step)
-         for one, step in zip(sights, steps, strict=True)]
-    )  # fmt: skip
-    outline = np.concatenate([one.outline for one in sights])
-    return outline, np.concatenate([one.bearings for one in sights]), ends, frames
 
 
 def sight(scan: Scan) -> Sight:
@@ -179,25 +177,26 @@ def _following(angles, angle, place):
 
 
 @kernel
-def _overlaps(outlines, bearings, ends, frames, points, step, away):
-    """See `Recent.overlaps`: of scans one after the other in outlines (n, 2) and bearings (n,), up
-    to the `ends` of each; of the points one in `step` is compared.
+def _overlaps(outlines, bearings, frames, newest, number, points, step, x, y, theta):
+    """See `Recent.overlaps`: of the last `number` rows up to the newest one; of the points one in
+    `step` is compared.
 
-    frames  (k, 8) of each scan: its first and last angle; the robot's pose from its sensor; its
-            pose from the scan that follows in the row
-    away    pose of the points from the first scan
+    frames    (RECENT, FRAME) of each scan: its echoes in `outlines` and `bearings`, first and last
+              angle, the robot's pose from its sensor, its pose from the scan before
+    x, ...    pose of the points from the newest scan
     """
-    result = np.empty((len(frames), 2))
-    for k in range(len(frames)):
-        first, last, mx, my, mt, sx, sy, st = frames[k]
-        sensor = _after((mx, my, mt), away)
-        begin, end = ends[k], ends[k + 1]
-        number, known = _near(
-            outlines[begin:end], bearings[begin:end], (first, last), points, step, *sensor
+    result, away = np.empty((number, 2)), (x, y, theta)
+    for k in range(number):
+        row = (newest - k) % len(frames)
+        frame = frames[row]
+        echoes, view = int(frame[0]), (frame[1], frame[2])
+        sensor = _after((frame[3], frame[4], frame[5]), away)
+        near, known = _near(
+            outlines[row, :echoes], bearings[row, :echoes], view, points, step, *sensor
         )
-        result[k, 0] = number / known if known >= MIN_POINTS else 0.0
+        result[k, 0] = near / known if known >= MIN_POINTS else 0.0
         result[k, 1] = known * step
-        away = _after((sx, sy, st), away)
+        away = _after((frame[6], frame[7], frame[8]), away)
     return result
 
 
