@@ -30,8 +30,10 @@ from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
 from .lost_file import write_lost
 from .mapping_run import MappingRun
+from .run_clock import RunClock
 
-OPTIONAL_PARTS = ("mcap", "rrd", "film")
+SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
+SNAPSHOTS = {"film": 150, "mcap": 15, "rrd": 15}  # maps of the run that a part shows, at most
 
 
 class MapExport:
@@ -41,7 +43,7 @@ class MapExport:
     out       an existing folder
     before    the session that the run continued, if any
     mapped    False if the run only localised in an existing map
-    skip      some of `OPTIONAL_PARTS`, to be left out
+    skip      parts to be left out: some of `SKIPPABLE`, film, page
     """
 
     def __init__(
@@ -77,7 +79,7 @@ class MapExport:
         if not mapped:
             self._parts = [part for part in self._parts if part not in ("session", "layers")]
 
-    def write(self, summary: dict[str, Any]) -> dict[str, Any]:
+    def write(self, summary: dict[str, Any], clock: RunClock) -> dict[str, Any]:
         """Write all parts, then the summary with the names of the files and the peak of memory.
 
         A part that cannot be written is reported on standard error and in the summary's
@@ -96,6 +98,7 @@ class MapExport:
             summary = {**summary, **_layer_summary(self.layers)}
         summary = {
             **summary,
+            **clock.as_dict(),
             "peak_memory_mb": peak_mb(),
             "files": [*files, "summary.json"],
         }
