@@ -172,7 +172,7 @@ class Live:
         self._screen.blit(self._background, (0, 0))
         for number, door in enumerate(doors, 1):
             ends = self._view.points(door.ends).tolist()
-            pygame.draw.line(self._screen, colours.BLUE, *ends, DOOR_WIDTH)
+            pygame.draw.line(self._screen, colours.BLUE, ends[0], ends[1], DOOR_WIDTH)
             x, y = ends[1]
             captions.text(self._screen, str(number), round(x) + DOOR_WIDTH, round(y), colours.BLUE)
         self._draw_strip(words, (("any key closes", colours.FAINT),))

@@ -28,6 +28,7 @@ from ..figures.layers_figure import layers_figure
 from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
+from ..map_page.write import write_page
 from .lost_file import write_lost
 from .mapping_run import MappingRun
 from .run_clock import RunClock
@@ -74,6 +75,7 @@ class MapExport:
             "mcap": self._mcap,
             "rrd": self._rrd,
             "film": self._film,
+            "page": self._page,
         }
         self._parts = [part for part in self._writers if part not in skip]
         if not mapped:
@@ -158,6 +160,10 @@ class MapExport:
         for name in names:
             write_map_film(self.out / name, self.episode, self.snapshots, self.title, self.run.lost)
         return names
+
+    def _page(self) -> list[str]:
+        write_page(self.out / "map.html", self.title, self.episode, self.run, self.layers)
+        return ["map.html"]
 
 
 def _layer_summary(made: Layers) -> dict[str, Any]:

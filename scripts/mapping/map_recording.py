@@ -119,7 +119,7 @@ def _out(options: MapCommand) -> Path:
 
 def _skipped(options: MapCommand) -> tuple[str, ...]:
     """The parts that are not written: what is left out, and what is not asked for."""
-    known = list(SKIPPABLE)
+    known: list[str] = list(SKIPPABLE)
     skip = (
         parse_selection("part", options.skip, known, "dynslam map --help") if options.skip else []
     )
