@@ -15,15 +15,14 @@ import numpy as np
 from PIL import Image, ImageColor
 
 from slam.grid import GridSpec, OccupancyGrid
-from slam.io.layers import COLOURS
 from slam.layers import Layers
-from slam.layers.classification import CHANGING, FREE, KEPT, STATIC
 
+from ..figures.joining import joined
+from ..figures.layer_cells import NAMES, palette, ranked
 from ..figures.style import UNKNOWN
 
 MAX_CELLS = 9_000_000  # of a picture; more are joined: a browser needs 8 bytes a cell
 BELIEF_SHADES = 14  # from free to occupied; with the unknown 15, so that a pixel takes 4 bits
-CHANGING_SHADES = 6  # from seldom to mostly occupied
 CLEAR = (0, 0, 0, 0)
 REASONS = (  # by NO_REASON, SEEN_ONCE, SEEN_IN_PART, WENT_AWAY, DOOR_LEAF
     (CLEAR, ""),
@@ -56,7 +55,7 @@ class Picture(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """For the script: left, right, bottom, top in m, and a PNG whose first row is the top."""
-        small = joined(cropped(self))
+        small = small_enough(cropped(self))
         return {
             "name": small.name,
             "label": small.label,
@@ -89,23 +88,9 @@ def belief_picture(grid: OccupancyGrid) -> Picture:
 
 def layers_picture(layers: Layers) -> Picture:
     """What always stands, what changes, what was kept."""
-    mixtures = np.linspace(COLOURS["seldom"], COLOURS["mostly"], CHANGING_SHADES)
-    changing = [tuple(colour) for colour in np.rint(mixtures).astype(int).tolist()]
-    colours: list[Colour] = [ImageColor.getrgb(UNKNOWN), COLOURS["free"], *changing]
-    colours += [COLOURS["kept"], COLOURS["static"]]
-    first, last = 2, 1 + CHANGING_SHADES
-    share = np.nan_to_num(layers.occupied, nan=1.0)
-    cells = np.zeros(layers.spec.shape, np.uint8)
-    for kind, index in ((FREE, 1), (KEPT, last + 1), (STATIC, last + 2)):
-        cells[layers.kind == kind] = index
-    change = layers.kind == CHANGING
-    cells[change] = first + np.rint((CHANGING_SHADES - 1) * share[change]).astype(np.uint8)
-    legend = [
-        (last + 2, "always occupied"), (last + 1, "kept: seen once, or by some beams only"),
-        (last, "changes, mostly occupied"), (first, "changes, seldom occupied"), (1, "free"),
-        (0, "never seen"),
-    ]  # fmt: skip
-    return Picture("layers", "What changes (layers)", layers.spec, cells, colours, legend)
+    colours = [ImageColor.getrgb(UNKNOWN), *map(tuple, palette().tolist()[1:])]
+    return Picture("layers", "What changes (layers)", layers.spec, ranked(layers), colours,
+                   list(NAMES.items()))  # fmt: skip
 
 
 def reasons_picture(layers: Layers) -> Picture:
@@ -129,22 +114,11 @@ def cropped(picture: Picture) -> Picture:
     return picture._replace(spec=spec, cells=picture.cells[row:top, col:right])
 
 
-def joined(picture: Picture) -> Picture:
-    """The picture in cells joined by 2 x 2, 4 x 4, ..., so that it has MAX_CELLS at most."""
-    spec, cells = picture.spec, picture.cells
-    fold = 2 ** max(math.ceil(math.log2(max(cells.size, 1) / MAX_CELLS) / 2), 0)
-    if fold == 1:
-        return picture
-    rows, cols = (_blocks(first, count, fold) for first, count in
-                  ((spec.row0, spec.rows), (spec.col0, spec.cols)))  # fmt: skip
-    small = np.maximum.reduceat(np.maximum.reduceat(cells, rows, axis=0), cols, axis=1)
-    coarse = GridSpec(spec.resolution * fold, spec.row0 // fold, spec.col0 // fold, *small.shape)
-    return picture._replace(spec=coarse, cells=small)
-
-
-def _blocks(first: int, count: int, fold: int) -> list[int]:
-    """Offsets at which blocks of `fold` cells begin, in `count` cells from number `first` on."""
-    return [0, *range(fold - first % fold, count, fold)]
+def small_enough(picture: Picture) -> Picture:
+    """The picture in cells joined by 2 x 2, 4 x 4, ..., so that it has about MAX_CELLS at most."""
+    fold = 2 ** max(math.ceil(math.log2(max(picture.cells.size, 1) / MAX_CELLS) / 2), 0)
+    spec, cells = joined(picture.spec, picture.cells, fold)
+    return picture._replace(spec=spec, cells=cells)
 
 
 def _png(picture: Picture) -> str:

@@ -5,7 +5,13 @@ import io
 import numpy as np
 import pytest
 from dynslam_cli.map_page import images
-from dynslam_cli.map_page.images import Picture, cropped, joined, layers_picture, map_picture
+from dynslam_cli.map_page.images import (
+    Picture,
+    cropped,
+    layers_picture,
+    map_picture,
+    small_enough,
+)
 from PIL import Image
 
 from slam.grid import GridSpec, OccupancyGrid
@@ -45,7 +51,7 @@ def test_a_wall_of_one_cell_stays_where_cells_are_joined(monkeypatch, most: int,
     monkeypatch.setattr(images, "MAX_CELLS", most)
     cells = np.ones((50, 80))
     cells[:, 33] = 2
-    small = joined(picture(cells, row0=-7, col0=3))
+    small = small_enough(picture(cells, row0=-7, col0=3))
     assert small.spec.resolution == 0.5 * fold
     assert small.cells.size <= max(most, 4000 // fold**2 * 2)
     (wall,) = np.flatnonzero((small.cells == 2).all(axis=0))
