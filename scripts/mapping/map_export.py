@@ -34,7 +34,7 @@ from .mapping_run import MappingRun
 from .run_clock import RunClock
 
 SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
-SNAPSHOTS = {"film": 150, "mcap": 15, "rrd": 15}  # maps of the run that a part shows, at most
+SNAPSHOTS = {"film": 150, "mcap": 8, "rrd": 8}  # maps of the run that a part shows, at most
 
 
 class MapExport:

@@ -141,7 +141,8 @@ def _found(summary: dict[str, Any]) -> str:
         sure = sum(door["probability"] >= SURE for door in summary["doors"])
         perhaps = len(summary["doors"]) - sure
         words += f", {summary['seen_m2']:.0f} m2 seen, doors: {sure}, perhaps: {perhaps}"
-    return f"{words}, lost at {100 * summary['lost_share']:.2g} % of the scans"
+    lost = summary["lost_share"]
+    return f"{words}, lost at {100 * lost:.2g} % of the scans" if lost else words
 
 
 def _window(options: MapCommand) -> Live | None:
