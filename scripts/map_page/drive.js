@@ -40,7 +40,7 @@ class Drive {
   }
 
   follow() { // move the map where the robot leaves it
-    const place = [DRIVE.poses[3 * this.pose], DRIVE.poses[3 * this.pose + 1]], { view } = this;
+    const place = PLACES[this.pose], { view } = this;
     const [px, py] = view.pixel(...place);
     if (px < 0 || py < 0 || px > view.width || py > view.height) view.centre(...place);
   }
@@ -81,9 +81,9 @@ class Drive {
   draw(pen) {
     const { view, pose } = this, moment = Number(this.slider.value);
     if (byId("show-path").checked) {
-      view.line(pen, positions(0, DRIVE.times.length), "#d55e0070", 1.2);
-      view.line(pen, positions(0, pose + 1), PATH, 1.8);
-      for (const [begin, end] of this.stretches) view.line(pen, positions(begin, end + 1), LOST, 4);
+      view.line(pen, PLACES, "#d55e0070", 1.2);
+      view.line(pen, PLACES.slice(0, pose + 1), PATH, 1.8);
+      for (const [begin, end] of this.stretches) view.line(pen, PLACES.slice(begin, end + 1), LOST, 4);
     }
     const [x, y, theta] = DRIVE.poses.subarray(3 * pose, 3 * pose + 3);
     const [c, s] = [Math.cos(theta), Math.sin(theta)];
@@ -101,11 +101,7 @@ class Drive {
   }
 }
 
-function positions(begin, end) {
-  const result = [];
-  for (let k = begin; k < end; k++) result.push([DRIVE.poses[3 * k], DRIVE.poses[3 * k + 1]]);
-  return result;
-}
+const PLACES = Array.from(DRIVE.times, (_, k) => [DRIVE.poses[3 * k], DRIVE.poses[3 * k + 1]]);
 
 function lostStretches() { // first and last number of each
   const result = [];

@@ -54,10 +54,18 @@ function legend() {
   }));
 }
 
+async function show(picture) {
+  await picture.load();
+  if (picture !== overlay) base = picture;
+  document.body.dataset.shown = picture.name;
+  legend();
+  view.draw();
+}
+
 function chooser(picture, k) {
   const label = made("label"), input = made("input", "", { type: "radio", name: "base", value: picture.name });
   input.checked = k === 0;
-  input.addEventListener("change", () => { base = picture; legend(); view.draw(); });
+  input.addEventListener("change", () => show(picture));
   label.append(input, ` ${picture.label}`);
   return label;
 }
@@ -80,6 +88,7 @@ function cancel() {
 byId("bases").append(...bases.map(chooser));
 if (overlay) {
   const label = made("label"), input = made("input", "", { type: "checkbox", id: "show-reasons" });
+  input.addEventListener("change", () => show(overlay));
   label.append(input, ` ${overlay.label}`);
   byId("overlays").prepend(label);
 }
@@ -99,7 +108,4 @@ view.drawing = draw;
 view.clicked = clicked;
 view.moved = (place) => { byId("where").textContent = place ? point(place) : ""; };
 view.resize();
-legend();
-Promise.all(pictures.map((picture) => picture.load().then(() => view.draw()))).then(() => {
-  document.body.dataset.ready = "yes";
-});
+show(base);

@@ -6,7 +6,12 @@ class Picture {
     this.levels = []; // canvases, each with half the rows and columns of the one before
   }
 
-  async load() {
+  load() { // once, when it is shown for the first time
+    this.loading ??= this.decode();
+    return this.loading;
+  }
+
+  async decode() {
     const image = new Image();
     image.src = this.png;
     await image.decode();

@@ -36,7 +36,8 @@ class MapCommand(MappedSource):
     truth: str | None = None
     """Reference to score the trajectory with: a file in the TUM format, or a topic of the bag."""
     live: bool = False
-    """Show the map in a window as it grows."""
+    """Show the map in a window as it grows, and at the end what was found: until a key is pressed,
+    or for a minute."""
     skip: str = ""
     """Outputs to leave out, separated by commas: mcap, rrd; or all of these."""
     film: bool = False

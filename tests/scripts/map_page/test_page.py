@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from dynslam_cli.map_page.write import write_page
+from PIL import Image
 
 import slam
 from dynslam_env import FromMap
@@ -47,7 +48,7 @@ def folder(tmp_path_factory, short_episode: Episode) -> Path:
 @pytest.fixture
 def page(browser, folder: Path):
     with watched(browser, folder / "map.html", 1200) as opened:
-        opened.wait_for_selector("body[data-ready=yes]")
+        opened.wait_for_selector("body[data-shown]")
         yield opened
 
 
@@ -127,10 +128,12 @@ def test_layers_are_switched_with_their_legends(page) -> None:
     pictures, legends = set(), set()
     for name in ("map", "layers", "belief"):
         page.check(f"input[value={name}]")
+        page.wait_for_selector(f"body[data-shown={name}]")
         pictures.add(painted(page))
         legends.add(page.inner_text("#legend"))
     assert len(pictures) == len(legends) == 3
     page.check("#show-reasons")
+    page.wait_for_selector("body[data-shown=reasons]")
     assert "left out: it was seen to go" in page.inner_text("#legend")
     page.uncheck("#show-reasons")
     before = painted(page)
@@ -172,6 +175,16 @@ def test_a_click_on_a_door_tells_its_probability_and_history(page) -> None:
     assert page.locator("#door").is_hidden()
 
 
+def test_a_finger_chooses_a_door_and_moves_the_map(browser, folder: Path) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 800}, has_touch=True)
+    page = context.new_page()
+    page.goto((folder / "map.html").as_uri())
+    page.wait_for_selector("body[data-shown]")
+    page.touchscreen.tap(*at(page, 1.0, 0.0))
+    assert page.inner_text("#door-name") == "Door 1"
+    context.close()
+
+
 def test_a_keep_out_zone_becomes_a_mask_for_nav2(page, folder: Path, tmp_path: Path) -> None:
     page.check("input[value=zone]")
     for corner in ZONE:
@@ -187,6 +200,9 @@ def test_a_keep_out_zone_becomes_a_mask_for_nav2(page, folder: Path, tmp_path: P
     mask = read_ros_map(tmp_path / "keepout.yaml")
     assert mask.spec == read_ros_map(folder / "map.yaml").spec
     assert mask.observed.all()
+    with Image.open(tmp_path / "keepout.pgm") as image:  # another reader of the format
+        assert (image.format, image.mode, image.size) == ("PPM", "L", mask.spec.shape[::-1])
+        assert set(np.unique(image)) == {0, 254}
     x, y = mask.spec.centres(np.argwhere(mask.occupied == 1)).T
     assert len(x) * mask.spec.resolution**2 == pytest.approx(0.4, abs=0.03)
     assert x.min() > 0.45
@@ -223,7 +239,7 @@ def test_corrections_are_still_there_when_the_page_is_opened_again(page) -> None
     page.locator("#doors button").nth(0).click()
     page.click("#reject")
     page.reload()
-    page.wait_for_selector("body[data-ready=yes]")
+    page.wait_for_selector("body[data-shown]")
     assert "1: not a door" in page.inner_text("#doors")
     page.locator("#doors button").nth(0).click()
     page.click("#undo")
@@ -278,7 +294,7 @@ def test_it_fits_the_width_of_a_screen(page, width: int) -> None:
 
 def test_a_run_that_only_localised_has_a_page_of_its_belief(browser, folder: Path) -> None:
     with watched(browser, folder / "localised.html") as opened:
-        opened.wait_for_selector("body[data-ready=yes]")
+        opened.wait_for_selector("body[data-shown]")
         assert opened.title() == "a <drive> & more"
         assert opened.locator("input[name=base]").count() == 1
         assert opened.inner_text("#doors") == "none found"
