@@ -19,6 +19,7 @@ from .joining import blocks, coarse, fold_for
 from .style import DOORS, ESTIMATE, LARGE, LOST, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
 
 MARGIN, MARGIN_SHARE = 0.4, 0.01  # m around what is shown, or more: of its longer side
+OCCUPIED = 0.5  # h above which a cell is rather occupied
 LOST_WIDTH_FACTOR = 3.0  # times the width of the path
 LOST_LABEL = f"lost (p > {ALARM_LEVEL:g})"
 MIN_OBSERVED = 2.0  # m; rows and columns of cells with less do not widen the picture
@@ -152,16 +153,20 @@ def _observed_corners(grid: OccupancyGrid) -> Array:
 def coarser(grid: OccupancyGrid, pixel: float) -> OccupancyGrid:
     """The map in larger cells, by a power of two, at least the size of a pixel, m.
 
-    Each is as occupied as the most occupied observed cell in it: walls thinner than a pixel stay
-    dark. The map itself if its cells are at least as large as a pixel.
+    Each is as occupied as the most occupied observed cell in it, if that is rather occupied: walls
+    thinner than a pixel stay dark. Else it has their mean: what is free stays light. The map
+    itself if its cells are at least as large as a pixel.
     """
     spec, fold = grid.spec, fold_for(grid.spec.resolution, pixel)
     if fold == 1:
         return grid
     rows, cols = blocks(spec.row0, spec.rows, fold), blocks(spec.col0, spec.cols, fold)
-    occupied = np.empty((len(rows), len(cols)))
+    occupied, count = np.empty((len(rows), len(cols))), np.empty((len(rows), len(cols)))
     for k, (first, last) in enumerate(pairwise([*rows, spec.rows])):  # needs little memory
-        part = np.where(grid.observed[first:last], grid.occupied[first:last], -1.0)
-        occupied[k] = np.maximum.reduceat(part.max(axis=0), cols)
-    observed = occupied >= 0.0
-    return OccupancyGrid(coarse(spec, fold), np.where(observed, occupied, 0.5), observed)
+        seen = grid.observed[first:last]
+        part = np.where(seen, grid.occupied[first:last], 0.0)
+        highest = np.maximum.reduceat(part.max(axis=0), cols)
+        count[k] = np.add.reduceat(seen.sum(axis=0), cols)
+        mean = np.add.reduceat(part.sum(axis=0), cols) / np.maximum(count[k], 1)
+        occupied[k] = np.where(highest > OCCUPIED, highest, mean)
+    return OccupancyGrid(coarse(spec, fold), np.where(count > 0, occupied, 0.5), count > 0)
