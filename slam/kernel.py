@@ -1,12 +1,45 @@
-"""Compiled kernels: numba's `njit`, with a cache that is invalidated by edits in other files."""
+"""Compiled kernels: numba's `njit`, with a cache that is invalidated by edits in other files.
+
+The time that compiling takes can be told apart from the time of the work itself: see `Stopwatch`.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from numba import njit
+from numba.core.event import Listener, register
 from numba.core.registry import CPUDispatcher
+
+
+class Stopwatch(Listener):
+    """Adds up the time of numba's events of one kind; an event within another counts once.
+
+    seconds  s so far
+    """
+
+    def __init__(self, event: str):
+        self.seconds = 0.0
+        self._depth, self._begun = 0, 0.0
+        register(event, self)
+
+    def on_start(self, event: Any) -> None:
+        """Called by numba at the begin of an event."""
+        if not self._depth:
+            self._begun = time.perf_counter()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """Called by numba at its end."""
+        self._depth -= 1
+        if not self._depth:
+            self.seconds += time.perf_counter() - self._begun
+
+
+COMPILING = Stopwatch("numba:compile")  # in this process
+READYING = Stopwatch("numba:compiler_lock")  # the same, and reading compiled kernels from the disk
 
 
 def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:

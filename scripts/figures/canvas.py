@@ -95,7 +95,7 @@ class MapCanvas:
         left, _, _, top = grid.spec.extent
         x0, y0 = self.pixels(np.array([(left, top)]))[0]
         size = self.image.width, self.image.height - TITLE_HEIGHT * SUPERSAMPLING
-        grid = coarser(grid, 1 / self._scale)
+        grid = coarser(grid, SUPERSAMPLING / self._scale)  # of a pixel of the finished picture
         step = 1 / (self._scale * grid.spec.resolution)  # cells a pixel
         inverse = (step, 0.0, -x0 * step, 0.0, step, (TITLE_HEIGHT * SUPERSAMPLING - y0) * step)
         cells = Image.fromarray(few_shades(grid)[::-1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,12 +12,14 @@ from matplotlib.colors import to_rgb
 
 from slam.episode import Truth
 from slam.geometry import Array
-from slam.grid import GridSpec, OccupancyGrid
+from slam.grid import OccupancyGrid
 from slam.metrics.lost import ALARM_LEVEL
 
+from .joining import blocks, coarse, fold_for
 from .style import DOORS, ESTIMATE, LARGE, LOST, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
 
-MARGIN = 0.4  # m around what is shown
+MARGIN, MARGIN_SHARE = 0.4, 0.01  # m around what is shown, or more: of its longer side
+OCCUPIED = 0.5  # h above which a cell is rather occupied
 LOST_WIDTH_FACTOR = 3.0  # times the width of the path
 LOST_LABEL = f"lost (p > {ALARM_LEVEL:g})"
 MIN_OBSERVED = 2.0  # m; rows and columns of cells with less do not widen the picture
@@ -79,7 +80,8 @@ class MapPanel(NamedTuple):
         if not len(corners):
             corners = np.zeros((1, 2))
         (x0, y0), (x1, y1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-        return Box(x0 - MARGIN, x1 + MARGIN, y0 - MARGIN, y1 + MARGIN)
+        margin = max(MARGIN, MARGIN_SHARE * max(x1 - x0, y1 - y0))
+        return Box(x0 - margin, x1 + margin, y0 - margin, y1 + margin)
 
 
 def draw_panel(axes: Axes, panel: MapPanel, box: Box | None = None) -> None:
@@ -151,24 +153,20 @@ def _observed_corners(grid: OccupancyGrid) -> Array:
 def coarser(grid: OccupancyGrid, pixel: float) -> OccupancyGrid:
     """The map in larger cells, by a power of two, at least the size of a pixel, m.
 
-    Each is as occupied as the most occupied observed cell in it: walls thinner than a pixel stay
-    dark. The map itself if its cells are at least as large as a pixel.
+    Each is as occupied as the most occupied observed cell in it, if that is rather occupied: walls
+    thinner than a pixel stay dark. Else it has their mean: what is free stays light. The map
+    itself if its cells are at least as large as a pixel.
     """
-    spec, fold = grid.spec, 2 ** max(math.ceil(math.log2(pixel / grid.spec.resolution) - 1e-9), 0)
+    spec, fold = grid.spec, fold_for(grid.spec.resolution, pixel)
     if fold == 1:
         return grid
-    rows, cols = _blocks(spec.row0, spec.rows, fold), _blocks(spec.col0, spec.cols, fold)
-    occupied = np.empty((len(rows), len(cols)))
+    rows, cols = blocks(spec.row0, spec.rows, fold), blocks(spec.col0, spec.cols, fold)
+    occupied, count = np.empty((len(rows), len(cols))), np.empty((len(rows), len(cols)))
     for k, (first, last) in enumerate(pairwise([*rows, spec.rows])):  # needs little memory
-        part = np.where(grid.observed[first:last], grid.occupied[first:last], -1.0)
-        occupied[k] = np.maximum.reduceat(part.max(axis=0), cols)
-    observed = occupied >= 0.0
-    coarse = GridSpec(
-        spec.resolution * fold, spec.row0 // fold, spec.col0 // fold, len(rows), len(cols)
-    )
-    return OccupancyGrid(coarse, np.where(observed, occupied, 0.5), observed)
-
-
-def _blocks(first: int, count: int, fold: int) -> list[int]:
-    """Offsets at which blocks of `fold` cells begin, in `count` cells from number `first` on."""
-    return [0, *range(fold - first % fold, count, fold)]
+        seen = grid.observed[first:last]
+        part = np.where(seen, grid.occupied[first:last], 0.0)
+        highest = np.maximum.reduceat(part.max(axis=0), cols)
+        count[k] = np.add.reduceat(seen.sum(axis=0), cols)
+        mean = np.add.reduceat(part.sum(axis=0), cols) / np.maximum(count[k], 1)
+        occupied[k] = np.where(highest > OCCUPIED, highest, mean)
+    return OccupancyGrid(coarse(spec, fold), np.where(count > 0, occupied, 0.5), count > 0)

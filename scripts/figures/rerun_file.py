@@ -115,8 +115,7 @@ def _put_snapshot(
 ) -> None:
     out.set_time("time", timestamp=episode.scans[snapshot.scan].time)
     out.set_time("scan", sequence=snapshot.scan)
-    percent = np.where(snapshot.grid.observed, np.rint(100 * snapshot.grid.occupied), -1)
-    cells = percent.astype(np.int8).view(np.uint8)
+    cells = snapshot.percent.view(np.uint8)
     out.log("map/grid", _grid_map(rr, snapshot.spec, cells, RVIZ, HEIGHTS["grid"]))
     most = len(snapshot.poses) if whole else MAX_PATH_POSES
     chosen = np.unique(np.linspace(0, snapshot.scan, most).round().astype(int))

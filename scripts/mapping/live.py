@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from dynslam_env.drawing.view import Projection
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, Revising, Slam
+from slam.layers.doors import MappedDoor
 from slam.metrics.lost import ALARM_LEVEL
 from slam.scan import Scan
 
@@ -32,8 +33,11 @@ STATUS_HEIGHT = 30  # pixels, the line below
 LOST, LOST_PATH_WIDTH = ImageColor.getrgb(style.LOST)[:3], 4  # pixels
 MIN_FRAME_TIME, MIN_MAP_TIME = 1 / 15, 0.5  # s between two pictures, between two maps
 MAX_TIME_SHARE = 0.06  # of the run that pictures may take, and maps again
+MAX_HOLD = 60.0  # s for which the window stays open when all is written
+MIN_WAIT = 0.05  # s between two looks at the keyboard and the mouse
+DOOR_WIDTH = 4  # pixels
 MARGIN_SHARE = 0.1  # of the map's size, around it, as it grows
-INSTEAD = "leave out --live, and look at the film afterwards"
+INSTEAD = "leave out --live, and look at the film afterwards (--film)"
 
 
 class Live:
@@ -42,13 +46,20 @@ class Live:
     title  of the window
     clock  s, wall time
 
+    wait   sleeps for as many seconds as it is told
+
     Draws at most 15 pictures and 2 new maps per second, and fewer where that would
     take more than `MAX_TIME_SHARE` of the time. Raises InputError if there is no display.
     """
 
-    def __init__(self, title: str, clock: Callable[[], float] = time.perf_counter):
+    def __init__(
+        self,
+        title: str,
+        clock: Callable[[], float] = time.perf_counter,
+        wait: Callable[[float], None] = time.sleep,
+    ):
         self._screen = open_window(f"dynslam: {title}", WINDOW_SIZE, "--live", INSTEAD)
-        self._clock, self._began = clock, clock()
+        self._clock, self._wait, self._began = clock, wait, clock()
         self._next_frame = self._next_map = self._began
         self._poses: list[Pose2] = []
         self._lost: list[bool] = []  # whether the robot was lost, at each of them
@@ -75,6 +86,17 @@ class Live:
         self._draw(k, n, estimate._replace(pose=slam.pose), scan)  # finishing may revise it
         self._next_frame = _again(now, self._clock(), MIN_FRAME_TIME)
 
+    def finish(self, words: str, doors: Sequence[MappedDoor]) -> None:
+        """Show what was found in the line below, and the doors with their numbers on the map, until
+        the window is closed or a key is pressed, for `MAX_HOLD` at most."""
+        if self.closed or self._background is None:
+            return
+        self._draw_found(words, doors)
+        until = self._clock() + MAX_HOLD
+        while self._clock() < until and not self._quit(keys=True):
+            self._wait(MIN_WAIT)
+        self.close()
+
     def close(self) -> None:
         """Close the window."""
         import pygame
@@ -82,13 +104,14 @@ class Live:
         self.closed = True
         pygame.display.quit()
 
-    def _quit(self) -> bool:
-        """Whether the user closed the window."""
+    def _quit(self, keys: bool = False) -> bool:
+        """Whether the user closed the window, or pressed a key where that counts as well."""
         import pygame
 
         events = pygame.event.get()
         self._screen = pygame.display.get_surface() or self._screen
-        return any(event.type == pygame.QUIT for event in events)
+        kinds = (pygame.QUIT, pygame.KEYDOWN) if keys else (pygame.QUIT,)
+        return any(event.type in kinds for event in events)
 
     # -- the map and the path so far -------------------------------------------------------------
 
@@ -136,22 +159,35 @@ class Live:
         pygame.draw.line(self._screen, colours.PAPER, centre, self._view.at(ahead.x, ahead.y), 2)
         around = self._view.points(outline(estimate.covariance) + pose[:2])
         pygame.draw.polygon(self._screen, colours.BLUE, around.tolist(), 2)
-        self._draw_strip(k, n, estimate)
+        gone = self._clock() - self._began
+        left = f"{_span(gone * (n - k) / k)} left" if k < n else "writing the files"
+        end = self._draw_strip(f"scan {k} of {n}   {_span(gone)} elapsed, {left}", LEGEND)
+        self._write_lost(estimate.lost, end, self._screen.get_height() - STATUS_HEIGHT // 2)
         pygame.display.flip()
 
-    def _draw_strip(self, k: int, n: int, estimate: Estimate) -> None:
+    def _draw_found(self, words: str, doors: Sequence[MappedDoor]) -> None:
+        import pygame
+
+        assert self._background is not None
+        self._screen.blit(self._background, (0, 0))
+        for number, door in enumerate(doors, 1):
+            ends = self._view.points(door.ends).tolist()
+            pygame.draw.line(self._screen, colours.BLUE, ends[0], ends[1], DOOR_WIDTH)
+            x, y = ends[1]
+            captions.text(self._screen, str(number), round(x) + DOOR_WIDTH, round(y), colours.BLUE)
+        self._draw_strip(words, (("any key closes", colours.FAINT),))
+        pygame.display.flip()
+
+    def _draw_strip(self, words: str, legend: Sequence[tuple[str, colours.Colour]]) -> int:
+        """Draw the line below; returns where its words end."""
         width, height = self._screen.get_size()
         self._screen.fill(colours.PAPER, (0, height - STATUS_HEIGHT, width, STATUS_HEIGHT))
-        gone = self._clock() - self._began
-        words = f"scan {k} of {n}   {_span(gone)} elapsed, {_span(gone * (n - k) / k)} left"
-        if not estimate.matched:
-            words += "   not matched"
         middle, right = height - STATUS_HEIGHT // 2, width - captions.TEXT_MARGIN
         end = captions.text(self._screen, words, captions.TEXT_MARGIN, middle)
-        self._write_lost(estimate.lost, end, middle)
-        for word, colour in LEGEND:
+        for word, colour in legend:
             right -= captions.width_of(word) + captions.TEXT_MARGIN
             captions.text(self._screen, word, right, middle, colour)
+        return end
 
     def _write_lost(self, probability: float, x: int, middle: int) -> None:
         """Write how probably the robot is lost; nothing from a SLAM that does not judge it."""

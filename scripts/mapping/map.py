@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from ..recordings.source import MappedSource
 class MapCommand(MappedSource):
     """Make a map of a recording without traces of moving doors and people.
 
-    Writes to a folder: map.yaml for ROS 2, layers, doors found, trajectory, MCAP, film, and
-    session.npz, from which a later recording can continue.
+    Writes to a folder: map.yaml for ROS 2, layers, doors found, trajectory, files for Foxglove and
+    rerun, and session.npz, from which a later recording can continue; on demand a film (--film)
+    and a page to look at the map in a browser and to correct it (--page).
 
     Exit status: 0 done; 2 a mistake, or not all could be written; 3 all is written, but the robot
     was lost at the end, or at more than a fifth of the scans; 130 interrupted, written up to there.
@@ -34,9 +36,15 @@ class MapCommand(MappedSource):
     truth: str | None = None
     """Reference to score the trajectory with: a file in the TUM format, or a topic of the bag."""
     live: bool = False
-    """Show the map in a window as it grows."""
+    """Show the map in a window as it grows, and at the end what was found: until a key is pressed,
+    or for a minute."""
     skip: str = ""
-    """Outputs to leave out, separated by commas: mcap, rrd, film; or all of these."""
+    """Outputs to leave out, separated by commas: mcap, rrd; or all of these."""
+    film: bool = False
+    """Write a film of the map as it grew, too; it takes longer than all other files together."""
+    page: bool = False
+    """Write map.html, too: one file to pan, zoom, play the drive, draw keep-out zones and correct
+    doors."""
     seed: int = 0
     """Seed of variants that draw random numbers."""
     json: bool = False
@@ -44,6 +52,7 @@ class MapCommand(MappedSource):
 
     def __call__(self) -> int:
         """Read, map, write, print."""
+        begun = time.perf_counter()  # before modules are imported, which takes a second or two
         from .map_recording import map_recording
 
-        return map_recording(self)
+        return map_recording(self, begun)

@@ -28,10 +28,13 @@ from ..figures.layers_figure import layers_figure
 from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
+from ..map_page.write import write_page
 from .lost_file import write_lost
 from .mapping_run import MappingRun
+from .run_clock import RunClock
 
-OPTIONAL_PARTS = ("mcap", "rrd", "film")
+SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
+SNAPSHOTS = {"film": 150, "mcap": 8, "rrd": 8}  # maps of the run that a part shows, at most
 
 
 class MapExport:
@@ -41,7 +44,7 @@ class MapExport:
     out       an existing folder
     before    the session that the run continued, if any
     mapped    False if the run only localised in an existing map
-    skip      some of `OPTIONAL_PARTS`, to be left out
+    skip      parts to be left out: some of `SKIPPABLE`, film, page
     """
 
     def __init__(
@@ -72,12 +75,13 @@ class MapExport:
             "mcap": self._mcap,
             "rrd": self._rrd,
             "film": self._film,
+            "page": self._page,
         }
         self._parts = [part for part in self._writers if part not in skip]
         if not mapped:
             self._parts = [part for part in self._parts if part not in ("session", "layers")]
 
-    def write(self, summary: dict[str, Any]) -> dict[str, Any]:
+    def write(self, summary: dict[str, Any], clock: RunClock) -> dict[str, Any]:
         """Write all parts, then the summary with the names of the files and the peak of memory.
 
         A part that cannot be written is reported on standard error and in the summary's
@@ -96,6 +100,7 @@ class MapExport:
             summary = {**summary, **_layer_summary(self.layers)}
         summary = {
             **summary,
+            **clock.as_dict(),
             "peak_memory_mb": peak_mb(),
             "files": [*files, "summary.json"],
         }
@@ -155,6 +160,10 @@ class MapExport:
         for name in names:
             write_map_film(self.out / name, self.episode, self.snapshots, self.title, self.run.lost)
         return names
+
+    def _page(self) -> list[str]:
+        write_page(self.out / "map.html", self.title, self.episode, self.run, self.layers)
+        return ["map.html"]
 
 
 def _layer_summary(made: Layers) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from slam.sessions.continuation import continued, empty, localiser
 from slam.sessions.session import Session
 from slam.trajectory import Trajectory
 
+from ..console.compiling import compiling_told
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.output import output_directory
 from ..console.selection import check_variant, parse_selection
@@ -27,11 +28,13 @@ from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
 from .certainty import Certainty
-from .map_export import OPTIONAL_PARTS, MapExport
-from .mapping_run import MAX_SNAPSHOTS, MappingRun, Window
+from .map_export import SKIPPABLE, SNAPSHOTS, MapExport
+from .mapping_run import MappingRun
+from .run_clock import RunClock, in_words
 from .start import Start, parsed_start, start_in
 
 if TYPE_CHECKING:
+    from .live import Live
     from .map import MapCommand
 
 DEFAULT_VARIANT, DEFAULT_CONTINUED_VARIANT = "dynamic-graph", "hmm-ml"
@@ -43,11 +46,15 @@ NEXT_LOCALISED = (
 )
 
 
-def map_recording(options: MapCommand) -> int:
-    """Read, map, write, print; the exit status."""
+@compiling_told()
+def map_recording(options: MapCommand, begun: float) -> int:
+    """Read, map, write, print; the exit status.
+
+    begun  s, when the command began, by time.perf_counter
+    """
+    watch = RunClock(begun)
     variant = _variant(options)
-    skip = tuple(parse_selection("part", options.skip, list(OPTIONAL_PARTS), "dynslam map --help")
-                 if options.skip else ())  # fmt: skip
+    skip = _skipped(options)
     (empty if options.onto else slam.make)(variant)  # raises before any work
     clock, given = parsed_clock(options.clock), parsed_start(options.start)
     session = Session.load(options.onto) if options.onto else None
@@ -59,8 +66,7 @@ def map_recording(options: MapCommand) -> int:
     start = Start(Pose2()) if session is None else start_in(session, episode, given)
     robot = _robot(options, variant, session, start.pose)
     compile_first(variant, episode)
-    snapshots = 1 if set(skip) == set(OPTIONAL_PARTS) else MAX_SNAPSHOTS  # only those show them
-    mapping = MappingRun(robot, episode, variant, window, snapshots)
+    mapping = MappingRun(robot, episode, variant, window, _snapshots(skip))
     status = _run(options, mapping)
     if not mapping.estimates:
         return status
@@ -68,11 +74,14 @@ def map_recording(options: MapCommand) -> int:
     warnings = *map(str, log.warnings), *start.warnings, *certainty.warnings
     summary = _summary(options, mapping, variant, start.pose, truth, status)
     summary |= certainty.as_dict() | {"warnings": list(warnings)}
-    summary = MapExport(mapping, out, session, not options.localise, skip).write(summary)
+    export = MapExport(mapping, out, session, not options.localise, skip)
+    summary = export.write(summary, watch)
     _print_summary(summary, out)
     _tell(certainty, options)
     if options.json:
         print(json.dumps(summary))
+    if window is not None:
+        window.finish(_found(summary), export.layers.doors if export.layers else ())
     return (status or certainty.status) if "not_written" not in summary else EXIT_MISTAKE
 
 
@@ -108,7 +117,35 @@ def _out(options: MapCommand) -> Path:
     return output_directory(out)
 
 
-def _window(options: MapCommand) -> Window | None:
+def _skipped(options: MapCommand) -> tuple[str, ...]:
+    """The parts that are not written: what is left out, and what is not asked for."""
+    known: list[str] = list(SKIPPABLE)
+    skip = (
+        parse_selection("part", options.skip, known, "dynslam map --help") if options.skip else []
+    )
+    asked = {"film": options.film, "page": options.page}
+    return (*skip, *(part for part, wanted in asked.items() if not wanted))
+
+
+def _snapshots(skip: tuple[str, ...]) -> int:
+    """How many maps of the run are kept: each has to be drawn, and only some of the files show
+    them."""
+    shown = [SNAPSHOTS[part] for part in SNAPSHOTS if part not in skip]
+    return max(shown, default=1)
+
+
+def _found(summary: dict[str, Any]) -> str:
+    """What was found, for the line below a window."""
+    words = f"done: {summary['scans']} scans"
+    if "doors" in summary:
+        sure = sum(door["probability"] >= SURE for door in summary["doors"])
+        perhaps = len(summary["doors"]) - sure
+        words += f", {summary['seen_m2']:.0f} m2 seen, doors: {sure}, perhaps: {perhaps}"
+    lost = summary["lost_share"]
+    return f"{words}, lost at {100 * lost:.2g} % of the scans" if lost else words
+
+
+def _window(options: MapCommand) -> Live | None:
     if not options.live:
         return None
     from .live import Live
@@ -180,7 +217,8 @@ def _summary(
 def _print_summary(summary: dict[str, Any], out: Path) -> None:
     print(
         f"{summary['file']}: {summary['scans']} scans by {summary['slam']} in "
-        f"{summary['seconds']:.1f} s; peak memory {summary['peak_memory_mb']:.0f} MB"
+        f"{summary['seconds']:.1f} s, {in_words(summary)}; peak memory "
+        f"{summary['peak_memory_mb']:.0f} MB"
     )
     if "doors" in summary:
         _print_layers(summary)

@@ -14,8 +14,6 @@ from slam.scan import Scan
 from ..console.interrupts import deferred_interrupt
 from ..console.progress import progress_bar
 
-MAX_SNAPSHOTS = 150
-
 
 class Window(Protocol):
     """Shows a run in progress."""
@@ -39,7 +37,7 @@ class MappingRun:
         episode: Episode,
         name: str,
         window: Window | None = None,
-        snapshots: int = MAX_SNAPSHOTS,
+        snapshots: int = 1,
     ):
         self.slam = slam
         self.episode = episode

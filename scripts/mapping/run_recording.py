@@ -22,6 +22,7 @@ from slam.io.tum import write_tum
 from slam.metrics.relations import score_relations, within
 from slam.trajectory import Trajectory
 
+from ..console.compiling import compiling_told
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.interrupts import deferred_interrupt
 from ..console.output import output_directory, write_json, write_png
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 FILES = "map.pgm", "map.yaml", "map.png", "cost.png", "metrics.json"
 
 
+@compiling_told()
 def run_recording(options: RunCommand) -> int:
     """Read, run, write, print; the exit status."""
     check_variant(options.slam)

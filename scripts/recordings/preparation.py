@@ -34,8 +34,8 @@ def _by_laser(episode: Episode) -> Episode:
 
 
 def compile_first(variant: str, episode: Episode) -> None:
-    """Compile the kernels of a variant; the first time this takes half a minute."""
+    """Compile the kernels of a variant, or read them from the cache."""
     with progress_bar() as progress:
-        progress.add_task("compiling, the first time only", total=None)
+        progress.add_task("preparing kernels", total=None)
         with suppress(InputError):  # the run itself meets the same error, and keeps its results
             warm_up(variant, episode)

@@ -45,16 +45,21 @@ def picture(layers: Layers) -> np.ndarray:
     return pixels
 
 
-def write_doors(layers: Layers, path: AnyPath) -> None:
-    """Write the doors found as a GeoJSON FeatureCollection of polygons, the most probable first.
+def doors_collection(layers: Layers) -> dict[str, Any]:
+    """The doors found as a GeoJSON FeatureCollection of polygons, the most probable first.
 
     `hinge` is the end of the gap at which the open leaf was seen, and `opens_to` the side of it, as
     seen along the polygon's first edge; null if the leaf was not seen open, or slides.
     """
     features = [_feature(number, door) for number, door in enumerate(layers.doors, 1)]
-    collection = {"type": "FeatureCollection", "frame": FRAME, "features": features}
+    return {"type": "FeatureCollection", "frame": FRAME, "features": features}
+
+
+def write_doors(layers: Layers, path: AnyPath) -> None:
+    """Write `doors_collection`."""
+    text = json.dumps(doors_collection(layers), indent=1, allow_nan=False)
     with replacing(path) as file:
-        file.write(json.dumps(collection, indent=1, allow_nan=False).encode() + b"\n")
+        file.write(text.encode() + b"\n")
 
 
 def _feature(number: int, door: MappedDoor) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from dynslam_cli.bench import run_bench
 from agents import record_corridor
 from slam.episode import Episode
 from slam.io.carmen.writer import write_carmen
+from tests.browser import chromium
 from tests.one_process import made_once
 
 from .results import SMALL
@@ -23,6 +24,12 @@ def short_episode() -> Episode:
     """The first seconds of a simulated drive."""
     drive = record_corridor(3, "moving")
     return Episode(drive.scans[:SCANS], drive.odometry, meta=drive.meta)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as opened:
+        yield opened
 
 
 @pytest.fixture

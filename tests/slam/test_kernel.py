@@ -3,12 +3,15 @@
 import ast
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from numba import njit
+
 import dynslam_env
 import slam
-from slam.kernel import kernel
+from slam.kernel import Stopwatch, kernel
 from slam.maps import rays, tiles
 
 MAX_ARGUMENTS = 12
@@ -120,3 +123,23 @@ def test_options_are_those_of_numba() -> None:
         return a / b
 
     assert quotient(1.0, 0.0) == float("inf")
+
+
+def test_a_stopwatch_counts_compiling_and_not_running() -> None:
+    watch = Stopwatch("numba:compile")
+
+    @njit
+    def inner(x):
+        return x + 1
+
+    @njit
+    def outer(x):
+        return 2 * inner(x)
+
+    begun = time.perf_counter()
+    assert outer(1) == 4  # compiles two kernels, one within the other
+    taken = time.perf_counter() - begun
+    assert 0.01 < watch.seconds <= taken
+    compiled = watch.seconds
+    assert outer(2) == 6
+    assert watch.seconds == compiled

@@ -48,7 +48,7 @@ def test_a_lost_robot_is_told_and_exits_with_status_3(
     monkeypatch.setattr(
         MaximumLikelihood, "update", lambda *given: update(*given)._replace(lost=0.8)
     )
-    skip = ["--skip", "film,rrd,mcap"] if command == "map" else []
+    skip = ["--skip", "rrd,mcap"] if command == "map" else []
     arguments = [command, str(log), "--slam", "static-ml", "--out", str(tmp_path / "out"), "--json"]
     assert main.status([*arguments, *skip]) == 3
     out, err = capsys.readouterr()
@@ -73,10 +73,10 @@ def test_files_and_pictures_show_where_it_was_lost(
         return update(self, displacement, scan)._replace(lost=probabilities[updates[self] - 1])
 
     monkeypatch.setattr(DeadReckoning, "update", judging)
-    monkeypatch.setattr(map_recording, "MAX_SNAPSHOTS", 10)
+    monkeypatch.setattr(map_recording, "SNAPSHOTS", {"film": 10})
     monkeypatch.setattr(map_export, "suffix", lambda: ".gif")
     out = tmp_path / "out"
-    skip = ["--skip", "rrd,mcap"] if command == "map" else []
+    skip = ["--skip", "rrd,mcap", "--film"] if command == "map" else []
     assert main.status([command, str(log), "--slam", "odometry", "--out", str(out), *skip]) == 0
     assert (out / "lost.csv").exists() == judged
     pictures = [out / "map.png", *out.glob("film.gif")]

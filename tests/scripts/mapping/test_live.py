@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from dynslam_cli.mapping.live import (
     LOST,
+    MAX_HOLD,
     MIN_FRAME_TIME,
     MIN_MAP_TIME,
     STATUS_HEIGHT,
@@ -13,6 +14,7 @@ from dynslam_cli.mapping.live import (
 )
 
 import slam
+from dynslam_env.drawing import captions
 from dynslam_env.drawing.colours import BLUE, FAINT, GREEN, VERMILION
 from dynslam_env.drawing.render import pixels
 from slam.benchmark.run import Playback
@@ -20,6 +22,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.grid import OccupancyGrid
 from slam.interface import Slam
+from slam.layers.doors import MappedDoor
 
 VARIANT = "dynamic-ml"
 
@@ -31,6 +34,9 @@ class Clock:
 
     def __call__(self) -> float:
         return self.now
+
+    def pass_by(self, seconds: float) -> None:
+        self.now += seconds
 
 
 class Counted:
@@ -55,7 +61,7 @@ def clock() -> Clock:
 @pytest.fixture
 def live(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> Iterator[Live]:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    window = Live("a drive", clock)
+    window = Live("a drive", clock, clock.pass_by)
     yield window
     window.close()
 
@@ -175,6 +181,66 @@ def test_the_path_stays_marked_where_the_robot_was_lost(
         live.show(k, n, told, short_episode.scans[k - 1], playback.slam)
     assert count(shown(live), LOST) > 50
     assert count(shown(live), VERMILION) > 200
+
+
+DOOR = MappedDoor(np.array([[1.0, 0.5], [1.0, -0.5]]), 0.5, 2, 9.0, 0.0, 9.0, 9, 9, 0.95)
+
+
+def ran(live: Live, clock: Clock, episode: Episode) -> None:
+    playback, n = Playback(slam.make(VARIANT), episode), len(episode.scans)
+    for k, estimate in enumerate(playback, 1):
+        clock.now += 0.1
+        live.show(k, n, estimate, episode.scans[k - 1], playback.slam)
+
+
+def test_it_ends_with_what_was_found_until_a_minute_has_passed(
+    live: Live, clock: Clock, short_episode: Episode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran(live, clock, short_episode)
+    written: list[str] = []
+    text = captions.text
+
+    def noted(surface, words, *more):
+        written.append(words)
+        return text(surface, words, *more)
+
+    monkeypatch.setattr(captions, "text", noted)
+    pictures = []
+    monkeypatch.setattr(live, "close", lambda: pictures.append(shown(live)))
+    before, begun = shown(live), clock.now
+    live.finish("done: 80 scans, doors: 1", [DOOR])
+    assert clock.now - begun == pytest.approx(MAX_HOLD, abs=0.1)
+    assert written[:2] == ["1", "done: 80 scans, doors: 1"]
+    (after,) = pictures
+    assert count(after, BLUE) > count(before, BLUE) + 50  # the door, and no ellipse any more
+    assert count(after, (0, 0, 0)) > 100
+
+
+@pytest.mark.parametrize("kind", ["KEYDOWN", "QUIT"])
+def test_a_key_or_the_mouse_closes_it(
+    live: Live, clock: Clock, short_episode: Episode, kind: str
+) -> None:
+    import pygame
+
+    ran(live, clock, short_episode)
+    pygame.event.post(pygame.event.Event(getattr(pygame, kind)))
+    begun = clock.now
+    live.finish("done", [])
+    assert live.closed
+    assert clock.now == begun
+    live.finish("done", [])  # of a window that the user closed: nothing to show
+    assert clock.now == begun
+
+
+def test_the_last_picture_of_a_run_says_what_comes_next(
+    live: Live, clock: Clock, short_episode: Episode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: list[str] = []
+    monkeypatch.setattr(captions, "text", lambda _, words, x, *more: written.append(words) or x)
+    ran(live, clock, short_episode)
+    told = [words for words in written if words.startswith("scan ")]
+    assert told[-1] == "scan 80 of 80   0:08 elapsed, writing the files"
+    assert not [words for words in written if "matched" in words]
 
 
 def test_without_a_display_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,7 @@ from slam.sessions.session import Session
 from slam.trajectory import Trajectory
 from tests.slam.worlds import drive
 
-QUICK = ["--skip", "film,rrd,mcap"]
+QUICK = ["--skip", "rrd,mcap"]
 
 
 def mapped(log: Path, out: Path, *more: str) -> int:
@@ -37,7 +37,7 @@ def made(tmp_path_factory, short_episode: Episode) -> Path:
     folder = tmp_path_factory.mktemp("map")
     write_log(short_episode, folder / "drive.npz")
     arguments = ["map", str(folder / "drive.npz"), "--out", str(folder / "out")]
-    assert main.status([*arguments, "--slam", "static-graph"]) == 0
+    assert main.status([*arguments, "--slam", "static-graph", "--film", "--page"]) == 0
     return folder / "out"
 
 
@@ -46,6 +46,17 @@ def test_writes_all_that_it_says(made: Path):
     assert {path.name for path in made.iterdir()} == set(summary["files"])
     assert summary["scans"] == 80
     assert summary["slam"] == "static-graph"
+
+
+def test_a_film_and_a_page_are_made_on_demand_only(log: Path, tmp_path: Path, capsys):
+    assert mapped(log, tmp_path / "out") == 0
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"map.yaml", "layers.png", "map.mcap", "map.rrd"} <= names
+    assert not [name for name in names if name.startswith("film") or name.endswith(".html")]
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["seconds_in_all"] > summary["seconds"] > 0
+    told = capsys.readouterr().out
+    assert f"{summary['seconds']:.1f} s, {summary['seconds_in_all']:.1f} s with all files" in told
 
 
 def test_the_files_agree(made: Path):
@@ -174,7 +185,7 @@ def test_what_cannot_be_written_costs_nothing_else(tmp_path: Path, short_episode
     scans = tuple(replace(scan, time=scan.time - 100) for scan in short_episode.scans)
     odometry = Trajectory(short_episode.odometry.times - 100, short_episode.odometry.poses)
     save_episode(Episode(scans, odometry), tmp_path / "early.npz")
-    assert mapped(tmp_path / "early.npz", tmp_path / "out", "--skip", "film,rrd") == 2
+    assert mapped(tmp_path / "early.npz", tmp_path / "out", "--skip", "rrd") == 2
     assert "mcap not written: a bag needs times" in capsys.readouterr().err
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["not_written"] == ["mcap"]

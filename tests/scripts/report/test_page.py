@@ -9,18 +9,10 @@ import pytest
 from dynslam_cli import main
 
 from slam.benchmark.results import read
+from tests.browser import watched
 from tests.one_process import made_once
 
 ORDER = ("static-ml", "dynamic-ml", "odometry")
-QUIET = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 
 
 @pytest.fixture(scope="module")
@@ -35,31 +27,11 @@ def report(small_results, tmp_path_factory) -> Path:
     return made_once(tmp_path_factory, "bench", bench) / "report.html"
 
 
-@pytest.fixture(scope="module")
-def browser():
-    sync_api = pytest.importorskip("playwright.sync_api")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("no chromium here: apt install chromium")
-    with sync_api.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=chromium, args=list(QUIET))
-        yield opened
-        opened.close()
-
-
 @pytest.fixture
 def page(browser, report):
-    """The page as it was opened; whatever goes wrong in it, and whatever it asks for."""
-    opened = browser.new_page(viewport={"width": 1100, "height": 800})
-    wrong, asked = [], []
-    opened.on("pageerror", lambda error: wrong.append(str(error)))
-    opened.on("console", lambda m: wrong.append(m.text) if m.type == "error" else None)
-    opened.on("request", lambda request: asked.append(request.url))
-    opened.goto(report.as_uri())
-    yield opened
-    opened.close()
-    assert wrong == []
-    assert [url for url in asked if not url.startswith("data:")] == [report.as_uri()]
+    """The page as it was opened."""
+    with watched(browser, report) as opened:
+        yield opened
 
 
 def column(page, number: int) -> list[str]:

@@ -1,7 +1,9 @@
+import time
 from itertools import islice
 
 import numpy as np
 import pytest
+from numba import njit
 
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
@@ -130,3 +132,27 @@ def test_a_run_keeps_how_probably_it_was_lost(episode) -> None:
     assert set(done.lost.tolist()) == {0.25, 0.75}
     assert done.lost.tolist() == [0.25 if x < 0.1 else 0.75 for x in done.online[:, 0]]
     assert run(DeadReckoning(), episode).lost.tolist() == [0.0] * 30
+
+
+class Compiling(DeadReckoning):
+    """Compiles a kernel at its third scan, and keeps the time of that."""
+
+    def __init__(self):
+        super().__init__()
+        self.updates, self.compiling = 0, 0.0
+
+    def update(self, displacement, scan):
+        self.updates += 1
+        if self.updates == 3:
+            begun = time.perf_counter()
+            njit(lambda x: x * x + 1)(3.0)
+            self.compiling = time.perf_counter() - begun
+        return super().update(displacement, scan)
+
+
+def test_the_time_of_an_update_is_without_that_of_compiling(episode) -> None:
+    slam = Compiling()
+    done = run(slam, episode)
+    assert slam.compiling > 0.02
+    assert 0.0 < done.spent[2] < slam.compiling / 2
+    assert done.seconds < slam.compiling + 0.5

@@ -1,0 +1,93 @@
+"""Write map.html: the template, its style and its scripts with the data of a map, in one file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from slam.benchmark.run import Run
+from slam.episode import Episode
+from slam.grid import GridSpec
+from slam.io.files import AnyPath, replacing
+from slam.io.layers import FRAME, doors_collection
+from slam.layers import Layers
+from slam.layers.doors import LEAF_DEPTH, SURE
+
+from ..figures.map_panel import MapPanel
+from .door_history import echoes, history
+from .drive import drive
+from .images import Picture, belief_picture, layers_picture, map_picture, reasons_picture
+
+HERE = Path(__file__).parent
+SCRIPTS = ("data", "pictures", "view", "edits", "drive", "doors", "zones", "saving", "main")
+
+
+def write_page(
+    path: AnyPath, title: str, episode: Episode, run: Run, layers: Layers | None
+) -> None:
+    """Write the page of a run on `episode`; without layers (None), with the belief alone."""
+    with replacing(path) as file:
+        file.write(page(title, data(episode, run, layers)).encode())
+
+
+def page(title: str, content: dict[str, Any]) -> str:
+    """The page: one file without network requests."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template("page.html").render(
+        title=title,
+        content=json.dumps(content, allow_nan=False).replace("<", "\\u003c"),
+        css=(HERE / "page.css").read_text(encoding="utf-8"),
+        scripts=[(HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS],
+    )
+
+
+def data(episode: Episode, run: Run, layers: Layers | None) -> dict[str, Any]:
+    """What the scripts need."""
+    count = len(run.poses)
+    doors = {"type": "FeatureCollection", "frame": FRAME, "features": []}
+    histories: list[Any] = []
+    if layers is not None:
+        doors, seen = doors_collection(layers), echoes(episode.scans[:count], run.poses)
+        histories = [[_sight(*one) for one in history(door, seen)] for door in layers.doors]
+    grid = run.grid if layers is None else layers.static_map()
+    content = {
+        "grid": _grid(grid.spec),
+        "view": [round(side, 2) for side in MapPanel("", grid, run.poses).box],
+        "pictures": [picture.as_dict() for picture in _pictures(run, layers)],
+        "drive": drive(episode, run.poses, run.lost),
+        "doors": doors,
+        "histories": histories,
+        "leaf_depth": LEAF_DEPTH,
+        "sure": SURE,
+    }
+    return content | {"digest": hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]}
+
+
+def _pictures(run: Run, layers: Layers | None) -> Iterator[Picture]:
+    """The pictures, the one that is shown at first the first."""
+    if layers is not None:
+        yield map_picture(layers.static_map())
+        yield layers_picture(layers)
+        yield reasons_picture(layers)
+    yield belief_picture(run.grid)
+
+
+def _grid(spec: GridSpec) -> dict[str, Any]:
+    """The cells of map.pgm, for masks of the same size."""
+    left, _, bottom, _ = spec.extent
+    return {
+        "resolution": spec.resolution, "left": left, "bottom": bottom, "rows": spec.rows,
+        "cols": spec.cols,
+    }  # fmt: skip
+
+
+def _sight(begin: float, end: float, opened: bool) -> list[float]:
+    return [round(begin, 1), round(end, 1), int(opened)]
