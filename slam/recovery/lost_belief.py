@@ -41,13 +41,14 @@ class LostBelief:
     probability  that the robot is lost
     jumped       whether the last scan was not continuous with the ones before
     explained    usual share of echoes that the map explains; contradicted: that it contradicts
-    spread       usual deviation of the share of explained echoes from its mean
+    spread       usual deviation of the share of explained echoes from its mean;
+                 contradicted_spread: of contradicted ones
     """
 
     def __init__(self) -> None:
         self.probability = LOSS_RATE
         self.explained, self.contradicted = USUAL
-        self.spread = LEAST_SPREAD
+        self.spread, self.contradicted_spread = LEAST_SPREAD, 0.0
         self._change = 0.0
         self._changes = Surprise(JUMP)
         self._score = 0.0  # usual mean log-likelihood per beam
@@ -86,6 +87,8 @@ class LostBelief:
         explained = max(agreement.explained, LEAST_EXPLAINED)
         self.spread += rate * (abs(explained - self.explained) - self.spread)
         self.explained += rate * (explained - self.explained)
+        off = abs(agreement.contradicted - self.contradicted)
+        self.contradicted_spread += rate * (off - self.contradicted_spread)
         self.contradicted += rate * (agreement.contradicted - self.contradicted)
         self._score += rate * (score - self._score)
         self._recent.append(score)

@@ -28,6 +28,7 @@ ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
 CERTAIN = 10.0  # nats by which they do so, whatever the map says: a place may have changed
 CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most
+OLDEST = 2  # of the last scans, which must prove it if the map contradicts
 LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
@@ -89,7 +90,8 @@ class OdometryFailure:
             corrected = recent.overlaps(match, pose)
             proof = evidence(overlaps, corrected)
             usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP
-            agrees = (usual and proof > CERTAIN) or self._agrees(match.agreement(pose))
+            certain = usual and evidence(overlaps, corrected, OLDEST) > CERTAIN
+            agrees = certain or self._agrees(match.agreement(pose))
             if odds + proof > 0.0 and agrees:
                 self.sudden = proof < PROVEN
                 return pose
@@ -135,13 +137,16 @@ class OdometryFailure:
         return prediction.pose if match.after_gap and not seen else found
 
 
-def evidence(found: Array, corrected: Array) -> float:
+def evidence(found: Array, corrected: Array, oldest: int = RECENT) -> float:
     """Log-likelihood ratio, nats, of a correction, by the overlaps (k, 2) of the last scans where
     the match found the scan, and where it is corrected: if the odometry failed after one of them,
     that one agrees better with the corrected pose. This does not depend on the map, in which a room
-    may look like itself turned around."""
+    may look like itself turned around.
+
+    oldest  so many of the scans are asked: the latest ones may see the same person walk along
+    """
     if len(found) < RECENT:
         return 0.0
-    possible = corrected[:, 0] > found[0, 0] - LESS_OVERLAP
-    gains = (corrected[:, 0] - found[:, 0]) * corrected[:, 1]
+    possible = corrected[-oldest:, 0] > found[0, 0] - LESS_OVERLAP
+    gains = (corrected[-oldest:, 0] - found[-oldest:, 0]) * corrected[-oldest:, 1]
     return ECHO_EVIDENCE * float(gains[possible].max(initial=-found[0, 1]))

@@ -176,7 +176,8 @@ class Watch:
 
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
         """Whether the map contradicts no more than usual, if that is asked for: after a jump."""
-        most = self.belief.contradicted + NO_MORE_CONTRADICTED
+        more = max(NO_MORE_CONTRADICTED, self.belief.contradicted_spread)
+        most = self.belief.contradicted + more
         return self._jump is None or agreement.contradicted <= most
 
     def _dismissed(self) -> float:
