@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.bounds import MAX_ANGLE
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
@@ -40,7 +41,6 @@ HEAD = {
     "mount": 3,
     "beam_time": 1,
 }
-MAX_ANGLE = 100.0  # rad: a larger angle is in other units
 EVEN_TOLERANCE = 1e-6  # rad: beams this close to an even spread are even
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from slam.bounds import MAX_TIME, all_within
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, text_lines
@@ -25,9 +24,10 @@ def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
             row = [float(word) for word in text.split()]
         except ValueError:
             row = []
-        if len(row) != width or not all(map(math.isfinite, row)):
+        if len(row) != width or not all_within(row, MAX_TIME):
             raise InputError(
-                f"{path}:{number}: expected {width} numbers `{columns}`, got {one_line(text, 60)!r}"
+                f"{path}:{number}: expected {width} numbers `{columns}`, none beyond "
+                f"{MAX_TIME:g}, got {one_line(text, 60)!r}"
             )
         rows.append(row)
         numbers.append(number)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.bounds import MAX_COORDINATE, all_within
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
@@ -22,6 +23,7 @@ from slam.io.one_line import one_line
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
 MAX_HEADER = 1 << 16  # bytes, comments and all
 MAX_PIXELS = 1 << 28  # pixels
+MIN_CELL, MAX_CELL = 1e-4, 1e4  # m, sides of a cell
 HEADER = re.compile(
     rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
 )
@@ -69,8 +71,10 @@ def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
     if mode != "trinary":
         raise InputError(f"{path}: mode {one_line(mode, 60)!r} is not read, expected trinary")
     resolution = _number(path, fields, "resolution")
-    if not 1e-6 < resolution < 1e6:
-        raise InputError(f"{path}: expected a positive `resolution` in m, got {resolution}")
+    if not MIN_CELL <= resolution <= MAX_CELL:
+        raise InputError(
+            f"{path}: expected a `resolution` from {MIN_CELL:g} to {MAX_CELL:g} m, got {resolution}"
+        )
     x, y = _origin(path, fields)
     picture = _read_pgm(path.parent / _text(path, fields, "image"))[::-1].astype(np.float64)
     p = picture / 255 if _number(path, fields, "negate", 0.0) else (255 - picture) / 255
@@ -120,7 +124,7 @@ def _finite(path: Path, key: str, text: str) -> float:
 def _origin(path: Path, fields: dict[str, str]) -> tuple[float, float]:
     text = _text(path, fields, "origin")
     values = [_finite(path, "origin", part) for part in text.strip("[]").split(",")]
-    if len(values) != 3 or max(map(abs, values)) > 1e9:
+    if len(values) != 3 or not all_within(values, MAX_COORDINATE):
         raise InputError(f"{path}: expected `origin: [x, y, yaw]`, got {text[:60]!r}")
     if values[2]:
         raise InputError(f"{path}: expected an origin that is not turned, got yaw {values[2]}")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slam.bounds import MAX_BEAM_TIME
 from slam.geometry import Array
 from slam.io.bags.poses import stamp
 from slam.io.bags.transforms import plain
@@ -49,7 +50,7 @@ def sweep(received: float, message: Any) -> Sweep | None:
     reach = float(message.range_min), float(message.range_max)
     time = stamp(message, received)
     frame, step = plain(message.header.frame_id), float(message.time_increment)
-    step = step if 0 <= step < math.inf else 0.0
+    step = step if 0 <= step <= MAX_BEAM_TIME else 0.0
     return Sweep(received, time, ranges, angles, reach, frame, step)
 
 
