@@ -82,8 +82,6 @@ def _results(options: BenchCommand, todo: Sequence[Trial], bar: Progress) -> Ite
         yield from on_cluster(todo, options.cluster)
         return
     recording = _recordings(todo)
-    if recording:
-        output_directory(cache.folder())
     with WorkerProcesses() as processes:
         drives = results_of(recording, options.jobs, processes)
         for _ in bar.track(drives, len(recording), description="recording"):

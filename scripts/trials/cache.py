@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.episode_file import load_episode, save_episode
+from slam.temporary import is_writable, own_folder
 
 from .sources import SimulatedDrive, Source
 
@@ -19,13 +22,31 @@ DAY = 86400.0  # s
 
 
 def folder() -> Path:
-    """Folder of the cache: $DYNSLAM_CACHE, or dynslam/ in the user's cache folder."""
+    """Folder of the cache: `usual_folder`, or a temporary one of this user if that is read-only."""
+    return _writable(usual_folder())
+
+
+def usual_folder() -> Path:
+    """$DYNSLAM_CACHE, or dynslam/ in the user's cache folder; temporary for a user without one."""
     given = os.environ.get(FOLDER_VARIABLE)
     if given:
         return Path(given)
     if os.name == "nt":
         return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "dynslam"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "dynslam"
+    given = os.environ.get("XDG_CACHE_HOME")
+    try:
+        return (Path(given) if given else Path.home() / ".cache") / "dynslam"
+    except RuntimeError:  # no $HOME, and a user without a name
+        return own_folder() / "drives"
+
+
+@cache
+def _writable(usual: Path) -> Path:
+    if is_writable(usual):
+        return usual
+    found = own_folder() / "drives"
+    print(f"{usual}: cannot be written; drives are recorded into {found}", file=sys.stderr)
+    return found
 
 
 def episode_of(source: Source) -> Episode:
@@ -52,8 +73,9 @@ def episode_of(source: Source) -> Episode:
 
 
 def path_of(source: Source) -> Path:
-    """The cache file of a source."""
-    return folder() / f"{source.key}.npz"
+    """The cache file of a source: in the usual folder if it lies there already, even read-only."""
+    found = usual_folder() / f"{source.key}.npz"
+    return found if found.exists() else folder() / found.name
 
 
 def prune(max_bytes: int = MAX_BYTES) -> None:
