@@ -11,7 +11,9 @@ from typing import Any
 from numba import config, njit
 from numba.core.registry import CPUDispatcher
 
-from slam.temporary import is_writable, own_folder
+from slam.temporary import is_writable, own_folder, provide_home
+
+provide_home()
 
 
 def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:

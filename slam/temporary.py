@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
 import tempfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -25,6 +27,16 @@ def own_folder() -> Path:
     except OSError:  # a file of that name
         pass
     return Path(tempfile.mkdtemp(prefix="dynslam-"))
+
+
+def provide_home() -> None:
+    """Give a user without a home, here and in processes that this one starts, `own_folder` as one:
+    numba and others would make a folder named ~ where the command is run."""
+    if os.path.expanduser("~") != "~":
+        return
+    with suppress(OSError):
+        os.environ["HOME"] = str(own_folder())
+        print(f"dynslam: this user has no home; used instead: {own_folder()}", file=sys.stderr)
 
 
 def is_writable(folder: Path) -> bool:

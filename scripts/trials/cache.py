@@ -33,11 +33,7 @@ def usual_folder() -> Path:
         return Path(given)
     if os.name == "nt":
         return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "dynslam"
-    given = os.environ.get("XDG_CACHE_HOME")
-    try:
-        return (Path(given) if given else Path.home() / ".cache") / "dynslam"
-    except RuntimeError:  # no $HOME, and a user without a name
-        return own_folder() / "drives"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "dynslam"
 
 
 @cache

@@ -96,3 +96,19 @@ def test_a_link_or_a_file_of_that_name_is_not_followed(temp: Path) -> None:
     own.unlink()
     own.touch()
     assert temporary.own_folder().parent == temp
+
+
+def test_a_user_without_a_home_gets_one(temp: Path, monkeypatch, capsys) -> None:
+    """A user id without an entry in /etc/passwd and no $HOME: `~` stays as it is."""
+    monkeypatch.delenv("HOME")
+    monkeypatch.setattr(os.path, "expanduser", lambda path: path)
+    temporary.provide_home()
+    assert os.environ["HOME"] == str(temp / f"dynslam-{os.getuid()}")
+    assert capsys.readouterr().err.count("this user has no home") == 1
+
+
+def test_a_home_is_left_as_it_is(temp: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setenv("HOME", "/somewhere")
+    temporary.provide_home()
+    assert os.environ["HOME"] == "/somewhere"
+    assert not capsys.readouterr().err
