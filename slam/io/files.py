@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import IO
 
 from slam.errors import InputError
+from slam.io.guard import take
 
 AnyPath = str | os.PathLike[str]
 MAX_LINE = 1 << 20  # bytes; the rest of a longer line is left out
 MAX_TEXT_LINE = 1 << 26  # bytes; a file with a longer line is no text
-MAX_TEXT = 1 << 27  # bytes of a decompressed text, if more than
-MAX_RATIO = 100  # times its compressed size; real logs have 3 to 15 times
+LINE_BYTES = 100  # of memory that a line of a text may take, beside its bytes
 GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of a gzip file
 ZIP_MAGIC = b"PK\x03\x04"
 ROS1_MAGIC = b"#ROSBAG V"
@@ -33,7 +33,8 @@ class CutShortError(InputError):
 def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
     """Line numbers (from 1) and lines of a text file, compressed or not, in bounded memory.
 
-    Raises InputError if the file cannot be opened, CutShortError if a compressed one is damaged.
+    What a compressed one unpacks to is taken from its budget. Raises InputError if the file cannot
+    be opened, CutShortError if a compressed one is damaged.
     """
     with reading(path) as raw:
         packed = raw.peek(2)[:2] == GZIP_MAGIC  # pyright: ignore[reportAttributeAccessIssue]
@@ -41,8 +42,7 @@ def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
         number, whole, length = 0, True, 0
         try:
             while line := file.readline(MAX_LINE):
-                if packed and file.tell() > max(MAX_TEXT, MAX_RATIO * raw.tell()):
-                    raise InputError(f"{path}: unpacks to over {MAX_TEXT >> 20} MB, as no log does")
+                take(len(line) + LINE_BYTES if packed else 0)
                 if whole:
                     number, length = number + 1, 0
                     yield number, line

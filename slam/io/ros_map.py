@@ -18,11 +18,13 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, reading, replacing, text_lines
+from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
 MAX_HEADER = 1 << 16  # bytes, comments and all
 MAX_PIXELS = 1 << 28  # pixels
+PIXEL_BYTES = 40  # of a pixel: as floats, its probability, and what it is compared with
 MIN_CELL, MAX_CELL = 1e-4, 1e4  # m, sides of a cell
 HEADER = re.compile(
     rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
@@ -65,7 +67,11 @@ def read_ros_map(path: AnyPath) -> OccupancyGrid:
 
 def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
     """The map as of `read_ros_map`, and the pose of the grid's frame in that of the map."""
-    path = Path(path)
+    with guarded(path):
+        return _read(Path(path))
+
+
+def _read(path: Path) -> tuple[OccupancyGrid, Pose2]:
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
     if mode != "trinary":
@@ -142,5 +148,6 @@ def _read_pgm(path: Path) -> np.ndarray:
             raise InputError(f"{path}: expected {cols} x {rows} pixels, got {held} bytes of them")
         if held > MAX_PIXELS:
             raise InputError(f"{path}: {cols} x {rows} pixels are more than any map has")
+        take(PIXEL_BYTES * held)
         file.seek(header.end())
         return np.frombuffer(file.read(), dtype=np.uint8).reshape(rows, cols)

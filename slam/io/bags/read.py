@@ -26,6 +26,7 @@ from slam.io.bags.recorded_messages import (
 )
 from slam.io.bags.robot import mounts_of, odometry_of
 from slam.io.files import AnyPath
+from slam.io.guard import RECORD_BYTES, guarded, take
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.max_range import estimated_max_range
 from slam.io.one_line import listed, one_line
@@ -46,14 +47,11 @@ def read_bag(path: AnyPath, choice: SourceSelection = SourceSelection()) -> Load
     backwards, the times at which the messages were recorded. Raises InputError.
     """
     warnings = WarningCounter("message")
-    with open_bag(path, warnings) as bag:
+    with guarded(path), open_bag(path, warnings) as bag:
         laser = _laser(bag, choice.laser)
         topic = _odometry_topic(bag, choice.odometry)
         recorded = read_messages(bag, laser, topic, warnings)
-    try:
         episode = _episode(recorded, laser, topic, choice, warnings)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
     episode = replace(episode, meta={"source": Path(path).name, **episode.meta})
     return LoadedRecording(episode, warnings.counted())
 
@@ -85,12 +83,13 @@ def read_reference(path: AnyPath, topic: str) -> Trajectory:
     """The poses of a topic whose messages have a pose, such as a reference system's."""
     warnings = WarningCounter("message")
     poses = Poses()
-    with open_bag(path, warnings) as bag:
+    with guarded(path), open_bag(path, warnings) as bag:
         if topic not in bag.topics:
             raise InputError(f"{path}: no topic {topic!r}; there are {listed(list(bag.topics))}")
         for _, received, message in bag.messages([topic]):
             if not hasattr(message, "pose"):
                 raise InputError(f"{path}: {topic} is a {bag.topics[topic].kind} and tells no pose")
+            take(RECORD_BYTES)
             poses.add(received, message)
     stamped = poses.collected()
     if not len(stamped.times):
