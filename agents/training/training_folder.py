@@ -10,6 +10,7 @@ from typing import Any
 from agents.training.segments import CHECKPOINT, PROGRESS, read_progress
 from slam.errors import InputError
 from slam.io.files import replacing
+from slam.io.small_text import parse_text
 
 CONFIG = "config.json"
 
@@ -49,7 +50,4 @@ def write_config(plain: Mapping[str, Any], folder: Path) -> None:
 
 
 def _read(config: Path) -> dict[str, Any]:
-    try:
-        return dict(json.loads(config.read_text(encoding="utf-8")))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{config}: not a configuration of a training ({error})") from None
+    return parse_text(config, "a configuration of a training", lambda text: dict(json.loads(text)))

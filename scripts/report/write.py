@@ -109,7 +109,7 @@ def _origins(rows: Sequence[Result]) -> list[str]:
     origins = (
         f"commit {row['commit'] or 'unknown'}, "
         f"{', '.join(f'{name} {number}' for name, number in row['versions'].items())}; "
-        f"{row['host']['machine']}, {row['host']['cores']} cores"
+        f"{row['host'].get('machine')}, {row['host'].get('cores')} cores"
         for row in rows
     )
     return list(dict.fromkeys(origins))

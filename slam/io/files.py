@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gzip
 import os
-import secrets
-import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +12,7 @@ from typing import IO
 
 from slam.errors import InputError
 from slam.io.guard import take
+from slam.io.leftovers import temporary_file, temporary_folder
 
 AnyPath = str | os.PathLike[str]
 MAX_LINE = 1 << 20  # bytes; the rest of a longer line is left out
@@ -72,9 +71,10 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
     """A file open for reading. Raises InputError if the system refuses it, and for a pipe or a
     device, which might never end."""
     try:
-        if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+        path = _named(path)
+        if path.exists() and not (path.is_file() or path.is_dir()):
             raise InputError(f"{path}: a file was expected, this is a device or a pipe")
-        with _opened(Path(path), "rb") as file:
+        with path.open("rb") as file:
             yield file
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
@@ -87,17 +87,12 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
 @contextmanager
 def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
     """A temporary file that replaces `path` when it is complete, and is deleted otherwise."""
-    path = Path(path)
-    own = f"{os.getpid()}-{secrets.token_hex(4)}"  # process ids are not unique on a shared disk
-    temporary = path.parent / f".{path.name}.{own}.tmp"
+    path = _named(path)
     try:
-        try:
-            with _opened(temporary, "wb") as file:
+        with temporary_file(path) as temporary:
+            with temporary.open("wb") as file:
                 yield file
             temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
@@ -106,17 +101,17 @@ def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
 def placing(path: AnyPath) -> Iterator[Path]:
     """A temporary path with the same name, for libraries that open files by name; the file written
     there then replaces `path`."""
-    path = Path(path)
+    path = _named(path)
     try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-            made = Path(folder) / path.name
+        with temporary_folder(path) as folder:
+            made = folder / path.name
             yield made
             made.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
-def _opened(path: Path, mode: str) -> IO[bytes]:
+def _named(path: AnyPath) -> Path:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not a file name")
-    return path.open(mode)
+    return Path(path)

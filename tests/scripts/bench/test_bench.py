@@ -250,7 +250,7 @@ def test_one_that_cannot_be_sent_is_refused_before_anything_runs(bench, monkeypa
         (("paper", "--limit", "0"), "limit must be a finite number"),
         (("logs",), "--logs FOLDER"),
         (("logs", "--logs", "/nowhere"), "a folder of logs was expected"),
-        (("none.toml",), "none.toml: cannot be read"),
+        (("none.toml",), "none.toml: no such file"),
         (("paper", "--cluster", "tcp://127.0.0.1:9"), "no Dask scheduler"),
         (("paper", "--cluster", "nonsense://x"), "no Dask scheduler"),
     ],
@@ -289,14 +289,19 @@ def test_an_episode_that_cannot_be_kept_is_made_all_the_same(monkeypatch, tmp_pa
     assert len(cache.episode_of(drive("DoorCorridor-v0", 5003, max_episode_steps=9)).scans) == 10
 
 
-def test_a_folder_for_episodes_that_cannot_be_is_told_before_hours_go_by(
-    bench, monkeypatch, tmp_path, capsys
+def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
+    monkeypatch, tmp_path, capsys
 ):
+    """It stopped a bench."""
     (tmp_path / "file").touch()
+    (tmp_path / "temp").mkdir()
     monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "file"))
-    assert bench(*SMALL) == 2
-    assert "a directory that can be written was expected" in capsys.readouterr().err
-    assert not (tmp_path / "out" / "results.jsonl").exists()
+    monkeypatch.setattr(cache, "own_folder", lambda: tmp_path / "temp")
+    source = drive("DoorCorridor-v0", 5003, max_episode_steps=9)
+    cache.episode_of(source)
+    assert cache.path_of(source).is_file()
+    assert cache.path_of(source).parent == tmp_path / "temp" / "drives"
+    assert "cannot be written; drives are recorded into" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("line", ["no json", '{"ate": 1.0}', "[]"])
