@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 import subprocess
@@ -16,6 +17,7 @@ from slam.io.files import MAX_LINE, lines
 from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
 
+MAX_DIGITS = 18  # of a whole number: those of 64 bits
 JSON_BYTES = 30  # of memory that a byte of JSON takes at most
 Result = dict[str, Any]
 """One run: flat scores by name, with the configuration and origin of the run."""
@@ -98,12 +100,26 @@ def read(path: Path) -> list[Result]:
 
 def _row(line: bytes, where: str) -> Result:
     try:
-        row = json.loads(line.decode(), parse_constant=_no_number)
+        row = json.loads(
+            line.decode(), parse_constant=_no_number, parse_int=_whole, parse_float=_finite
+        )
     except (ValueError, RecursionError) as error:  # ValueError: UnicodeDecodeError, JSONDecodeError
         raise InputError(f"{where}: not a line of results ({one_line(error)})") from None
     if not isinstance(row, dict):
         raise InputError(f"{where}: not a line of results (no object of JSON)")
     return row
+
+
+def _whole(text: str) -> int:
+    if len(text) > MAX_DIGITS:
+        raise ValueError(f"a whole number of {len(text)} digits")
+    return int(text)
+
+
+def _finite(text: str) -> float:
+    if math.isinf(float(text)):
+        raise ValueError(f"{one_line(text, 60)} is no finite number")
+    return float(text)
 
 
 def _no_number(name: str) -> NoReturn:
