@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from slam.errors import InputError
+from slam.io.guard import take
 from slam.io.one_line import listed, one_line
 from slam.io.small_text import parse_text
 
@@ -18,6 +19,9 @@ ALGORITHMS = ("ppo", "recurrent-ppo")
 MAX_SETTINGS = 1 << 16  # bytes; rl_zoo3's own files have 4 to 13 kB
 MAX_VALUES = 10_000  # in a file, counted again at every reference
 MAX_KWARGS = 2000  # characters of policy_kwargs
+MAX_PARTS = 100  # values in it
+MAX_WIDTH = 4096  # of a layer, or any other number in it
+LAYER_BYTES = 64  # of a weight: four gates of an LSTM, its inputs and outputs, twice
 LINEAR_PREFIX = "lin_"  # of a number that decreases linearly to 0
 
 
@@ -68,6 +72,24 @@ def arguments(settings: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(given.get("policy_kwargs"), str):
         given["policy_kwargs"] = _parsed(given["policy_kwargs"])
     return given
+
+
+def check_network(kwargs: object) -> None:
+    """Check the policy_kwargs of a file: names, lists and numbers that make a network within the
+    budget of the file. Raises InputError."""
+    todo, seen, widths = [kwargs], 0, [0.0]
+    while todo and seen <= MAX_PARTS:
+        value = todo.pop()
+        seen += 1
+        if isinstance(value, Mapping):
+            todo += value.values()
+        elif isinstance(value, list | tuple):
+            todo += value
+        elif isinstance(value, int | float):
+            widths.append(abs(value))
+    if seen > MAX_PARTS or not max(widths) <= MAX_WIDTH:
+        raise InputError(f"policy_kwargs has up to {MAX_PARTS} parts and numbers to {MAX_WIDTH}")
+    take(LAYER_BYTES * len(widths) * max(widths) ** 2)
 
 
 def _schedule(name: str, text: str) -> Any:

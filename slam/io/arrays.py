@@ -23,7 +23,7 @@ COPIES = 3  # of an array: as it is stored, as floats, and what is computed from
 Parsed = TypeVar("Parsed")
 UNREADABLE = (
     OSError, EOFError, ValueError, LookupError, TypeError, RuntimeError, MemoryError, OverflowError,
-    SyntaxError, AttributeError, zlib.error, zipfile.BadZipFile, tokenize.TokenError,
+    SyntaxError, SystemError, AttributeError, zlib.error, zipfile.BadZipFile, tokenize.TokenError,
 )  # fmt: skip
 """What numpy, json and zipfile raise for files that are damaged or of another format; LookupError
 is KeyError and IndexError, RuntimeError is RecursionError and NotImplementedError."""

@@ -28,6 +28,7 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.door_runs import read_door_runs
 from slam.io.forecast_file import load_forecast, save_forecast
+from slam.io.guard import guarded
 from slam.io.kitti import read_kitti, write_kitti
 from slam.io.layers import picture, read_layers, write_layers
 from slam.io.loaded_recording import LoadedRecording
@@ -168,7 +169,8 @@ def _suite(path: Path) -> object:
 
 
 def _settings(path: Path) -> object:
-    return arguments(read_settings("ppo", "DoorPatrol-v0", path))
+    with guarded(path):
+        return arguments(read_settings("ppo", "DoorPatrol-v0", path))
 
 
 def _results() -> bytes:

@@ -40,7 +40,8 @@ class Sweep(NamedTuple):
 
 def sweep(received: float, message: Any) -> Sweep | None:
     """A message's sweep; None if it has no beams or no valid angles."""
-    ranges = np.asarray(message.ranges, dtype=np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+        ranges = np.asarray(message.ranges, dtype=np.float64)
     angles = _fan(
         len(ranges),
         float(message.angle_min), float(message.angle_max), float(message.angle_increment),
