@@ -41,11 +41,21 @@ def read_settings(algorithm: str, env: str, path: Path | None = None) -> dict[st
     return dict(found)
 
 
+class _Loader(yaml.SafeLoader):
+    """Plain data; a mapping that merges others (<<) has a bounded number of entries."""
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Merge; raises ValueError where merged mappings double at each of many levels."""
+        super().flatten_mapping(node)
+        if len(node.value) > MAX_VALUES:
+            raise ValueError(f"a mapping of more than {MAX_VALUES} values")
+
+
 def _loaded(text: str) -> Any:
     """The data of a YAML file; raises ValueError for another, and where references (&name, *name)
     make a small file a huge one, or one without an end."""
     try:
-        known = yaml.safe_load(text)
+        known = yaml.load(text, _Loader)
     except yaml.YAMLError as error:
         raise ValueError(error) from None
     todo, seen = [known], 0

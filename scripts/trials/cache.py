@@ -6,6 +6,7 @@ import os
 import sys
 import time
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from slam.temporary import is_writable, own_folder
 from .sources import SimulatedDrive, Source
 
 FOLDER_VARIABLE = "DYNSLAM_CACHE"
+KEY = "cached as"  # in the meta of a file: the key of its source
 MAX_BYTES = 4_000_000_000
 DAY = 86400.0  # s
 
@@ -55,17 +57,25 @@ def episode_of(source: Source) -> Episode:
     path = path_of(source)
     if path.exists():
         try:
-            episode = load_episode(path)
+            episode = _unmarked(load_episode(path), source)
             with suppress(OSError):  # the file of another user
                 os.utime(path)
             return episode
-        except InputError:  # damaged: record it again
+        except InputError:  # damaged, or another drive: record it again
             pass
     episode = source.make()
     with suppress(OSError, InputError):  # without a cache, it is recorded again next time
         path.parent.mkdir(parents=True, exist_ok=True)
-        save_episode(episode, path)
+        save_episode(replace(episode, meta={**episode.meta, KEY: source.key}), path)
     return episode
+
+
+def _unmarked(episode: Episode, source: SimulatedDrive) -> Episode:
+    """The episode as it was recorded. Raises InputError for that of another source."""
+    meta = dict(episode.meta)
+    if meta.pop(KEY, None) != source.key:
+        raise InputError("the drive of another source")
+    return replace(episode, meta=meta)
 
 
 def path_of(source: Source) -> Path:

@@ -15,10 +15,12 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from slam.errors import InputError
+from slam.io.one_line import one_line
 
 FLOOR = 200  # MB, of any file
 PER_BYTE = 50  # bytes of memory for a byte of a file
 VARIABLE = "DYNSLAM_READ_MB"
+MAX_MESSAGE = 400  # characters, beside the path
 SCAN_BYTES = 1500  # of a scan's objects, beside its ranges
 RECORD_BYTES = 600  # of a line, a message or a pose that is kept as an object
 
@@ -35,15 +37,20 @@ def guarded(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        if str(error).startswith(str(path)):
-            raise
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(_told(path, str(error))) from None
     except RecursionError:
         raise InputError(f"{path}: is nested too deeply") from None
     except MemoryError:
         raise InputError(f"{path}: there is not enough memory to read it") from None
     finally:
         _left.reset(token)
+
+
+def _told(path: str | os.PathLike[str], text: str) -> str:
+    """The message, short, behind the path; behind path:line if that is what it begins with."""
+    if not text.startswith(str(path)):
+        return f"{path}: {one_line(text, MAX_MESSAGE)}"
+    return f"{path}{one_line(text.removeprefix(str(path)), MAX_MESSAGE)}"
 
 
 def take(size: float) -> None:

@@ -13,7 +13,7 @@ from slam.bounds import MAX_COORDINATE, bounded
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.arrays import parsed
+from slam.io.arrays import floats, parsed
 from slam.io.files import replacing
 from slam.io.scan_arrays import packed_scans, unpacked_scans
 from slam.motion.threshold import KEYFRAMES, MotionTrigger
@@ -75,7 +75,7 @@ class Session:
 
 
 def _session(data: dict[str, Any]) -> Session:
-    return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
+    return Session(unpacked_scans(data), floats(data["poses"], 2))
 
 
 def session_of(episode: Episode, poses: Array) -> Session:

@@ -2,6 +2,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -287,6 +288,38 @@ def test_an_episode_that_cannot_be_kept_is_made_all_the_same(monkeypatch, tmp_pa
     (tmp_path / "file").touch()
     monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "file"))
     assert len(cache.episode_of(drive("DoorCorridor-v0", 5003, max_episode_steps=9)).scans) == 10
+
+
+def test_a_cached_drive_of_another_source_is_recorded_again():
+    """A file under another's name was taken for it."""
+    one, other = (drive("DoorCorridor-v0", seed, max_episode_steps=9) for seed in (5003, 5004))
+    right = cache.episode_of(other)
+    cache.episode_of(one)
+    shutil.copy(cache.path_of(one), cache.path_of(other))
+    for _ in range(2):
+        found = cache.episode_of(other)
+        assert found.scans[5].ranges.tolist() == right.scans[5].ranges.tolist()
+        assert found.meta == right.meta, "as without a cache"
+
+
+def test_a_damaged_picture_of_a_run_is_left_out_of_the_report(bench, small, capsys):
+    """It was a traceback at --resume."""
+    for path in (small / "examples").iterdir():
+        path.write_bytes(path.read_bytes()[:1000])
+    assert bench(*SMALL, "--resume", report=True) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert told
+    assert all(line.endswith("left out") and ": not a recorded run" in line for line in told)
+
+
+def test_runs_that_are_there_twice_count_once(bench, small, capsys):
+    """As two benches in one folder left them: every interval was too narrow."""
+    path = small / "results.jsonl"
+    path.write_bytes(2 * path.read_bytes())
+    assert bench(*SMALL, "--resume") == 0
+    told = capsys.readouterr()
+    assert "8 runs are in it again; the last one counts" in told.err
+    assert "8 runs, 0 without a result" in told.out
 
 
 def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
