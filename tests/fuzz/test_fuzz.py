@@ -1,6 +1,6 @@
 """A minute of the fuzzer, every finding of its past, and whether it finds what it is to find."""
 
-import ctypes
+import os
 import random
 import time
 from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ def refuse(path: Path) -> None:
 
 
 def crash(path: Path) -> None:
-    ctypes.string_at(0)
+    os._exit(7)  # as a kernel ends the process that writes beside its arrays
 
 
 def fill(path: Path) -> None:
@@ -66,7 +66,7 @@ def hang(path: Path) -> None:
     ("read", "wrong"),
     [
         (refuse, "the message is"),
-        (crash, "ended with status -11"),
+        (crash, "ended with status 7"),
         (fill, "it took 4"),
         (hang, "TooSlowError"),
         (lambda path: 1 / 0, "ZeroDivisionError"),
