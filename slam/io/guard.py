@@ -20,7 +20,8 @@ from slam.io.one_line import one_line
 FLOOR = 200  # MB, of any file
 PER_BYTE = 50  # bytes of memory for a byte of a file
 VARIABLE = "DYNSLAM_READ_MB"
-MAX_MESSAGE = 400  # characters, beside the path
+MAX_MESSAGE = 400  # characters, beside the path and
+LINE_NUMBER = 20  # of a line number and a colon
 SCAN_BYTES = 1500  # of a scan's objects, beside its ranges
 RECORD_BYTES = 600  # of a line, a message or a pose that is kept as an object
 
@@ -50,7 +51,7 @@ def _told(path: str | os.PathLike[str], text: str) -> str:
     """The message, short, behind the path; behind path:line if that is what it begins with."""
     if not text.startswith(str(path)):
         return f"{path}: {one_line(text, MAX_MESSAGE)}"
-    return f"{path}{one_line(text.removeprefix(str(path)), MAX_MESSAGE)}"
+    return f"{path}{one_line(text.removeprefix(str(path)), MAX_MESSAGE + LINE_NUMBER)}"
 
 
 def take(size: float) -> None:
