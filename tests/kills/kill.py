@@ -30,9 +30,9 @@ KILLS_A_ROUND = 5
 ROOT = Path(__file__).parents[2]
 TIMED = (
     "finished", "seconds", "ms_per_matched_scan", "ms_per_step", "peak_memory_mb", "memory_mb",
-    "spent", "host", "max_ms_per_step",
+    "commit",
 )  # fmt: skip
-"""What differs from run to run in rows and summaries."""
+"""What differs from run to run in rows and summaries; the commit, if the checkout is edited."""
 OF_TIMES = (".html", ".csv", ".png", ".svg", ".md", ".tex")  # pages that show times: names alone
 FOLDERS_OF_TIMES = ("tensorboard",)
 SUITE = """
@@ -177,7 +177,8 @@ def trial(name: str, kills: int, work: Path, chance: random.Random) -> list[str]
         finish(command, work, out)
         other = differences(expected, contents(work / out))
         wrong += [f"{name}, round {number}: {', '.join(other)}"] if other else []
-        print(f"{name}: {KILLS_A_ROUND * (number + 1)} kills, {len(wrong)} wrong", flush=True)
+        told = f", wrong: {', '.join(other)}" if other else ""
+        print(f"{name}: {KILLS_A_ROUND * (number + 1)} kills{told}", flush=True)
     return wrong
 
 
