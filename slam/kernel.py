@@ -58,7 +58,7 @@ def _move_cache() -> bool:
         f"user's own can be written; NUMBA_CACHE_DIR names another",
         file=sys.stderr,
     )
-    config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = folder
+    settings.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = folder
     return is_writable(Path(folder))
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from tests.slam.io.samples import samples, small_drive
 FAR = (1e10, 1e12, 1e300, math.inf, math.nan)
 
 
-def scan(mount: Pose2 = Pose2(), **given: float) -> Scan:
+def scan(mount: Pose2 = Pose2(), **given: Any) -> Scan:
     limits = {"max_range": 5.0, **given}
     return Scan(np.ones(3), np.linspace(-1, 1, 3), mount=mount, **limits)
 
