@@ -51,7 +51,8 @@ def _move_cache() -> bool:
         folder = str(own_folder() / "numba")
     except OSError:
         return False
-    if folder == config.CACHE_DIR:  # and it cannot be written any more
+    settings: Any = config
+    if settings.CACHE_DIR == folder:  # and it cannot be written any more
         return False
     print(
         f"dynslam: compiled code is kept in {folder}, because neither the package's folder nor the "

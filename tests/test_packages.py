@@ -16,8 +16,8 @@ def test_every_package_is_installed() -> None:
     """`dynslam_env.faults` was missing: nothing could be imported outside of a checkout."""
     told = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     found = {
-        ".".join((name, *made.parent.relative_to(ROOT / folder).parts))
-        for folder, name in FOLDERS.items()
+        ".".join((NAMES.get(folder, folder), *made.parent.relative_to(ROOT / folder).parts))
+        for folder in FOLDERS
         for made in (ROOT / folder).rglob("__init__.py")
     }
     assert found == set(told)

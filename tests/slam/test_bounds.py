@@ -26,7 +26,7 @@ FAR = (1e10, 1e12, 1e300, math.inf, math.nan)
 
 
 def scan(mount: Pose2 = Pose2(), **given: Any) -> Scan:
-    limits = {"max_range": 5.0, **given}
+    limits: dict[str, Any] = {"max_range": 5.0, **given}
     return Scan(np.ones(3), np.linspace(-1, 1, 3), mount=mount, **limits)
 
 
