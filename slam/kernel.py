@@ -52,7 +52,7 @@ def _move_cache() -> bool:
     except OSError:
         return False
     settings: Any = config
-    if settings.CACHE_DIR == folder:  # and it cannot be written any more
+    if folder == settings.CACHE_DIR:  # and it cannot be written any more
         return False
     print(
         f"dynslam: compiled code is kept in {folder}, because neither the package's folder nor the "

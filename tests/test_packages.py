@@ -4,12 +4,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = {
-    "slam": "slam",
-    "dynslam_env": "dynslam_env",
-    "agents": "agents",
-    "scripts": "dynslam_cli",
-}
+FOLDERS = ("slam", "dynslam_env", "agents", "scripts")
+NAMES = {"scripts": "dynslam_cli"}  # of folders that are installed under another name
 
 
 def test_every_package_is_installed() -> None:

@@ -43,8 +43,9 @@ def test_a_mount_no_robot_has(far: float, place: int) -> None:
 @pytest.mark.parametrize("far", FAR)
 @pytest.mark.parametrize("name", ["max_range", "time", "beam_time"])
 def test_a_scan_with_numbers_no_laser_gives(far: float, name: str) -> None:
+    given: dict[str, Any] = {name: 100 * far}
     with pytest.raises(InputError, match="a scan"):
-        scan(**{name: 100 * far})
+        scan(**given)
 
 
 @pytest.mark.parametrize("far", FAR)
