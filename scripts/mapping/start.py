@@ -28,7 +28,7 @@ def parsed_start(numbers: tuple[float, float, float] | None) -> Pose2 | None:
     if numbers is None:
         return None
     if not all_within(numbers, MAX_COORDINATE):
-        raise InputError(f"--start is three numbers up to {MAX_COORDINATE:g}, got {numbers}")
+        raise InputError(f"--start is three finite numbers up to {MAX_COORDINATE:g}, got {numbers}")
     x, y, degrees = numbers
     return Pose2(x, y, math.radians(degrees))
 

@@ -77,7 +77,7 @@ def test_a_map_that_begins_too_far_away(
 
 @pytest.mark.parametrize("far", FAR)
 def test_a_start_pose_and_a_saved_map_beyond_the_earth(far: float) -> None:
-    with pytest.raises(InputError, match="--start is three numbers"):
+    with pytest.raises(InputError, match="--start is three finite numbers"):
         parsed_start((0.0, far, 0.0))
     with pytest.raises(InputError, match="finite poses"):
         Session((scan(),), np.array([[far, 0.0, 0.0]]))
