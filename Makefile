@@ -1,11 +1,11 @@
 # make demo: set up and run the paper's experiment.  make test: set up and run every check.
-# make docs: set up and build the documentation into out/site.
+# make docs: set up and build the documentation into out/site.  make fuzz: ten minutes of damaged files.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test types pytest docs format clean
+.PHONY: demo test types pytest fuzz docs format clean
 
 demo: $(VENV)/core.stamp
 	$(BIN)/dynslam demo
@@ -23,6 +23,10 @@ types: $(VENV)/all.stamp
 pytest: export PYTHONDONTWRITEBYTECODE =
 pytest: $(VENV)/all.stamp
 	$(BIN)/pytest --numprocesses logical --dist worksteal
+
+# Damaged files for every reader; `make test` includes a minute of it.
+fuzz: $(VENV)/all.stamp
+	$(BIN)/python -m tests.fuzz.fuzz --seconds 600
 
 docs: $(VENV)/all.stamp
 	$(BIN)/python -m docs.making.cards

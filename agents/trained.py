@@ -11,9 +11,11 @@ import torch
 from numpy.typing import NDArray
 
 from agents.training.policy_file import read_policy
-from agents.training.settings import arguments
+from agents.training.settings import arguments, check_network
 from agents.training.train import ALGORITHMS
 from slam.errors import InputError
+from slam.io.guard import guarded
+from slam.io.one_line import one_line
 
 
 class Trained:
@@ -25,19 +27,14 @@ class Trained:
 
     def __init__(self, path: Path, env: gym.Env[Any, Any]):
         training, weights = read_policy(path)
-        try:
-            kind, given = ALGORITHMS[training["algorithm"]], arguments(training["settings"])
-            policy = kind.policy_aliases[training["settings"]["policy"]]
-        except (KeyError, TypeError) as error:
-            raise InputError(f"{path}: not a policy of dynslam train ({error!r})") from None
-        self._policy = policy(
-            env.observation_space, env.action_space, lambda _: 0.0, **given.get("policy_kwargs", {})
-        )  # fmt: skip
+        with guarded(path):
+            self._policy = _policy(training, env)
         try:
             self._policy.load_state_dict(weights)
-        except (RuntimeError, TypeError):
+        except (AttributeError, RuntimeError, TypeError):
             raise InputError(
-                f"{path}: trained in {training['env']}, which has other observations or actions"
+                f"{path}: trained in {one_line(training.get('env'), 60)}, which has other "
+                f"observations or actions"
             ) from None
         self._policy.set_training_mode(False)
         torch.set_num_threads(1)
@@ -51,3 +48,18 @@ class Trained:
     ) -> tuple[NDArray[np.float32], Any]:
         """The action (2,), in -1 .. 1, and the policy's recurrent state, if any."""
         return self._policy.predict(observation, state, episode_start, deterministic)
+
+
+def _policy(training: dict[str, Any], env: gym.Env[Any, Any]) -> Any:
+    """The network of a training, untrained. Raises InputError for none of ours."""
+    try:
+        settings = training["settings"]
+        kind, given = ALGORITHMS[training["algorithm"]], arguments(settings)
+        policy = kind.policy_aliases[settings["policy"]]
+        network = given.get("policy_kwargs", {})
+        check_network(network)
+        return policy(env.observation_space, env.action_space, lambda _: 0.0, **network)
+    except InputError:
+        raise
+    except Exception as error:  # torch raises many types
+        raise InputError(f"not a policy of dynslam train ({one_line(repr(error))})") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import textwrap
@@ -128,6 +129,9 @@ def main(arguments: list[str] | None = None) -> None:
 
 def status(arguments: list[str] | None = None) -> int:
     """Run `dynslam ARGUMENTS`; 0, 2 after a user error, 130 after Ctrl-C, 141 on a broken pipe."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name that the terminal has no letters for
+            stream.reconfigure(errors="backslashreplace")
     mistake = foreign_packages()
     if mistake:
         print(f"dynslam: {mistake}", file=sys.stderr)

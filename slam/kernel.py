@@ -5,13 +5,20 @@ The time that compiling takes can be told apart from the time of the work itself
 
 from __future__ import annotations
 
+import os
+import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import config, njit
 from numba.core.event import Listener, register
 from numba.core.registry import CPUDispatcher
+
+from slam.temporary import is_writable, own_folder, provide_home
+
+provide_home()
 
 
 class Stopwatch(Listener):
@@ -52,18 +59,48 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """
     if function is None:
         return lambda kernel_function: kernel(kernel_function, **options)
-    compiled: Any = njit(cache=True, **options)(function)
-    if isinstance(compiled, CPUDispatcher):  # not under NUMBA_DISABLE_JIT
-        index = _cache_index(compiled)
+    compiled = _compiled(function, options)
+    index = _cache_index(compiled)
+    if index is not None:
         index._source_stamp = (index._source_stamp, *_dependencies(function))
     return compiled
+
+
+def _compiled(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """The kernel, its cache beside the source or where numba is told to keep it; where neither can
+    be written, in a temporary folder of this user; where nothing can, without a cache."""
+    try:
+        return njit(cache=True, **options)(function)
+    except RuntimeError:  # numba's "no locator available"
+        if not _move_cache():
+            return njit(**options)(function)
+    return njit(cache=True, **options)(function)
+
+
+def _move_cache() -> bool:
+    """Let numba, here and in processes that this one starts, keep its files in a temporary folder;
+    says so. False if that is impossible."""
+    try:
+        folder = str(own_folder() / "numba")
+    except OSError:
+        return False
+    settings: Any = config
+    if folder == settings.CACHE_DIR:  # and it cannot be written any more
+        return False
+    print(
+        f"dynslam: compiled code is kept in {folder}, because neither the package's folder nor the "
+        f"user's own can be written; NUMBA_CACHE_DIR names another",
+        file=sys.stderr,
+    )
+    settings.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = folder
+    return is_writable(Path(folder))
 
 
 def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
     """The kernels, numbers and NamedTuples defined so far in the module of `function`."""
     for name, value in sorted(function.__globals__.items()):
         if isinstance(value, CPUDispatcher) and value.__module__ != function.__module__:
-            yield name, _cache_index(value)._source_stamp
+            yield name, getattr(_cache_index(value), "_source_stamp", None)
         elif isinstance(value, int | float):
             yield name, repr(value)
         elif isinstance(value, type) and issubclass(value, tuple):
@@ -71,5 +108,6 @@ def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _cache_index(compiled: Any) -> Any:
-    """Numba's index file of the cache, which holds a stamp of the source."""
-    return compiled._cache._cache_file
+    """Numba's index file of the cache, which holds a stamp of the source; None without a cache, and
+    under NUMBA_DISABLE_JIT."""
+    return getattr(getattr(compiled, "_cache", None), "_cache_file", None)

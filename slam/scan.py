@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from slam.bounds import (
+    MAX_ANGLE,
+    MAX_BEAM_TIME,
+    MAX_MOUNT,
+    MAX_RANGE,
+    MAX_TIME,
+    all_within,
+    bounded,
+)
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
@@ -42,13 +50,19 @@ class Scan:
                 f"a scan has one range and one angle per beam, but ranges have shape "
                 f"{self.ranges.shape} and angles {self.angles.shape}"
             )
-        if not (np.isfinite(self.angles).all() and math.isfinite(self.time)):
-            raise InputError("a scan has finite angles and a finite time")
-        if not all(map(math.isfinite, (*self.mount, self.beam_time))):
-            raise InputError(f"a scan has a finite mount and beam_time, got {self.mount}")
-        if not 0.0 <= self.min_range < self.max_range < math.inf:
+        if not (bounded(self.angles, MAX_ANGLE) and abs(self.time) <= MAX_TIME):
             raise InputError(
-                f"a scan needs 0 <= min_range < max_range < inf, "
+                f"a scan has finite angles up to {MAX_ANGLE:g} rad and a finite time up to "
+                f"{MAX_TIME:g} s"
+            )
+        if not (all_within(self.mount, MAX_MOUNT) and abs(self.beam_time) <= MAX_BEAM_TIME):
+            raise InputError(
+                f"a scan has a finite mount up to {MAX_MOUNT:g} m or rad and a beam_time up to "
+                f"{MAX_BEAM_TIME:g} s, got {tuple(self.mount)} and {self.beam_time}"
+            )
+        if not 0.0 <= self.min_range < self.max_range <= MAX_RANGE:
+            raise InputError(
+                f"a scan needs 0 <= min_range < max_range <= {MAX_RANGE:g} m, "
                 f"got min_range={self.min_range}, max_range={self.max_range}"
             )
 

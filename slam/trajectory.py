@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slam.bounds import MAX_COORDINATE, MAX_TIME, bounded
 from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
 
@@ -26,8 +27,11 @@ class Trajectory:
             )
         if not len(self.times):
             raise InputError("a trajectory has one pose at least, got none")
-        if not (np.isfinite(self.times).all() and np.isfinite(self.poses).all()):
-            raise InputError("a trajectory has finite times and poses, got NaN or infinity")
+        if not (bounded(self.times, MAX_TIME) and bounded(self.poses, MAX_COORDINATE)):
+            raise InputError(
+                f"a trajectory has finite times up to {MAX_TIME:g} s and finite poses up to "
+                f"{MAX_COORDINATE:g} m or rad, got NaN, infinity or larger ones"
+            )
         if (np.diff(self.times) <= 0).any():
             at = int(np.argmax(np.diff(self.times) <= 0))
             raise InputError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from slam.errors import InputError
 
 MAX_NAMES = 10  # maximum number of names in a message
+LARGEST = sys.float_info.max  # a whole number may be larger
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str], source: str = "") -> str:
@@ -32,7 +34,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], source: str = "") -
 
 def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf) -> None:
     """Check that `value` is a finite number in [low, high]."""
-    if _is_number(value, float) and math.isfinite(value) and low <= value <= high:
+    if _is_number(value, float) and abs(value) <= LARGEST and low <= value <= high:
         return
     span = f" from {low:g} to {high:g}" if high < math.inf else f" of at least {low:g}"
     raise InputError(
@@ -42,7 +44,7 @@ def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf
 
 def positive_number(name: str, value: Any) -> None:
     """Check that `value` is a finite number above zero."""
-    if not (_is_number(value, float) and 0 < value < math.inf):
+    if not (_is_number(value, float) and 0 < value <= LARGEST):
         raise InputError(f"{name} must be a finite number above 0, got {value!r}")
 
 

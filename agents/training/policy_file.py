@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import json
+import pickletools
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +15,22 @@ import torch
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from slam.errors import InputError
-from slam.io.files import replacing
+from slam.io.files import reading, replacing
+from slam.io.guard import guarded, take
+from slam.io.one_line import one_line
+from slam.validation import whole_number
 
 TRAINING_MEMBER = "dynslam.json"
 WEIGHTS_MEMBER = "policy.pth"
+OPTIMISER_MEMBER = "policy.optimizer.pth"
+DATA_MEMBER = "data"  # JSON of stable-baselines3, most of it pickled
+COUNTS = ("num_timesteps", "_n_updates", "_episode_num")  # in it: how far a training is
+COPIES = 3  # of a member: as it is read, as tensors, and in the policy
+ALLOWED = (
+    "collections OrderedDict", "torch._utils _rebuild_tensor_v2",
+    *(f"torch {kind}Storage" for kind in ("Float", "Double", "Long", "Int", "Bool")),
+)  # fmt: skip
+"""What the pickle of weights may name: torch itself would also make a bytearray of any size."""
 
 
 def save_model(model: OnPolicyAlgorithm, training: Mapping[str, Any], path: Path) -> None:
@@ -42,12 +56,63 @@ def write_slim(path: Path, out: Path) -> None:
 
 def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, torch.Tensor]]:
     """The training's configuration, and the weights. Raises InputError for any other file."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            training = json.loads(archive.read(TRAINING_MEMBER))
-            weights = torch.load(
-                io.BytesIO(archive.read(WEIGHTS_MEMBER)), map_location="cpu", weights_only=True
-            )
-    except Exception as error:  # torch raises many types
-        raise InputError(f"{path}: not a policy of dynslam train ({error})") from None
-    return training, weights
+    with opened(path, "a policy of dynslam train") as archive:
+        training = json.loads(_member(archive, TRAINING_MEMBER))
+        weights = _tensors(archive, WEIGHTS_MEMBER)
+        if not (isinstance(training, dict) and isinstance(weights, dict)):
+            raise TypeError("no configuration and weights")
+        return training, weights
+
+
+def restore(model: OnPolicyAlgorithm, path: Path) -> None:
+    """Bring a new model to the state of a checkpoint: weights, the optimiser's moments, and how far
+    it is. All else is that of the new model: what stable-baselines3 pickles into the file is not
+    read, since reading it would run code. Raises InputError for any other file."""
+    with opened(path, "a checkpoint to resume from") as archive:
+        told = json.loads(_member(archive, DATA_MEMBER))
+        counts = {name: told[name] for name in COUNTS}
+        for name, count in counts.items():
+            whole_number(name, count, 0)
+        model.policy.load_state_dict(_tensors(archive, WEIGHTS_MEMBER))
+        _restore_moments(model.policy.optimizer, _tensors(archive, OPTIMISER_MEMBER)["state"])
+        vars(model).update(counts)
+
+
+def _restore_moments(optimiser: torch.optim.Optimizer, moments: Mapping[int, Any]) -> None:
+    groups = optimiser.state_dict()["param_groups"]
+    parameters = [one for group in optimiser.param_groups for one in group["params"]]
+    for at, state in moments.items():
+        for name in state:
+            value = state[name]
+            if value.shape not in (parameters[at].shape, torch.Size()) or value.is_complex():
+                raise ValueError(f"{name} of shape {tuple(value.shape)}")
+    optimiser.load_state_dict({"state": moments, "param_groups": groups})
+
+
+@contextmanager
+def opened(path: Path, what: str) -> Iterator[zipfile.ZipFile]:
+    """An archive whose members are to be read; whatever is raised then becomes InputError."""
+    with guarded(path), reading(path) as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                yield archive
+        except Exception as error:  # torch raises many types
+            raise InputError(f"not {what} ({one_line(error)})") from None
+
+
+def _member(archive: zipfile.ZipFile, name: str) -> bytes:
+    take(COPIES * archive.getinfo(name).file_size)
+    return archive.read(name)
+
+
+def _tensors(archive: zipfile.ZipFile, name: str) -> Any:
+    """What torch saved in a member: tensors, numbers, and containers of them."""
+    data = _member(archive, name)
+    with zipfile.ZipFile(io.BytesIO(data)) as packed:
+        for member in packed.infolist():
+            take(COPIES * member.file_size)
+        (pickled,) = (one for one in packed.namelist() if one.endswith("/data.pkl"))
+        for operation, argument, _ in pickletools.genops(packed.read(pickled)):
+            if "GLOBAL" in operation.name and argument not in ALLOWED:
+                raise ValueError(f"{argument} in it, where tensors alone are expected")
+    return torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)

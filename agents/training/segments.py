@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -14,11 +13,14 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.training.policy_file import save_model
+from slam.benchmark.results import append, read
+from slam.errors import InputError
 
 EVALUATION_SEED = 900_000  # the first seed of the evaluations during training
 CHECKPOINT = "checkpoint.zip"
 BEST = "best.zip"
 PROGRESS = "progress.jsonl"
+NUMBERS = ("steps", "reward", "seconds")  # of every line of it
 
 
 class Segments(BaseCallback):
@@ -90,19 +92,16 @@ class Segments(BaseCallback):
         if line["reward"] > best:
             save_model(model, self._training, self._folder / BEST)
         save_model(model, self._training, self._folder / CHECKPOINT)
-        with (self._folder / PROGRESS).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")
+        append(self._folder / PROGRESS, line)
         self._report(line)
 
 
 def read_progress(folder: Path) -> list[dict[str, Any]]:
-    """The evaluations so far; a line that was cut off is left out."""
-    path, rows = folder / PROGRESS, []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
-        try:
-            rows.append(json.loads(line))
-        except json.JSONDecodeError:
-            break
+    """The evaluations so far; a line that was cut off is left out. Raises InputError for others."""
+    path = folder / PROGRESS
+    rows = read(path) if path.exists() else []
+    if any(not isinstance(row.get(name), int | float) for row in rows for name in NUMBERS):
+        raise InputError(f"{path}: expected {', '.join(NUMBERS)} in every line")
     return rows
 
 

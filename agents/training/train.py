@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
+from agents.training.policy_file import restore
 from agents.training.segments import BEST, CHECKPOINT, PROGRESS, Segments
 from agents.training.settings import arguments
 from agents.training.torch_setup import configure_torch, use_channels_last
@@ -94,10 +94,9 @@ def train(
     env = VecMonitor(_environments(training, workers))
     try:
         checkpoint = find_checkpoint(plain, folder, resume)
+        model = _new(kind, training, env, folder)
         if checkpoint is not None:
-            model = _loaded(kind, checkpoint, env)
-        else:
-            model = _new(kind, training, env, folder)
+            restore(model, checkpoint)
         use_channels_last(model)
         write_config(plain, folder)  # after all checks of the input
         left = training.steps - model.num_timesteps
@@ -138,14 +137,6 @@ def _new(
         raise InputError(
             f"{training.algorithm} does not take these hyperparameters ({error!r})"
         ) from None
-
-
-def _loaded(kind: type[OnPolicyAlgorithm], path: Path, env: VecEnv) -> OnPolicyAlgorithm:
-    """The model of a checkpoint."""
-    try:
-        return kind.load(path, env, device="cpu")
-    except (EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: no checkpoint to resume from ({error})") from None
 
 
 __all__ = ["ALGORITHMS", "BEST", "CHECKPOINT", "CONFIG", "PROGRESS", "Training", "train"]

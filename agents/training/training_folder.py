@@ -10,6 +10,8 @@ from typing import Any
 from agents.training.segments import CHECKPOINT, PROGRESS, read_progress
 from slam.errors import InputError
 from slam.io.files import replacing
+from slam.io.one_line import one_line
+from slam.io.small_text import parse_text
 
 CONFIG = "config.json"
 
@@ -32,8 +34,8 @@ def find_checkpoint(plain: Mapping[str, Any], folder: Path, resume: bool) -> Pat
         others = [key for key in plain if key != "steps" and known.get(key) != plain[key]]
         if others:
             raise InputError(
-                f"{folder} holds another training: {others[0]} is {known.get(others[0])!r} there, "
-                f"not {plain[others[0]]!r}"
+                f"{folder} holds another training: {others[0]} is "
+                f"{one_line(repr(known.get(others[0])))} there, not {plain[others[0]]!r}"
             )
     return checkpoint if checkpoint.exists() else None
 
@@ -49,7 +51,4 @@ def write_config(plain: Mapping[str, Any], folder: Path) -> None:
 
 
 def _read(config: Path) -> dict[str, Any]:
-    try:
-        return dict(json.loads(config.read_text(encoding="utf-8")))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{config}: not a configuration of a training ({error})") from None
+    return parse_text(config, "a configuration of a training", lambda text: dict(json.loads(text)))

@@ -14,7 +14,7 @@ from slam.benchmark.results import Result
 from slam.errors import InputError
 from slam.validation import number, unknown_name, whole_number
 
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..console.selection import LIST_VARIANTS, parse_selection
 from ..report.lost import lost_terminal
@@ -47,7 +47,7 @@ def run_bench(options: BenchCommand) -> int:
     number("limit", options.limit, 1e-3)
     check_workers(options.jobs)
     trials = suite.trials(variants, range(options.first, options.first + seeds), options.limit)
-    out = output_directory(options.out or Path("out") / f"bench-{suite.name}")
+    out = own_directory(options.out or Path("out") / f"bench-{suite.name}")
     path = out / "results.jsonl"
     todo = missing(trials, path, options.resume)
     status = run_batch(lambda bar: _results(options, todo, bar), len(todo), out, "bench", "runs")
@@ -82,8 +82,6 @@ def _results(options: BenchCommand, todo: Sequence[Trial], bar: Progress) -> Ite
         yield from on_cluster(todo, options.cluster)
         return
     recording = _recordings(todo)
-    if recording:
-        output_directory(cache.folder())
     with WorkerProcesses() as processes:
         drives = results_of(recording, options.jobs, processes)
         for _ in bar.track(drives, len(recording), description="recording"):

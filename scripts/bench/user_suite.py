@@ -38,6 +38,8 @@ from dynslam_env.simulation.people import People
 from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from dynslam_env.simulation.robot import Robot
 from slam.errors import InputError
+from slam.io.guard import guarded
+from slam.io.small_text import parse_text
 from slam.validation import instance, one_of, whole_number
 
 from ..trials.sources import LogFile, SimulatedDrive, Source
@@ -60,17 +62,9 @@ def read_suite(path: Path) -> Suite:
 
     Raises InputError that names the wrong entry and what is allowed.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-        given = tomllib.loads(text)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a TOML file ({error})") from None
-    try:
+    given = parse_text(path, "a TOML file", tomllib.loads)
+    with guarded(path):
         return _suite(given, path)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _suite(given: dict[str, Any], path: Path) -> Suite:

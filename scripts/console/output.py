@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +32,32 @@ def output_directory(path: Path) -> Path:
         raise InputError(
             f"{path}: a directory that can be written was expected ({reason})"
         ) from None
+
+
+def own_directory(path: Path) -> Path:
+    """`output_directory` that no other process writes to until this one has ended, killed or not.
+    Raises InputError if another has it. Windows, and some disks on a network, have no such lock."""
+    output_directory(path)
+    with suppress(ImportError):
+        import fcntl
+
+        real = path.resolve()
+        if real not in _locks:
+            handle = os.open(real, os.O_RDONLY)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                os.close(handle)
+                raise InputError(
+                    f"{path}: another dynslam is writing to it; wait, or choose another --out"
+                ) from None
+            except OSError:  # a disk without locks
+                pass
+            _locks[real] = handle
+    return path
+
+
+_locks: dict[Path, int] = {}  # folder -> open file, which holds the lock as long as it is open
 
 
 def write_json(values: Mapping[str, Any], path: Path) -> None:

@@ -16,7 +16,7 @@ from slam.validation import whole_number
 
 from ..bench.suites import paper
 from ..console.exits import EXIT_INTERRUPTED
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..console.selection import parse_variants
 from ..trials.pool import check_workers, here
@@ -36,7 +36,7 @@ def run_demo(options: DemoCommand) -> int:
     whole_number("seeds", options.seeds, 1)
     check_workers(options.jobs)
     variants = parse_variants(options.variants)
-    out = output_directory(options.out)
+    out = own_directory(options.out)
     results: list[Result] = []
     interrupted = False
     try:

@@ -22,7 +22,7 @@ from slam.trajectory import Trajectory
 
 from ..console.compiling import compiling_told
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..console.selection import check_variant, parse_selection
 from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
@@ -114,7 +114,7 @@ def _out(options: MapCommand) -> Path:
         raise InputError(
             f"{out}: holds the map of --onto, which needs another folder to write to (--out)"
         )
-    return output_directory(out)
+    return own_directory(out)
 
 
 def _skipped(options: MapCommand) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from slam.trajectory import Trajectory
 from ..console.compiling import compiling_told
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.interrupts import deferred_interrupt
-from ..console.output import output_directory, write_json, write_png
+from ..console.output import own_directory, write_json, write_png
 from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
 from ..console.selection import check_variant
@@ -54,7 +54,7 @@ def run_recording(options: RunCommand) -> int:
     episode, warnings = options.read_and_warn()
     if relations is not None and not within(episode.odometry, relations.first).any():
         raise InputError(f"{options.relations}: its stamps all lie outside those of {options.file}")
-    out = output_directory(options.out or _default_out(options))
+    out = own_directory(options.out or _default_out(options))
     episode = prepared(episode, clock, options.file)
     run, status = _run(options, robot, episode)
     if not len(run.poses):

@@ -6,6 +6,7 @@ import math
 import sys
 from typing import NamedTuple
 
+from slam.bounds import MAX_COORDINATE, all_within
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -26,8 +27,8 @@ def parsed_start(numbers: tuple[float, float, float] | None) -> Pose2 | None:
     """The pose that --start gives, x and y in m and degrees. Raises InputError."""
     if numbers is None:
         return None
-    if not all(map(math.isfinite, numbers)):
-        raise InputError(f"--start is three finite numbers, got {numbers}")
+    if not all_within(numbers, MAX_COORDINATE):
+        raise InputError(f"--start is three finite numbers up to {MAX_COORDINATE:g}, got {numbers}")
     x, y, degrees = numbers
     return Pose2(x, y, math.radians(degrees))
 

@@ -36,6 +36,7 @@ class RecordingSource:
 
         Raises InputError.
         """
+        from slam.bounds import MAX_MOUNT, all_within
         from slam.geometry import Pose2
         from slam.io.formats import read_log
         from slam.io.loaded_recording import SourceSelection
@@ -43,9 +44,12 @@ class RecordingSource:
         mount = None
         if self.mount is not None:
             x, y, degrees = self.mount
-            if not all(map(math.isfinite, self.mount)):
-                raise InputError(f"--mount is three finite numbers, got {x} {y} {degrees}")
             mount = Pose2(x, y, math.radians(degrees))
+            if not all_within(mount, MAX_MOUNT):
+                raise InputError(
+                    f"--mount is three finite numbers, the laser within {MAX_MOUNT:g} m of the "
+                    f"robot, got {x} {y} {degrees}"
+                )
         return read_log(self.file, SourceSelection(self.laser or laser, self.odometry, mount))
 
     def read_and_warn(self) -> LoadedRecording:

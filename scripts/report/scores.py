@@ -34,7 +34,7 @@ class Score(NamedTuple):
         if row.get("error") is not None:
             return self.worst
         value = row.get(self.key)
-        return None if value is None else self.scale * value
+        return self.scale * value if isinstance(value, int | float) else None
 
     def format(self, value: float) -> str:
         """The number, without its unit."""

@@ -6,6 +6,7 @@ import base64
 import csv
 import io
 import json
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from slam.benchmark.results import Result
+from slam.errors import InputError
 from slam.io.files import replacing
 
 from ..console.output import write_png
@@ -109,7 +111,7 @@ def _origins(rows: Sequence[Result]) -> list[str]:
     origins = (
         f"commit {row['commit'] or 'unknown'}, "
         f"{', '.join(f'{name} {number}' for name, number in row['versions'].items())}; "
-        f"{row['host']['machine']}, {row['host']['cores']} cores"
+        f"{row['host'].get('machine')}, {row['host'].get('cores')} cores"
         for row in rows
     )
     return list(dict.fromkeys(origins))
@@ -125,7 +127,10 @@ def _recorded_runs(
         row = next((row for row in group.rows if row["seed"] == seed), None)
         path = folder / f"{row['run']}.npz" if row else folder
         if path.is_file():
-            found[group.variant] = load(path)
+            try:
+                found[group.variant] = load(path)
+            except InputError as error:  # damaged: the page does without it
+                print(f"warning: {error}; left out", file=sys.stderr)
     return seed, found
 
 

@@ -13,7 +13,7 @@ from slam.geometry import Array
 from slam.metrics.trajectory import FAILURE_ATE
 from slam.validation import unknown_name, whole_number
 
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..figures.style import ESTIMATE, FAINT, MEDIUM, SMALL, TRUTH, blank_figure, plain_axes
 from ..trials.pool import check_workers
 from .belief_drive import BELIEFS, GROUPS, LAWS, drive
@@ -37,7 +37,7 @@ def study_beliefs(options: BeliefCommand) -> int:
     for law in options.laws:
         if law not in LAWS:
             raise InputError(unknown_name("law", law, LAWS))
-    out = output_directory(options.out or Path("out") / "belief")
+    out = own_directory(options.out or Path("out") / "belief")
     tasks = [
         (world, law, agent, seed)
         for seed in range(options.first, options.first + options.seeds)

@@ -15,7 +15,7 @@ from slam.io.door_runs import read_door_runs
 from slam.io.forecast_file import save_forecast
 from slam.metrics.lost import Reliability, calibration_error, pooled, reliability
 
-from ..console.output import output_directory, write_json, write_png
+from ..console.output import own_directory, write_json, write_png
 from ..figures.week_figure import Calibration, week_figure
 from .door_baselines import SEEING, UNSEEING, Forecast
 from .door_minutes import MINUTE, WEEK, Looks, Minutes, between, looks, minutes_of
@@ -48,7 +48,7 @@ def run_forecast(options: ForecastCommand) -> int:
     history = read_door_runs(options.history)
     splits = _splits(history, [read_door_runs(path) for path in options.weeks])
     door = DoorForecast.fit(*history, timezone=options.timezone)
-    out = output_directory(options.out)
+    out = own_directory(options.out)
     scores: Scores = {}
     for known, week in splits:
         _add(scores, known, minutes_of(week), options.timezone)

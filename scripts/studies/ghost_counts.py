@@ -22,7 +22,7 @@ from slam.metrics.ghosts import Ghosts, seen_through
 from slam.metrics.trajectory import alignment
 from slam.validation import unknown_name, whole_number
 
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..trials.pool import check_workers
 from .drives import run_drives, write_table
 
@@ -59,7 +59,7 @@ def count_ghosts(options: GhostsCommand) -> int:
     for world in options.worlds:
         if world not in PLACES:
             raise InputError(unknown_name("world", world, PLACES))
-    out = output_directory(options.out or Path("out") / "ghosts")
+    out = own_directory(options.out or Path("out") / "ghosts")
     seeds = range(options.first, options.first + options.seeds)
     tasks = [(world, seed) for world in options.worlds or PLACES for seed in seeds]
     rows, status = run_drives(drive, tasks, options.jobs, out, "ghosts")

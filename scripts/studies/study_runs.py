@@ -19,7 +19,7 @@ from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.trajectory import ate
 from slam.validation import unknown_name, whole_number
 
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..report.scores import format_p
 from ..trials.pool import check_workers
 from .cases import DOOR_LAWS, STUDIES
@@ -41,7 +41,7 @@ def run_study(options: StudyCommand) -> int:
     whole_number("seeds", options.seeds, 1)
     whole_number("first", options.first, 0)
     check_workers(options.jobs)
-    out = output_directory(options.out or Path("out") / f"study-{options.name}")
+    out = own_directory(options.out or Path("out") / f"study-{options.name}")
     tasks = [(options.name, options.first + k) for k in range(options.seeds)]
     rows, status = run_drives(drive, tasks, options.jobs, out, "study")
     if rows:

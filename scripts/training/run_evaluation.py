@@ -13,7 +13,7 @@ from slam.benchmark.results import Result
 from slam.validation import number, one_of, whole_number
 
 from ..console.exits import EXIT_MISTAKE
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..console.selection import LIST_VARIANTS, parse_selection
 from ..figures.film import suffix
@@ -34,7 +34,7 @@ def run_evaluation(command: EvaluateCommand) -> int:
     """Run what is missing, write the results, the page and the films, print the summary."""
     names = agent_names(command)
     patrols = patrols_of(command, names)
-    out = output_directory(command.out)
+    out = own_directory(command.out)
     todo = missing(patrols, out / "results.jsonl", command.resume)
     status = run_batch(lambda _: here(todo, command.jobs), len(todo), out, "evaluate", "patrols")
     rows = read_rows(out / "results.jsonl") if (out / "results.jsonl").exists() else []

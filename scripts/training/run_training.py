@@ -18,7 +18,7 @@ from slam.errors import InputError
 from slam.validation import number, one_of, whole_number
 
 from ..console.exits import EXIT_INTERRUPTED
-from ..console.output import output_directory
+from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..trials.jobs import file_name
 from .train import TrainCommand
@@ -41,7 +41,7 @@ def run_training(command: TrainCommand) -> int:
     parameters = {"world": command.world, "slam": command.slam}
     training = Training(command.env, command.algo, settings, command.seed, steps, parameters)
     name = f"{command.env}-{file_name(command.world)}-{command.algo}-{command.seed}"
-    out = output_directory(command.out or Path("out") / "train" / name)
+    out = own_directory(command.out or Path("out") / "train" / name)
     with progress_bar() as bar:
         task = bar.add_task("training", total=steps)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import logging
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.metadata import version
@@ -56,6 +57,7 @@ def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:
         raise InputError(
             "--cluster needs Dask: install dynslam[cluster], here and on every worker"
         ) from None
+    logging.disable()  # asyncio, tornado and Dask tell of a scheduler that died, at length
     try:
         client = Client(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError) as error:

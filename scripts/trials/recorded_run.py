@@ -8,10 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slam.benchmark.run import Playback, build
+from slam.bounds import MAX_COORDINATE, bounded
 from slam.episode import Episode, Truth
+from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid, grown
+from slam.io.arrays import floats, read_arrays
 from slam.io.files import replacing
+from slam.io.guard import guarded
 from slam.scan import Scan
 
 from .sources import thinned
@@ -19,6 +23,13 @@ from .sources import thinned
 MAX_MOMENTS = 40
 MAX_SIDE = 480  # cells of a recorded map along a side; a larger map is recorded in coarser cells
 MAX_ECHOES = 90  # of a scan
+WHAT = "a recorded run"
+SHAPES = {
+    "scans": (1, 0), "online": (2, 3), "poses": (2, 3), "shades": (3, 0), "extent": (1, 4),
+    "truth": (2, 3), "walls": (2, 4), "doors": (3, 4), "echoes": (3, 2),
+}  # fmt: skip
+"""Dimensions of the arrays of a file, and the length of the last one; 0: any."""
+MAY_BE_NAN = ("echoes", "doors")
 NO_SEGMENTS = np.zeros((0, 4))
 
 
@@ -87,10 +98,30 @@ def save(run: RecordedRun, path: Path) -> None:
 
 
 def load(path: Path) -> RecordedRun:
-    """Read what `save` wrote."""
-    with np.load(path, allow_pickle=False) as stored:
+    """Read what `save` wrote. Raises InputError for anything else."""
+    with guarded(path):
+        stored = read_arrays(path, WHAT)
+        missing = [name for name in RecordedRun._fields if name not in stored]
+        if missing:
+            raise InputError(f"not {WHAT} (no {missing[0]})")
         kept: dict[str, Any] = {name: stored[name] for name in RecordedRun._fields}
+        _check(kept)
     return RecordedRun(**kept)._replace(extent=tuple(kept["extent"].tolist()))
+
+
+def _check(kept: dict[str, Any]) -> None:
+    """Raises InputError for arrays that a picture cannot be made of."""
+    for name, (dimensions, columns) in SHAPES.items():
+        array = floats(kept[name], dimensions)
+        if columns and array.shape[-1] != columns:
+            raise InputError(f"not {WHAT} ({name} of shape {array.shape})")
+        if name not in MAY_BE_NAN and not bounded(array, MAX_COORDINATE):
+            raise InputError(f"not {WHAT} ({name} beyond {MAX_COORDINATE:g})")
+    moments = {len(kept[name]) for name in ("scans", "shades", "doors", "echoes")}
+    if len(moments) != 1 or 0 in (*moments, *kept["shades"].shape):
+        raise InputError(f"not {WHAT} (arrays of different lengths)")
+    if kept["shades"].dtype != np.uint8 or kept["scans"].dtype.kind not in "iu":
+        raise InputError(f"not {WHAT} (numbers of another type)")
 
 
 def _shades(grid: OccupancyGrid) -> tuple[GridSpec, np.ndarray]:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from types import UnionType
 from typing import NamedTuple
 
 from slam.benchmark.results import Result, read
 from slam.errors import InputError
+from slam.io.one_line import one_line
 
-REQUIRED = ("run", "suite", "condition", "variant", "seed", "episode", "error", "versions",
-            "commit", "host")  # fmt: skip
-"""Keys of every row; `condition` names further ones."""
+REQUIRED: dict[str, type | UnionType] = {
+    "run": str, "suite": str, "condition": list, "variant": str, "seed": int, "episode": str,
+    "error": str | None, "versions": dict, "commit": str | None, "host": dict,
+}  # fmt: skip
+"""Keys of every row and what they hold; `condition` names further ones."""
 
 
 class Condition(NamedTuple):
@@ -36,10 +42,31 @@ class Condition(NamedTuple):
 def read_rows(path: Path) -> list[Result]:
     """The runs in a results.jsonl. Raises InputError if it cannot be read or holds other data."""
     rows = read(path)
-    try:
-        for row in rows:
-            for name in (*REQUIRED, *row["condition"]):
-                row[name]
-    except (KeyError, TypeError) as error:
-        raise InputError(f"{path}: not the results of a bench ({error!r})") from None
-    return rows
+    for row in rows:
+        wrong = [name for name, kind in REQUIRED.items() if not _is(row.get(name, ...), kind)]
+        wrong = wrong or [name for name in row["condition"] if not _is_factor(row, name)]
+        if wrong:
+            raise InputError(f"{path}: not the results of a bench (no {one_line(wrong[0], 60)})")
+    return _once(rows, path)
+
+
+def _is(value: object, kind: type | UnionType) -> bool:
+    return isinstance(value, kind) and not isinstance(value, bool)
+
+
+def _is_factor(row: Result, name: object) -> bool:
+    return isinstance(name, str) and _is(row.get(name), str | int | float)
+
+
+def _once(rows: list[Result], path: Path) -> list[Result]:
+    """The rows, of runs that are in the file several times the last one; says how many are: of two
+    benches in one folder, intervals must not count a run twice."""
+    last = {row["run"]: row for row in rows}
+    if len(last) < len(rows):
+        _tell_doubled(path, len(rows) - len(last))
+    return list(last.values())
+
+
+@cache
+def _tell_doubled(path: Path, count: int) -> None:
+    print(f"{path}: warning: {count} runs are in it again; the last one counts", file=sys.stderr)

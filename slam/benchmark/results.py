@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 import subprocess
@@ -12,7 +13,12 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from slam.errors import InputError
+from slam.io.files import MAX_LINE, lines
+from slam.io.guard import guarded, take
+from slam.io.one_line import one_line
 
+MAX_DIGITS = 18  # of a whole number: those of 64 bits
+JSON_BYTES = 30  # of memory that a byte of JSON takes at most
 Result = dict[str, Any]
 """One run: flat scores by name, with the configuration and origin of the run."""
 
@@ -82,14 +88,38 @@ def read(path: Path) -> list[Result]:
     Raises InputError for any other line that is not JSON, and for a file that cannot be read.
     """
     found: list[Result] = []
+    with guarded(path):
+        for number, line in lines(path):
+            if len(line) >= MAX_LINE:
+                raise InputError(f"{path}:{number}: a line of over {MAX_LINE >> 20} MB")
+            if line.endswith(b"\n") and line != b"\n":
+                take(JSON_BYTES * len(line))
+                found.append(_row(line, f"{path}:{number}"))
+    return found
+
+
+def _row(line: bytes, where: str) -> Result:
     try:
-        for line in path.read_text(encoding="utf-8").split("\n")[:-1]:
-            found += [json.loads(line, parse_constant=_no_number)] if line else []
-        return found
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except ValueError as error:  # UnicodeDecodeError and JSONDecodeError among them
-        raise InputError(f"{path}:{len(found) + 1}: not a line of results ({error})") from None
+        row = json.loads(
+            line.decode(), parse_constant=_no_number, parse_int=_whole, parse_float=_finite
+        )
+    except (ValueError, RecursionError) as error:  # ValueError: UnicodeDecodeError, JSONDecodeError
+        raise InputError(f"{where}: not a line of results ({one_line(error)})") from None
+    if not isinstance(row, dict):
+        raise InputError(f"{where}: not a line of results (no object of JSON)")
+    return row
+
+
+def _whole(text: str) -> int:
+    if len(text) > MAX_DIGITS:
+        raise ValueError(f"a whole number of {len(text)} digits")
+    return int(text)
+
+
+def _finite(text: str) -> float:
+    if math.isinf(float(text)):
+        raise ValueError(f"{one_line(text, 60)} is no finite number")
+    return float(text)
 
 
 def _no_number(name: str) -> NoReturn:

@@ -1,11 +1,13 @@
-"""Read .npz files safely: no pickles, and a bound on the size of the arrays."""
+"""Read .npz files safely: no pickles, and arrays within the budget of the file."""
 
 from __future__ import annotations
 
+import math
+import tokenize
 import zipfile
 import zlib
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,34 +15,53 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, reading
+from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
 
-MAX_BYTES = 1 << 33  # of all arrays
-ALLOWED_BYTES = 1 << 28  # that any file may decompress to: arrays of zeros compress well
-MAX_RATIO = 100  # times the compressed size, beyond that; readings compress to a half or a quarter
+FLOAT_BYTES = 8  # of a number, as which every array may be used
+COPIES = 3  # of an array: as it is stored, as floats, and what is computed from it
 Parsed = TypeVar("Parsed")
 UNREADABLE = (
-    OSError, EOFError, ValueError, KeyError, TypeError, RuntimeError, MemoryError, OverflowError,
-    SyntaxError, NotImplementedError, zlib.error, zipfile.BadZipFile,
+    OSError, EOFError, ValueError, LookupError, TypeError, RuntimeError, MemoryError, OverflowError,
+    SyntaxError, SystemError, AttributeError, zlib.error, zipfile.BadZipFile, tokenize.TokenError,
 )  # fmt: skip
-"""What numpy and zipfile raise for files that are damaged or of another format."""
+"""What numpy, json and zipfile raise for files that are damaged or of another format; LookupError
+is KeyError and IndexError, RuntimeError is RecursionError and NotImplementedError."""
 
 
 def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
     """All arrays of an .npz file by name. Raises InputError if it is not `what`."""
     with reading(path):
         pass
-    try:
+    with guarded(path), _only(what):
         with zipfile.ZipFile(path) as packed:
-            size = sum(member.file_size for member in packed.infolist())
-        if size > min(MAX_BYTES, max(ALLOWED_BYTES, MAX_RATIO * Path(path).stat().st_size)):
-            raise InputError(f"{path}: not {what}, it unpacks to {size >> 20} MB")
+            for member in packed.infolist():
+                take(_planned(packed, member))
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
-    except InputError:
-        raise
+
+
+@contextmanager
+def _only(what: str) -> Iterator[None]:
+    """Whatever is raised for another file, as InputError."""
+    try:
+        yield
     except UNREADABLE as error:
-        raise InputError(f"{path}: not {what} ({one_line(error)})") from error
+        raise InputError(f"not {what} ({one_line(error)})") from error
+
+
+def _planned(packed: zipfile.ZipFile, member: zipfile.ZipInfo) -> float:
+    """Bytes that an array takes, by the head of its file; raises what numpy does for another."""
+    with packed.open(member) as file:
+        if file.read(len(np.lib.format.MAGIC_PREFIX)) != np.lib.format.MAGIC_PREFIX:
+            return COPIES * member.file_size
+        first = tuple(file.read(2)) == (1, 0)
+        formats = np.lib.format
+        read = formats.read_array_header_1_0 if first else formats.read_array_header_2_0
+        shape, _, kind = read(file)
+    if min(shape, default=0) < 0:
+        raise InputError(f"{member.filename} announces the shape {shape}")
+    return COPIES * max(kind.itemsize, FLOAT_BYTES) * math.prod(shape)
 
 
 def parsed(
@@ -48,13 +69,12 @@ def parsed(
 ) -> Parsed:
     """`parse` of the arrays of an .npz file whose array `format` is `file_format`. Raises
     InputError if it is not `what`."""
-    data = read_arrays(path, what)
-    try:
-        if str(data["format"]) != file_format:
-            raise InputError(f"format {one_line(data['format'], 60)}, expected {file_format}")
-        return parse(data)
-    except UNREADABLE as error:
-        raise InputError(f"{path}: not {what} ({one_line(error)})") from error
+    with guarded(path):
+        data = read_arrays(path, what)
+        with _only(what):
+            if str(data["format"]) != file_format:
+                raise InputError(f"format {one_line(data['format'], 60)}, expected {file_format}")
+            return parse(data)
 
 
 def floats(values: Any, dimensions: int) -> Array:

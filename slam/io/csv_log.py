@@ -21,11 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.bounds import MAX_ANGLE
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.constant_mount import constant_mount
 from slam.io.files import MAX_LINE, AnyPath, lines, replacing
+from slam.io.guard import SCAN_BYTES, guarded, take
 from slam.io.loaded_recording import LoadedRecording
 from slam.io.max_range import estimated_max_range
 from slam.scan import Scan
@@ -40,12 +42,17 @@ HEAD = {
     "mount": 3,
     "beam_time": 1,
 }
-MAX_ANGLE = 100.0  # rad: a larger angle is in other units
 EVEN_TOLERANCE = 1e-6  # rad: beams this close to an even spread are even
+COPIES = 3  # of a row: as it is read, in the table, and what is computed from it
 
 
 def read_csv(path: AnyPath) -> LoadedRecording:
     """Read a table of the layout above. Raises InputError with the line that is wrong."""
+    with guarded(path):
+        return _read(path)
+
+
+def _read(path: AnyPath) -> LoadedRecording:
     head: dict[str, list[float]] = {}
     columns: list[str] = []
     rows: list[Array] = []
@@ -62,14 +69,12 @@ def read_csv(path: AnyPath) -> LoadedRecording:
             columns = _columns(text, where)
         elif text:
             rows.append(_row(text, len(columns), where))
+            take(COPIES * rows[-1].nbytes + SCAN_BYTES)
             if len(rows) > 1 and not rows[-1][0] > rows[-2][0]:
                 raise InputError(f"{where}: expected a later time than in the row before")
     if not rows:
         raise InputError(f"{path}: no row of numbers in it; expected a line of names and rows")
-    try:
-        return _log(Path(path).name, head, columns, np.array(rows))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return _log(Path(path).name, head, columns, np.array(rows))
 
 
 def write_csv(episode: Episode, path: AnyPath) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.forecast.watched import Runs, checked
 from slam.io.files import AnyPath, text_lines
+from slam.io.guard import RECORD_BYTES, guarded, take
 from slam.io.one_line import one_line
 
 HEADER = "begin_s,end_s,state"
@@ -18,19 +19,22 @@ def read_door_runs(path: AnyPath) -> Runs:
     Runs are in order of time; between them are gaps where nobody looked. Raises InputError that
     names the file and, for a line that cannot be read, the line.
     """
+    with guarded(path):
+        return _read(path)
+
+
+def _read(path: AnyPath) -> Runs:
     rows: list[tuple[float, float, float]] = []
     headed = False
     for number, text in text_lines(path):
         if not headed:
             headed = _is_header(text, f"{path}:{number}")
             continue
+        take(RECORD_BYTES)
         rows.append(_row(text, f"{path}:{number}"))
     if not rows:
         raise InputError(f"{path}: no runs; expected lines `{HEADER}`")
-    try:
-        return checked(*np.array(rows).T, after=-np.inf)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    return checked(*np.array(rows).T, after=-np.inf)
 
 
 def _is_header(text: str, where: str) -> bool:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gzip
 import os
-import secrets
-import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,12 +11,13 @@ from pathlib import Path
 from typing import IO
 
 from slam.errors import InputError
+from slam.io.guard import take
+from slam.io.leftovers import temporary_file, temporary_folder
 
 AnyPath = str | os.PathLike[str]
 MAX_LINE = 1 << 20  # bytes; the rest of a longer line is left out
 MAX_TEXT_LINE = 1 << 26  # bytes; a file with a longer line is no text
-MAX_TEXT = 1 << 27  # bytes of a decompressed text, if more than
-MAX_RATIO = 100  # times its compressed size; real logs have 3 to 15 times
+LINE_BYTES = 100  # of memory that a line of a text may take, beside its bytes
 GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of a gzip file
 ZIP_MAGIC = b"PK\x03\x04"
 ROS1_MAGIC = b"#ROSBAG V"
@@ -33,7 +32,8 @@ class CutShortError(InputError):
 def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
     """Line numbers (from 1) and lines of a text file, compressed or not, in bounded memory.
 
-    Raises InputError if the file cannot be opened, CutShortError if a compressed one is damaged.
+    What a compressed one unpacks to is taken from its budget. Raises InputError if the file cannot
+    be opened, CutShortError if a compressed one is damaged.
     """
     with reading(path) as raw:
         packed = raw.peek(2)[:2] == GZIP_MAGIC  # pyright: ignore[reportAttributeAccessIssue]
@@ -41,8 +41,7 @@ def lines(path: AnyPath) -> Iterator[tuple[int, bytes]]:
         number, whole, length = 0, True, 0
         try:
             while line := file.readline(MAX_LINE):
-                if packed and file.tell() > max(MAX_TEXT, MAX_RATIO * raw.tell()):
-                    raise InputError(f"{path}: unpacks to over {MAX_TEXT >> 20} MB, as no log does")
+                take(len(line) + LINE_BYTES if packed else 0)
                 if whole:
                     number, length = number + 1, 0
                     yield number, line
@@ -72,9 +71,10 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
     """A file open for reading. Raises InputError if the system refuses it, and for a pipe or a
     device, which might never end."""
     try:
-        if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+        path = _named(path)
+        if path.exists() and not (path.is_file() or path.is_dir()):
             raise InputError(f"{path}: a file was expected, this is a device or a pipe")
-        with _opened(Path(path), "rb") as file:
+        with path.open("rb") as file:
             yield file
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
@@ -87,17 +87,12 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
 @contextmanager
 def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
     """A temporary file that replaces `path` when it is complete, and is deleted otherwise."""
-    path = Path(path)
-    own = f"{os.getpid()}-{secrets.token_hex(4)}"  # process ids are not unique on a shared disk
-    temporary = path.parent / f".{path.name}.{own}.tmp"
+    path = _named(path)
     try:
-        try:
-            with _opened(temporary, "wb") as file:
+        with temporary_file(path) as temporary:
+            with temporary.open("wb") as file:
                 yield file
             temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
@@ -106,17 +101,17 @@ def replacing(path: AnyPath) -> Iterator[IO[bytes]]:
 def placing(path: AnyPath) -> Iterator[Path]:
     """A temporary path with the same name, for libraries that open files by name; the file written
     there then replaces `path`."""
-    path = Path(path)
+    path = _named(path)
     try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-            made = Path(folder) / path.name
+        with temporary_folder(path) as folder:
+            made = folder / path.name
             yield made
             made.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
-def _opened(path: Path, mode: str) -> IO[bytes]:
+def _named(path: AnyPath) -> Path:
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not a file name")
-    return path.open(mode)
+    return Path(path)

@@ -32,6 +32,7 @@ from slam.io.files import (
     lines,
     reading,
 )
+from slam.io.guard import guarded
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.plain_npz import read_plain_npz
 from slam.plugins import load_entry_points
@@ -100,6 +101,11 @@ def read_log(path: AnyPath, choice: SourceSelection = SourceSelection()) -> Load
 
     What `choice` leaves unspecified is detected. Only a bag has several lasers and odometries.
     """
+    with guarded(path):
+        return _read_log(path, choice)
+
+
+def _read_log(path: AnyPath, choice: SourceSelection) -> LoadedRecording:
     kind = kind_of(path)
     if kind == "bag":
         return _read_bag(Path(path), choice)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from slam.bounds import MAX_TIME, all_within
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.files import AnyPath, text_lines
+from slam.io.guard import RECORD_BYTES, guarded, take
 from slam.io.one_line import one_line
 
 
@@ -17,6 +17,11 @@ def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
 
     Raises InputError that names file, line and what was expected.
     """
+    with guarded(path):
+        return _read(path, columns)
+
+
+def _read(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
     width = len(columns.split())
     rows: list[list[float]] = []
     numbers: list[int] = []
@@ -25,10 +30,12 @@ def read_columns(path: AnyPath, columns: str) -> tuple[Array, list[int]]:
             row = [float(word) for word in text.split()]
         except ValueError:
             row = []
-        if len(row) != width or not all(map(math.isfinite, row)):
+        if len(row) != width or not all_within(row, MAX_TIME):
             raise InputError(
-                f"{path}:{number}: expected {width} numbers `{columns}`, got {one_line(text, 60)!r}"
+                f"{path}:{number}: expected {width} numbers `{columns}`, none beyond "
+                f"{MAX_TIME:g}, got {one_line(text, 60)!r}"
             )
+        take(RECORD_BYTES)
         rows.append(row)
         numbers.append(number)
     return np.array(rows, dtype=np.float64).reshape(-1, width), numbers

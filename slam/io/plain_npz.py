@@ -13,6 +13,7 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.arrays import UNREADABLE, floats, read_arrays
 from slam.io.files import AnyPath
+from slam.io.guard import SCAN_BYTES, guarded, take
 from slam.io.loaded_recording import LoadedRecording
 from slam.io.max_range import estimated_max_range
 from slam.io.one_line import one_line
@@ -30,18 +31,24 @@ def read_plain_npz(path: AnyPath) -> LoadedRecording:
 
     Without `range_max`, it is guessed from the readings. Raises InputError for anything else.
     """
+    with guarded(path):
+        return _read(path)
+
+
+def _read(path: AnyPath) -> LoadedRecording:
     data = read_arrays(path, "arrays of scans")
     missing = [name for name in ("times", "ranges", "angles") if name not in data]
     if missing:
-        raise InputError(f"{path}: no array {', '.join(missing)}; expected {LAYOUT}")
+        raise InputError(f"no array {', '.join(missing)}; expected {LAYOUT}")
     try:
         return _log(data, Path(path).name)
     except UNREADABLE as error:
-        raise InputError(f"{path}: {one_line(error, 150)}; expected {LAYOUT}") from None
+        raise InputError(f"{one_line(error, 150)}; expected {LAYOUT}") from None
 
 
 def _log(data: dict[str, Any], source: str) -> LoadedRecording:
     times, angles = floats(data["times"], 1), floats(data["angles"], 1)
+    take(SCAN_BYTES * len(times))
     ranges = floats(data["ranges"], 2)
     if ranges.shape != (len(times), len(angles)) or not len(angles):
         raise InputError(

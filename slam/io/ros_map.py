@@ -13,15 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.bounds import MAX_COORDINATE, all_within
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, reading, replacing, text_lines
+from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
 MAX_HEADER = 1 << 16  # bytes, comments and all
 MAX_PIXELS = 1 << 28  # pixels
+PIXEL_BYTES = 40  # of a pixel: as floats, its probability, and what it is compared with
+MIN_CELL, MAX_CELL = 1e-4, 1e4  # m, sides of a cell
 HEADER = re.compile(
     rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
 )
@@ -63,14 +67,20 @@ def read_ros_map(path: AnyPath) -> OccupancyGrid:
 
 def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
     """The map as of `read_ros_map`, and the pose of the grid's frame in that of the map."""
-    path = Path(path)
+    with guarded(path):
+        return _read(Path(path))
+
+
+def _read(path: Path) -> tuple[OccupancyGrid, Pose2]:
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
     if mode != "trinary":
         raise InputError(f"{path}: mode {one_line(mode, 60)!r} is not read, expected trinary")
     resolution = _number(path, fields, "resolution")
-    if not 1e-6 < resolution < 1e6:
-        raise InputError(f"{path}: expected a positive `resolution` in m, got {resolution}")
+    if not MIN_CELL <= resolution <= MAX_CELL:
+        raise InputError(
+            f"{path}: expected a `resolution` from {MIN_CELL:g} to {MAX_CELL:g} m, got {resolution}"
+        )
     x, y = _origin(path, fields)
     picture = _read_pgm(path.parent / _text(path, fields, "image"))[::-1].astype(np.float64)
     p = picture / 255 if _number(path, fields, "negate", 0.0) else (255 - picture) / 255
@@ -120,7 +130,7 @@ def _finite(path: Path, key: str, text: str) -> float:
 def _origin(path: Path, fields: dict[str, str]) -> tuple[float, float]:
     text = _text(path, fields, "origin")
     values = [_finite(path, "origin", part) for part in text.strip("[]").split(",")]
-    if len(values) != 3 or max(map(abs, values)) > 1e9:
+    if len(values) != 3 or not all_within(values, MAX_COORDINATE):
         raise InputError(f"{path}: expected `origin: [x, y, yaw]`, got {text[:60]!r}")
     if values[2]:
         raise InputError(f"{path}: expected an origin that is not turned, got yaw {values[2]}")
@@ -138,5 +148,6 @@ def _read_pgm(path: Path) -> np.ndarray:
             raise InputError(f"{path}: expected {cols} x {rows} pixels, got {held} bytes of them")
         if held > MAX_PIXELS:
             raise InputError(f"{path}: {cols} x {rows} pixels are more than any map has")
+        take(PIXEL_BYTES * held)
         file.seek(header.end())
         return np.frombuffer(file.read(), dtype=np.uint8).reshape(rows, cols)

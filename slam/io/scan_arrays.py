@@ -10,6 +10,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.io.arrays import floats
+from slam.io.guard import SCAN_BYTES, take
 from slam.scan import Scan
 
 
@@ -29,6 +30,7 @@ def unpacked_scans(data: dict[str, Any]) -> tuple[Scan, ...]:
     """The scans of such arrays. Raises InputError, KeyError, ValueError or TypeError for
     others."""
     beams, mounts = data["beams"], floats(data["mounts"], 2)
+    take(SCAN_BYTES * len(beams))
     if not (beams > 0).all():
         raise InputError("a scan has one beam at least")
     if beams.sum() != len(data["ranges"]):

@@ -6,6 +6,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.io.files import AnyPath, replacing
+from slam.io.guard import guarded
 from slam.io.number_columns import read_columns
 from slam.trajectory import Trajectory
 
@@ -26,6 +27,11 @@ def write_tum(trajectory: Trajectory, path: AnyPath) -> None:
 
 def read_tum(path: AnyPath) -> Trajectory:
     """Read a trajectory seen from above: no z, and the yaw as heading. Raises InputError."""
+    with guarded(path):
+        return _read(path)
+
+
+def _read(path: AnyPath) -> Trajectory:
     rows, numbers = read_columns(path, COLUMNS)
     if not len(rows):
         raise InputError(f"{path}: no pose in it, expected lines of `{COLUMNS}`")

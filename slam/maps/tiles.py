@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike
 
+from slam.bounds import MAX_COORDINATE, all_within
 from slam.errors import InputError
 from slam.grid import TILE, GridSpec
 from slam.kernel import kernel
@@ -160,7 +161,13 @@ class Tiles:
         return slots * sum(layer.values[0].nbytes for layer in self._layers)
 
     def extend(self, low: tuple[float, float], high: tuple[float, float]) -> None:
-        """Extend `index` to cover the world box from `low` to `high`, m. Allocates no tile."""
+        """Extend `index` to cover the world box from `low` to `high`, m. Allocates no tile. Raises
+        InputError for a box too large, or too far away for the int32 of `places`."""
+        if not all_within((*low, *high), MAX_COORDINATE):
+            raise InputError(
+                f"a map reaches {MAX_COORDINATE:g} m from its origin at most, this one from {low} "
+                f"to {high} m: does the odometry leap?"
+            )
         side = self.resolution * TILE
         first = math.floor(low[1] / side), math.floor(low[0] / side)
         last = math.floor(high[1] / side) + 1, math.floor(high[0] / side) + 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from slam.bounds import MAX_COORDINATE, all_within
 from slam.errors import InputError
 from slam.geometry import Pose2
 
@@ -46,7 +47,13 @@ class MotionTrigger:
         self.time = -math.inf
 
     def move(self, displacement: Pose2) -> None:
-        """Add a displacement in the robot's frame."""
+        """Add a displacement in the robot's frame. Raises InputError for one that no robot makes;
+        every SLAM calls this before it computes anything with it."""
+        if not all_within(displacement, MAX_COORDINATE):
+            raise InputError(
+                f"a displacement has finite numbers up to {MAX_COORDINATE:g} m or rad, "
+                f"got {tuple(displacement)}"
+            )
         self.displacement = self.displacement @ displacement
 
     def move_to(self, pose: Pose2) -> None:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from slam.bounds import MAX_COORDINATE, bounded
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
-from slam.io.arrays import parsed
+from slam.io.arrays import floats, parsed
 from slam.io.files import replacing
 from slam.io.scan_arrays import packed_scans, unpacked_scans
 from slam.motion.threshold import KEYFRAMES, MotionTrigger
@@ -39,8 +40,10 @@ class Session:
                 f"a session has a pose (x, y, theta) for each of its scans, got poses "
                 f"{self.poses.shape} for {len(self.scans)} scans"
             )
-        if not np.isfinite(self.poses).all():
-            raise InputError("a session has finite poses, got NaN or infinity")
+        if not bounded(self.poses, MAX_COORDINATE):
+            raise InputError(
+                f"a session has finite poses up to {MAX_COORDINATE:g} m, got NaN or larger ones"
+            )
 
     def keyframes(self) -> Iterator[tuple[Scan, Pose2]]:
         """The scans to integrate, as far apart as a SLAM's keyframes; always including the first of
@@ -72,7 +75,7 @@ class Session:
 
 
 def _session(data: dict[str, Any]) -> Session:
-    return Session(unpacked_scans(data), np.asarray(data["poses"], dtype=np.float64))
+    return Session(unpacked_scans(data), floats(data["poses"], 2))
 
 
 def session_of(episode: Episode, poses: Array) -> Session:

@@ -1,5 +1,6 @@
 # pyright: reportMissingImports=false
 import json
+import os
 import re
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import pytest
 from dynslam_cli import main
 
 import slam
+from tests.slam.io.samples import samples
 
 
 def test_a_mistake_is_one_line_and_status_2(capsys, tmp_path):
@@ -112,3 +114,20 @@ def test_help_imports_no_heavy_library(arguments):
         [sys.executable, "-c", SHOW_MODULES, *arguments], capture_output=True, text=True, check=True
     )
     assert set(json.loads(run.stdout.splitlines()[-1])) & HEAVY == set()
+
+
+@pytest.mark.parametrize("language", ["C", "tr_TR.UTF-8", "POSIX"])
+def test_letters_that_a_terminal_has_not_are_written_as_numbers(tmp_path, language):
+    """An ASCII terminal and another letter in a path were a traceback."""
+    path = tmp_path / "Fl\u00fcr\u0131.csv"
+    path.write_bytes(samples()["table.csv"])
+    env = {**os.environ, "LC_ALL": language, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    for file, status in ((path, 0), (tmp_path / "Fl\u00fcr\u015f.csv", 2)):
+        done = subprocess.run(
+            [sys.executable, "-m", "dynslam_cli.main", "info", str(file)],
+            capture_output=True, text=True, env=env, check=False,
+        )  # fmt: skip
+        assert done.returncode == status, done.stderr
+        assert "Traceback" not in done.stderr
+        assert (done.stdout + done.stderr).isascii()
+        assert "Fl\\" in done.stdout + done.stderr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +24,7 @@ from slam.errors import InputError
 from slam.io.bags.bag import ROS1, ROS2
 from slam.io.bags.message_factory import MessageFactory
 from slam.io.files import AnyPath
+from slam.io.leftovers import temporary_folder
 
 FOREVER = QosTime(9_223_372_036, 854_775_807)
 LATCHED = Qos(
@@ -87,8 +87,8 @@ def new_bag(path: AnyPath) -> Iterator[BagWriter]:
     if path.is_dir() or (path.exists() and not path.suffix):
         raise InputError(f"{path}: is there already; a bag is written into a new folder")
     try:
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as temporary:
-            made = Path(temporary) / path.name  # the file in a folder is named after it
+        with temporary_folder(path) as temporary:
+            made = temporary / path.name  # the file in a folder is named after it
             if path.suffix == ".bag":
                 with rosbag1.Writer(made) as writer:
                     yield BagWriter(writer)

@@ -14,6 +14,8 @@ from backports import zstd
 from slam.errors import InputError
 
 MAX_CHUNK = 1 << 27  # bytes of one chunk decompressed; recorders write chunks of 1 to 10 MB
+SMALL_CHUNK = 1 << 24  # bytes that a chunk of any size may decompress to, and
+MAX_CHUNK_RATIO = 50  # times its size
 MAX_TOTAL = 1 << 30  # bytes of all chunks of a recording, if it is more than
 MAX_RATIO = 100  # times its compressed size; overlapping chunks are decompressed repeatedly
 
@@ -77,12 +79,13 @@ class _ZstdReader:
 
 
 def _decompressed(decompressor: _Decompressor, data: bytes) -> bytes:
-    decompressed = decompressor.decompress(data, MAX_CHUNK)
+    most = min(MAX_CHUNK, SMALL_CHUNK + MAX_CHUNK_RATIO * len(data))
+    decompressed = decompressor.decompress(data, most)
     if decompressor.eof:
         return decompressed
-    if len(decompressed) < MAX_CHUNK:
+    if len(decompressed) < most:
         raise EOFError(f"a chunk of {len(data)} bytes ends early")
-    raise InputError(f"a chunk of {len(data)} bytes decompresses to more than {MAX_CHUNK >> 20} MB")
+    raise InputError(f"a chunk of {len(data)} bytes decompresses to more than {most >> 20} MB")
 
 
 def _counted(decompressed: bytes) -> bytes:

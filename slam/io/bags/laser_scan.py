@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slam.bounds import MAX_BEAM_TIME
 from slam.geometry import Array
 from slam.io.bags.poses import stamp
 from slam.io.bags.transforms import plain
@@ -39,7 +40,8 @@ class Sweep(NamedTuple):
 
 def sweep(received: float, message: Any) -> Sweep | None:
     """A message's sweep; None if it has no beams or no valid angles."""
-    ranges = np.asarray(message.ranges, dtype=np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+        ranges = np.asarray(message.ranges, dtype=np.float64)
     angles = _fan(
         len(ranges),
         float(message.angle_min), float(message.angle_max), float(message.angle_increment),
@@ -49,7 +51,7 @@ def sweep(received: float, message: Any) -> Sweep | None:
     reach = float(message.range_min), float(message.range_max)
     time = stamp(message, received)
     frame, step = plain(message.header.frame_id), float(message.time_increment)
-    step = step if 0 <= step < math.inf else 0.0
+    step = step if 0 <= step <= MAX_BEAM_TIME else 0.0
     return Sweep(received, time, ranges, angles, reach, frame, step)
 
 

@@ -6,20 +6,27 @@ cannot be used is left out and counted in `warnings`.
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from slam.bounds import MAX_RANGE
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.io.bags.bag import Bag, open_bag
 from slam.io.bags.laser_scan import LASER, MULTI_ECHO, Sweep, readings
 from slam.io.bags.poses import ODOMETRY, Poses, is_truth
-from slam.io.bags.recorded_messages import on_one_clock, read_messages, tree_of
+from slam.io.bags.recorded_messages import (
+    RecordedMessages,
+    on_one_clock,
+    read_messages,
+    tree_of,
+)
 from slam.io.bags.robot import mounts_of, odometry_of
 from slam.io.files import AnyPath
+from slam.io.guard import RECORD_BYTES, guarded, take
 from slam.io.loaded_recording import LoadedRecording, SourceSelection
 from slam.io.max_range import estimated_max_range
 from slam.io.one_line import listed, one_line
@@ -40,42 +47,49 @@ def read_bag(path: AnyPath, choice: SourceSelection = SourceSelection()) -> Load
     backwards, the times at which the messages were recorded. Raises InputError.
     """
     warnings = WarningCounter("message")
-    with open_bag(path, warnings) as bag:
+    with guarded(path), open_bag(path, warnings) as bag:
         laser = _laser(bag, choice.laser)
         topic = _odometry_topic(bag, choice.odometry)
         recorded = read_messages(bag, laser, topic, warnings)
+        episode = _episode(recorded, laser, topic, choice, warnings)
+    episode = replace(episode, meta={"source": Path(path).name, **episode.meta})
+    return LoadedRecording(episode, warnings.counted())
+
+
+def _episode(
+    recorded: RecordedMessages,
+    laser: str,
+    topic: str | None,
+    choice: SourceSelection,
+    warnings: WarningCounter,
+) -> Episode:
     if not recorded.sweeps:
-        raise InputError(f"{path}: no usable scan on {one_line(laser)}")
+        raise InputError(f"no usable scan on {one_line(laser)}")
     recorded = on_one_clock(recorded, warnings)
     tree = tree_of(recorded, warnings)
-    try:
-        trajectory, base, source = odometry_of(recorded, tree, topic, choice.odometry, warnings)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    trajectory, base, source = odometry_of(recorded, tree, topic, choice.odometry, warnings)
     sweeps = _in_order(recorded.sweeps, trajectory, warnings)
     if not sweeps:
-        raise InputError(
-            f"{path}: no scan of {one_line(laser)} lies within the time of the odometry"
-        )
+        raise InputError(f"no scan of {one_line(laser)} lies within the time of the odometry")
     times = np.array([one.time for one in sweeps])
     mounts, flipped = mounts_of(tree, base, sweeps[0].frame, times, choice.mount, warnings)
     scans = _scans(sweeps, mounts, flipped, warnings)
     if trajectory is None:
         trajectory = Trajectory(times, np.zeros((len(times), 3)))
-    meta = {"source": Path(path).name, "laser": laser, "odometry": source}
-    return LoadedRecording(Episode(scans, trajectory, meta=meta), warnings.counted())
+    return Episode(scans, trajectory, meta={"laser": laser, "odometry": source})
 
 
 def read_reference(path: AnyPath, topic: str) -> Trajectory:
     """The poses of a topic whose messages have a pose, such as a reference system's."""
     warnings = WarningCounter("message")
     poses = Poses()
-    with open_bag(path, warnings) as bag:
+    with guarded(path), open_bag(path, warnings) as bag:
         if topic not in bag.topics:
             raise InputError(f"{path}: no topic {topic!r}; there are {listed(list(bag.topics))}")
         for _, received, message in bag.messages([topic]):
             if not hasattr(message, "pose"):
                 raise InputError(f"{path}: {topic} is a {bag.topics[topic].kind} and tells no pose")
+            take(RECORD_BYTES)
             poses.add(received, message)
     stamped = poses.collected()
     if not len(stamped.times):
@@ -144,8 +158,8 @@ def _scans(
     scans = []
     for number, (one, mount) in enumerate(zip(sweeps, mounts, strict=True)):
         low, high = one.reach
-        low = low if 0 <= low < math.inf else 0.0
-        if not low < high < math.inf:
+        low = low if 0 <= low <= MAX_RANGE else 0.0
+        if not low < high <= MAX_RANGE:
             guessed = guessed or estimated_max_range([one.ranges for one in sweeps])
             warnings.add(f"range_max {high:g} is no reach, {guessed:g} m assumed", number + 1)
             low, high = min(low, 0.5 * guessed), guessed

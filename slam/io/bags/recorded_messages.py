@@ -11,9 +11,11 @@ from slam.io.bags.bag import Bag
 from slam.io.bags.laser_scan import Sweep, sweep
 from slam.io.bags.poses import Poses, Stamped, stamp
 from slam.io.bags.transforms import Transforms, plain
+from slam.io.guard import RECORD_BYTES, SCAN_BYTES, take
 from slam.io.warnings import WarningCounter
 
 FRAMES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+COPIES = 4  # of float64 ranges: as they are read, in the scan, and what is computed from them
 MAX_STEP_BACK = 1.0  # s: stamps that run back by more are not used
 
 
@@ -54,16 +56,19 @@ def read_messages(
     names = [laser, *([topic] if topic else []), *bag.named(*FRAMES)]
     for number, (name, received, message) in enumerate(bag.messages(names), 1):
         if name == laser:
+            take(COPIES * 8 * len(message.ranges) + SCAN_BYTES)
             one = sweep(received, message)
             if one is None:
                 warnings.add("scan without beams or without angles, left out", number)
             else:
                 sweeps.append(one)
         elif name == topic:
+            take(RECORD_BYTES)
             if not poses.add(received, message):
                 warnings.add("odometry that is no pose, left out", number)
         else:
             static = "static" in name
+            take(RECORD_BYTES * len(message.transforms))
             frames += [_frame(received, each, static) for each in message.transforms]
     return RecordedMessages(sweeps, poses.collected(), frames)
 

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
+from slam.bounds import MAX_COORDINATE, all_within
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.io.one_line import one_line
 
-MAX_TRANSLATION = 1e8  # m: a larger one is invalid
 MAX_DEPTH = 100  # frames from the root; a robot has five to twenty
 STATIC_TOLERANCE = 1e-6  # m and rad: a transform that changes less is constant
 
@@ -131,9 +131,7 @@ class Transforms:
 
 def is_valid_transform(translation: tuple[float, ...], turn: tuple[float, ...]) -> bool:
     """Whether translation (m) and quaternion can be a pose; an unset quaternion is zero."""
-    return (
-        all(abs(value) < MAX_TRANSLATION for value in translation) and 0.5 < math.hypot(*turn) < 2.0
-    )
+    return all_within(translation, MAX_COORDINATE) and 0.5 < math.hypot(*turn) < 2.0
 
 
 def plain(frame: str) -> str:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slam.bounds import MAX_COORDINATE, MAX_MOUNT, MAX_RANGE, MAX_TIME, all_within
 from slam.geometry import Array, Pose2
 
 # Settings of the front laser that a log may state, and their bounds.
@@ -18,12 +19,10 @@ PARAMS = {
     b"robot_frontlaser_offset": (-10.0, 10.0),  # m, forward
     b"robot_frontlaser_side_offset": (-10.0, 10.0),  # m, to the left
     b"robot_frontlaser_angular_offset": (-7.0, 7.0),  # rad
-    b"robot_front_laser_max": (0.0, 1e4),  # m, 0: not stated
-    b"laser_front_laser_max": (0.0, 1e4),
+    b"robot_front_laser_max": (0.0, MAX_RANGE),  # m, 0: not stated
+    b"laser_front_laser_max": (0.0, MAX_RANGE),
     b"laser_front_laser_resolution": (0.0, 180.0),  # degrees between beams, 0: not stated
 }
-MAX_COORDINATE = 1e7  # m and rad: a larger one is no pose
-MAX_TIME = 1e11  # s
 # FLASER: beams -> degrees between them (SICK LMS). An even count lacks the odd one's last beam.
 FLASER_STEP_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 400: 0.25, 401: 0.25}
 
@@ -92,13 +91,16 @@ def parse_robotlaser(words: list[bytes]) -> LaserMessage:
         raise Garbled(f"ROBOTLASER1 with {n} ranges, {m} remissions and 14 more was expected")
     start, view, step, max_range = _numbers(words[2:6]).tolist()
     laser, robot = _pose(tail[:3]), _pose(tail[3:6])
+    mount = robot.between(laser)
+    if not all_within(mount, MAX_MOUNT):
+        raise Garbled(f"a laser within {MAX_MOUNT:g} m of the robot was expected")
     return LaserMessage(
         time=_time(tail[11]),
         pose=robot,
         ranges=_numbers(words[9 : n + 9]),
         angles=_fan(n, start, view, step),
-        max_range=max_range if 0 < max_range < math.inf else None,
-        mount=robot.between(laser),
+        max_range=max_range if 0 < max_range <= MAX_RANGE else None,
+        mount=mount,
     )
 
 
@@ -166,7 +168,7 @@ def _numbers(words: list[bytes]) -> Array:
 
 def _pose(words: list[bytes]) -> Pose2:
     pose = Pose2(*_numbers(words).tolist())
-    if not all(abs(value) <= MAX_COORDINATE for value in pose):
+    if not all_within(pose, MAX_COORDINATE):
         raise Garbled("a finite pose was expected")
     return pose
 

@@ -15,8 +15,10 @@ from slam.io.carmen.messages import (
     parse_robotlaser,
 )
 from slam.io.carmen.outliers import outliers
+from slam.io.guard import RECORD_BYTES, SCAN_BYTES, take
 from slam.io.warnings import WarningCounter
 
+COPIES = 3  # of the ranges: as they are read, in the scan, and what is computed from them
 LASERS = {b"FLASER": parse_flaser, b"ROBOTLASER1": parse_robotlaser}
 # Other messages of CARMEN, and comments: left out without a warning.
 IGNORED = (b"#", b"SYNC", b"TRUEPOS", b"RLASER", b"LASER", b"RAWLASER", b"ROBOTLASER")
@@ -92,6 +94,8 @@ class CarmenParser:
         )
 
     def _keep(self, number: int, message: Odom | LaserMessage) -> None:
+        ranges = message.ranges.nbytes if isinstance(message, LaserMessage) else 0
+        take(COPIES * ranges + RECORD_BYTES + SCAN_BYTES * bool(ranges))
         self.messages.append(message)
         self.numbers.append(number)
 

@@ -15,6 +15,7 @@ from slam.geometry import Array
 from slam.io.carmen.messages import LaserMessage, Odom, flaser_angles
 from slam.io.carmen.parser import CarmenParser
 from slam.io.files import AnyPath, CutShortError, lines
+from slam.io.guard import guarded
 from slam.io.loaded_recording import LoadedRecording
 from slam.io.max_range import estimated_max_range
 from slam.io.monotonic_times import monotonic
@@ -40,6 +41,11 @@ def read_carmen(path: AnyPath) -> LoadedRecording:
     the maximum is the line's own, or the log's PARAM, or `estimated_max_range`. A negative or
     unreadable range becomes NaN, no reading.
     """
+    with guarded(path):
+        return _read(path)
+
+
+def _read(path: AnyPath) -> LoadedRecording:
     log = _parsed(path)
     times = _times(log)
     meta = {"source": Path(path).name}
@@ -97,10 +103,10 @@ def _scans(log: CarmenParser, times: Array) -> tuple[Scan, ...]:
         if angles is None:
             angles = flaser_angles(len(laser.ranges), step_deg)
         mount = log.mount if laser.mount is None else laser.mount
-        scans.append(Scan(_read(laser.ranges, limit), angles, limit, time=time, mount=mount))
+        scans.append(Scan(_readings(laser.ranges, limit), angles, limit, time=time, mount=mount))
     return tuple(scans)
 
 
-def _read(ranges: Array, max_range: float) -> Array:
+def _readings(ranges: Array, max_range: float) -> Array:
     """Ranges as a `Scan` has them: no echo is inf, no reading NaN."""
     return np.where(ranges >= max_range, np.inf, np.where(ranges >= 0, ranges, np.nan))

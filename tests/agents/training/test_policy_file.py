@@ -1,3 +1,4 @@
+import base64
 import io
 import json
 import pickle
@@ -16,6 +17,7 @@ from agents.training.policy_file import (
     TRAINING_MEMBER,
     WEIGHTS_MEMBER,
     read_policy,
+    restore,
     save_model,
     write_slim,
 )
@@ -135,7 +137,7 @@ def test_files_that_are_something_else_are_refused(saved, tmp_path):
         bad.write_bytes(content)
         with pytest.raises(InputError, match=r"bad.zip: not a policy"):
             read_policy(bad)
-    with pytest.raises(InputError, match="not a policy"):
+    with pytest.raises(InputError, match="no such file"):
         read_policy(tmp_path / "none.zip")
     saved[0].save(bad)  # of stable-baselines3's own making: nothing is told of it
     with pytest.raises(InputError, match=r"bad.zip: not a policy"):
@@ -163,3 +165,98 @@ def test_files_whose_weights_are_something_else_are_refused(tmp_path, weights):
     path = archive(tmp_path / "bad.zip", told=json.dumps(told("ppo")), weights=pickled(weights))
     with pytest.raises(InputError, match=r"bad.zip"):
         Trained(path, DoorPatrolEnv())
+
+
+def rewritten(path, out, **members):
+    """A copy of an archive with some members of other content."""
+    with zipfile.ZipFile(path) as archive, zipfile.ZipFile(out, "w", 8) as copy:
+        for name in archive.namelist():
+            copy.writestr(name, members.get(name.replace(".", "_"), archive.read(name)))
+    return out
+
+
+def in_torch_file(data, pickled):
+    """A file of torch.save with another pickle in it."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(file, "w") as copy:
+        for name in archive.namelist():
+            copy.writestr(name, pickled if name.endswith("data.pkl") else archive.read(name))
+    return file.getvalue()
+
+
+class Harm:
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return (open, (str(self.path), "w"))
+
+
+def test_resuming_runs_nothing_that_is_in_the_file(saved, tmp_path):
+    """stable-baselines3 unpickles most of `data`: a foreign folder could run code."""
+    model, _, path = saved
+    with zipfile.ZipFile(path) as archive:
+        told = json.loads(archive.read("data"))
+        weights = archive.read(WEIGHTS_MEMBER)
+    harm = base64.b64encode(pickle.dumps(Harm(tmp_path / "harmed"))).decode()
+    told |= {name: {":type:": "x", ":serialized:": harm} for name in ("_last_obs", "policy_class")}
+    told["num_timesteps"] = 96
+    bad = rewritten(path, tmp_path / "bad.zip", data=json.dumps(told))
+    restore(model, bad)
+    assert model.num_timesteps == 96
+    for pickled in (
+        pickle.dumps(Harm(tmp_path / "harmed")),
+        pickle.dumps(bytearray(9), protocol=2),
+    ):
+        member = in_torch_file(weights, pickled)
+        for name in ("policy_pth", "policy_optimizer_pth"):
+            bad = rewritten(path, tmp_path / "bad.zip", **{name: member})
+            with pytest.raises(InputError, match=r"bad.zip: not a checkpoint to resume from \("):
+                restore(model, bad)
+    assert not (tmp_path / "harmed").exists()
+
+
+@pytest.mark.parametrize("counts", [{"num_timesteps": -1}, {"_n_updates": "many"}, {}])
+def test_a_checkpoint_without_its_counts_is_refused(saved, tmp_path, counts):
+    model, _, path = saved
+    with zipfile.ZipFile(path) as archive:
+        told = json.loads(archive.read("data")) | counts
+    told = told if counts else {}
+    bad = rewritten(path, tmp_path / "bad.zip", data=json.dumps(told))
+    with pytest.raises(InputError, match="not a checkpoint"):
+        restore(model, bad)
+
+
+def test_a_small_policy_takes_little_memory(saved, tmp_path):
+    """Of 4 MB, by members that unpack to a thousand times their size; it was 6.5 GB."""
+    path = saved[2]
+    file = io.BytesIO()
+    torch.save({"weight": torch.zeros(80_000_000)}, file)
+    bad = rewritten(path, tmp_path / "bad.zip", policy_pth=file.getvalue())
+    assert bad.stat().st_size < 1 << 20
+    with pytest.raises(InputError, match="takes more memory than files of its size"):
+        read_policy(bad)
+    with pytest.raises(InputError, match="takes more memory than files of its size"):
+        restore(saved[0], bad)
+
+
+@pytest.mark.parametrize(
+    "kwargs",
+    [
+        "dict(net_arch=[100000])",
+        "dict(net_arch=[4096] * 3)",
+        "dict(net_arch=[" + "4," * 150 + "])",
+        "dict(net_arch=[4096, 4096, 4096, 4096])",
+        "dict(net_arch=-1)",
+        "dict(activation_fn=3)",
+        "(" * 500,
+    ],
+)
+def test_a_file_does_not_decide_on_a_huge_network(saved, tmp_path, kwargs):
+    _, training, path = saved
+    settings = training["settings"] | {"policy_kwargs": kwargs}
+    other = json.dumps(training | {"settings": settings})
+    bad = rewritten(path, tmp_path / "bad.zip", dynslam_json=other)
+    with pytest.raises(InputError, match=r"bad\.zip: ") as refused:
+        Trained(bad, DoorPatrolEnv())
+    assert "\n" not in str(refused.value)

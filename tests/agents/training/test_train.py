@@ -262,7 +262,7 @@ def test_another_training_in_the_folder_is_not_gone_on_with(whole, changes, mess
     [
         (CONFIG, "{", "not a configuration of a training"),
         (CONFIG, "3", "not a configuration of a training"),
-        (CHECKPOINT, "PK", "no checkpoint to resume from"),
+        (CHECKPOINT, "PK", "not a checkpoint to resume from"),
     ],
 )
 def test_a_broken_folder_is_told(whole, tmp_path, name, text, message):

@@ -2,6 +2,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -250,7 +251,7 @@ def test_one_that_cannot_be_sent_is_refused_before_anything_runs(bench, monkeypa
         (("paper", "--limit", "0"), "limit must be a finite number"),
         (("logs",), "--logs FOLDER"),
         (("logs", "--logs", "/nowhere"), "a folder of logs was expected"),
-        (("none.toml",), "none.toml: cannot be read"),
+        (("none.toml",), "none.toml: no such file"),
         (("paper", "--cluster", "tcp://127.0.0.1:9"), "no Dask scheduler"),
         (("paper", "--cluster", "nonsense://x"), "no Dask scheduler"),
     ],
@@ -289,14 +290,51 @@ def test_an_episode_that_cannot_be_kept_is_made_all_the_same(monkeypatch, tmp_pa
     assert len(cache.episode_of(drive("DoorCorridor-v0", 5003, max_episode_steps=9)).scans) == 10
 
 
-def test_a_folder_for_episodes_that_cannot_be_is_told_before_hours_go_by(
-    bench, monkeypatch, tmp_path, capsys
+def test_a_cached_drive_of_another_source_is_recorded_again():
+    """A file under another's name was taken for it."""
+    one, other = (drive("DoorCorridor-v0", seed, max_episode_steps=9) for seed in (5003, 5004))
+    right = cache.episode_of(other)
+    cache.episode_of(one)
+    shutil.copy(cache.path_of(one), cache.path_of(other))
+    for _ in range(2):
+        found = cache.episode_of(other)
+        assert found.scans[5].ranges.tolist() == right.scans[5].ranges.tolist()
+        assert found.meta == right.meta, "as without a cache"
+
+
+def test_a_damaged_picture_of_a_run_is_left_out_of_the_report(bench, small, capsys):
+    """It was a traceback at --resume."""
+    for path in (small / "examples").iterdir():
+        path.write_bytes(path.read_bytes()[:1000])
+    assert bench(*SMALL, "--resume", report=True) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert told
+    assert all(line.endswith("left out") and ": not a recorded run" in line for line in told)
+
+
+def test_runs_that_are_there_twice_count_once(bench, small, capsys):
+    """As two benches in one folder left them: every interval was too narrow."""
+    path = small / "results.jsonl"
+    path.write_bytes(2 * path.read_bytes())
+    assert bench(*SMALL, "--resume") == 0
+    told = capsys.readouterr()
+    assert "8 runs are in it again; the last one counts" in told.err
+    assert "8 runs, 0 without a result" in told.out
+
+
+def test_a_cache_that_cannot_be_written_is_replaced_by_a_temporary_one(
+    monkeypatch, tmp_path, capsys
 ):
+    """It stopped a bench."""
     (tmp_path / "file").touch()
+    (tmp_path / "temp").mkdir()
     monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "file"))
-    assert bench(*SMALL) == 2
-    assert "a directory that can be written was expected" in capsys.readouterr().err
-    assert not (tmp_path / "out" / "results.jsonl").exists()
+    monkeypatch.setattr(cache, "own_folder", lambda: tmp_path / "temp")
+    source = drive("DoorCorridor-v0", 5003, max_episode_steps=9)
+    cache.episode_of(source)
+    assert cache.path_of(source).is_file()
+    assert cache.path_of(source).parent == tmp_path / "temp" / "drives"
+    assert "cannot be written; drives are recorded into" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("line", ["no json", '{"ate": 1.0}', "[]"])

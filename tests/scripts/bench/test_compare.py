@@ -113,7 +113,7 @@ def test_conditions_are_not_mixed():
 @pytest.mark.parametrize(
     ("content", "told"),
     [("{", "b.jsonl:1: not a line of results"), ('{"a": 1}\n', "not the results of a bench"),
-     ("[]\n", "not the results of a bench"), ('{"ate": NaN}', "NaN is no JSON"),
+     ("[]\n", "not a line of results"), ('{"ate": NaN}', "NaN is no JSON"),
      ('{"condition": ["x"], "variant": "v", "seed": 1, "x": 1}', "not the results of a bench")],
 )  # fmt: skip
 def test_what_is_no_bench_is_refused(tmp_path, capsys, content, told):

@@ -54,6 +54,7 @@ def scheduler(tmp_path):
         begun.append(dask(tmp_path, "worker", address, "--nthreads", "1"))
         return begun[-1]
 
+    worker.scheduler = begun[0]  # type: ignore[attr-defined]
     yield address, worker
     for process in begun:
         kill(process)
@@ -99,3 +100,22 @@ def test_a_worker_with_other_code_is_refused(bench, scheduler, monkeypatch, caps
     monkeypatch.setattr(pool, "own_code", lambda: "of tomorrow")
     assert bench(*SMALL, "--cluster", address) == 2
     assert "has another version of dynslam" in capsys.readouterr().err
+
+
+def test_a_scheduler_that_dies_is_told_in_one_line(scheduler, tmp_path):
+    """asyncio and tornado told of it in fifty lines before."""
+    address, worker = scheduler
+    worker()
+    command = [sys.executable, "-m", "dynslam_cli.main", "bench", "paper", "--seeds", "20",
+               "--variants", "odometry", "--cluster", address, "--out", "out"]  # fmt: skip
+    env = os.environ | {"DYNSLAM_CACHE": str(tmp_path / "cache")}
+    bench = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
+    )
+    path = tmp_path / "out" / "results.jsonl"
+    while not path.exists() and bench.poll() is None:
+        time.sleep(0.05)
+    kill(worker.scheduler)
+    _, told = bench.communicate(timeout=120)
+    assert bench.returncode == 2, told
+    assert told == f"dynslam: the scheduler at {address} is gone; --resume goes on\n"

@@ -77,7 +77,7 @@ GOOD = {
         ("image", "huge.pgm", "999999999 x 999999999 pixels"),
         ("image", "deep.pgm", "8 bits"),
         ("resolution", "wide", "a number for `resolution`"),
-        ("resolution", "-1", "positive"),
+        ("resolution", "-1", "from 0.0001"),
         ("resolution", None, "`resolution: ...`"),
         ("origin", "[0, 0]", r"\[x, y, yaw\]"),
         ("origin", "[0, 0, 0.5]", "not turned"),

@@ -144,7 +144,7 @@ def test_the_time_between_beams_is_kept(tmp_path: Path, ending: str) -> None:
     assert through(drive, tmp_path, ending).scans[0].beam_time == pytest.approx(0.001)
 
 
-@pytest.mark.parametrize("time", [-1.0, 2.0**31, 1e300])
+@pytest.mark.parametrize("time", [-1.0, 2.0**31, 1e10])
 @pytest.mark.parametrize("ending", ENDINGS[4:])
 def test_times_that_ros_has_no_numbers_for(tmp_path: Path, ending: str, time: float) -> None:
     one = Scan(np.ones(2), np.array([0.0, 0.1]), 9.0, time=time)

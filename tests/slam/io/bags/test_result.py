@@ -178,7 +178,7 @@ def test_a_run_that_was_cut_off_and_one_without_a_scan(
     assert not (tmp_path / "b.mcap").exists()
 
 
-@pytest.mark.parametrize("off", [-1e3, 1.7e12])
+@pytest.mark.parametrize("off", [-1e3, 1.7e10])
 def test_times_that_ros_does_not_know_are_told(
     tmp_path: Path, episode: Episode, online: Array, off: float
 ) -> None:
