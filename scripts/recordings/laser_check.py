@@ -11,9 +11,7 @@ from slam.errors import InputError
 from slam.preprocessing.laser_sense import Sense, sense_of, turned_over
 
 
-def turned_upright(
-    lasers: Sequence[Episode], file: Path
-) -> tuple[list[Episode], tuple[str, ...]]:
+def turned_upright(lasers: Sequence[Episode], file: Path) -> tuple[list[Episode], tuple[str, ...]]:
     """The episodes with each laser upright, and what was wrong, which is told on standard error.
 
     One laser that sees the world mirrored is turned over. One of several that does not turn with

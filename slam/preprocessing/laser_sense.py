@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from enum import Enum
+from itertools import pairwise
 
 import numpy as np
 
@@ -65,8 +66,9 @@ def _stuck(episode: Episode) -> bool:
     scans, poses = episode.scans, episode.odometry.poses
     if len(scans) < MIN_PAIRS:
         return False
-    pairs = zip(scans[:-1], scans[1:], strict=True)
-    repeated = [np.array_equal(one.ranges, two.ranges, equal_nan=True) for one, two in pairs]
+    repeated = [
+        np.array_equal(one.ranges, two.ranges, equal_nan=True) for one, two in pairwise(scans)
+    ]
     steps = np.diff(poses[:, :2], axis=0)
     way = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
     return way >= MIN_WAY and float(np.mean(repeated)) >= MIN_REPEATED

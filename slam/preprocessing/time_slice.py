@@ -36,7 +36,7 @@ def between_times(episode: Episode, begin: float | None, end: float | None) -> E
     if len(kept) == len(times):
         return episode
     scans = tuple(episode.scans[k] for k in kept.tolist())
-    odometry = _around(episode.odometry, times[kept[0]], times[kept[-1]])
+    odometry = _around(episode.odometry, scans[0].time, scans[-1].time)
     truth = None if episode.truth is None else _of_scans(episode.truth, kept)
     return dataclasses.replace(episode, scans=scans, odometry=odometry, truth=truth)
 

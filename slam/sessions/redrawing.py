@@ -19,7 +19,7 @@ def map_model_of(variant: str, resolution: float) -> MapModel:
     map has no `resolution`.
     """
     robot: Any = make(variant)
-    model = getattr(robot, "map_model", None)
+    model: Any = getattr(robot, "map_model", None)
     if callable(model):  # a graph makes its map when it draws it
         model = model()
     names = inspect.signature(type(model).__init__).parameters

@@ -1,0 +1,98 @@
+"""How the maps that `dynslam map` writes are drawn: cells, what stands, and what is masked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from slam.benchmark.run import Run
+from slam.errors import InputError
+from slam.grid import OccupancyGrid
+from slam.io.ros_map import read_ros_map
+from slam.layers import Layers, layers
+from slam.layers.classification import (
+    DOOR_LEAF,
+    KEPT_REASONS,
+    SEEN_IN_PART,
+    SEEN_ONCE,
+    WENT_AWAY,
+)
+from slam.layers.masking import MASKED, map_without_masked, without_masked
+from slam.sessions.redrawing import redrawn
+from slam.sessions.session import Session
+
+from ..console.selection import parse_selection
+from .map_size import check_resolution, check_size
+
+CELL = 0.05  # m, of the cells in which scans are matched and doors are found
+KEPT = {"once": SEEN_ONCE, "part": SEEN_IN_PART, "gone": WENT_AWAY, "leaf": DOOR_LEAF}
+NONE = "none"
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """How maps are drawn.
+
+    resolution    m, side of a cell
+    keep          reasons (`slam.layers.classification`) of the cells that count as standing beside
+                  those that always stood
+    mask          areas that are cleared; None: none
+    """
+
+    resolution: float = CELL
+    keep: tuple[int, ...] = KEPT_REASONS
+    mask: OccupancyGrid | None = None
+
+    def believed(self, run: Run, session: Session, variant: str) -> Run:
+        """The run with its map as it is written. Raises InputError if it would be too large."""
+        grid = run.grid
+        if self.resolution != CELL:
+            check_size(session.scans, session.poses, self.resolution)
+            grid = redrawn(session, variant, self.resolution)
+        return replace(run, grid=grid if self.mask is None else map_without_masked(grid, self.mask))
+
+    def layers(self, session: Session, believed: OccupancyGrid) -> Layers:
+        """The layers as they are written: doors are found in cells of CELL. Raises InputError if
+        they would be too large."""
+        scans, poses, doors = session.scans, session.poses, None
+        if self.resolution != CELL:
+            check_size(scans, poses, self.resolution)
+            doors = layers(scans, poses, CELL).doors
+        made = layers(scans, poses, self.resolution, believed=believed, known_doors=doors)
+        return made if self.mask is None else without_masked(made, self.mask)
+
+    def standing(self, made: Layers) -> OccupancyGrid:
+        """What stands, of layers."""
+        return made.static_map(self.keep)
+
+
+USUAL = Drawing()
+
+
+def parsed_drawing(resolution: float, keep: str, mask: Path | None) -> Drawing:
+    """The drawing that the options --resolution, --keep and --mask name. Raises InputError."""
+    check_resolution(resolution)
+    return Drawing(resolution, _kept(keep), None if mask is None else read_mask(mask))
+
+
+def read_mask(path: Path) -> OccupancyGrid:
+    """A mask in the frame of the map. Raises InputError if it cannot be read, or masks nothing."""
+    grid = read_ros_map(path)
+    if not (grid.observed & (grid.occupied >= MASKED)).any():
+        raise InputError(f"{path}: no cell of this mask is black: it would clear nothing")
+    return grid
+
+
+def missed(mask: OccupancyGrid, grid: OccupancyGrid) -> bool:
+    """Whether no masked cell lies on one of the map that was observed."""
+    cells = np.argwhere(mask.observed & (mask.occupied >= MASKED))
+    return not grid.sample(mask.spec.centres(cells))[1].any()
+
+
+def _kept(text: str) -> tuple[int, ...]:
+    if text.strip() == NONE:
+        return ()
+    named = parse_selection("kind of thing", text, list(KEPT), "dynslam map --help", ("all", NONE))
+    return tuple(KEPT[name] for name in named)
