@@ -20,10 +20,12 @@ from slam.layers.classification import (
     WENT_AWAY,
 )
 from slam.layers.masking import MASKED, map_without_masked, without_masked
+from slam.layers.union import united
 from slam.sessions.redrawing import redrawn
 from slam.sessions.session import Session
 
 from ..console.selection import parse_selection
+from .lasers import Lasers
 from .map_size import check_resolution, check_size
 
 CELL = 0.05  # m, of the cells in which scans are matched and doors are found
@@ -53,15 +55,29 @@ class Drawing:
             grid = redrawn(session, variant, self.resolution)
         return replace(run, grid=grid if self.mask is None else map_without_masked(grid, self.mask))
 
-    def layers(self, session: Session, believed: OccupancyGrid) -> Layers:
-        """The layers as they are written: doors are found in cells of CELL. Raises InputError if
-        they would be too large."""
+    def layers(
+        self, session: Session, believed: OccupancyGrid, lasers: Lasers, variant: str
+    ) -> Layers:
+        """The layers as they are written: each laser's of its own scans, and of these one. Raises
+        InputError if they would be too large."""
+        if self.resolution != CELL:
+            check_size(session.scans, session.poses, self.resolution)
+        parts = lasers.of(session)
+        if len(parts) > 1:
+            made = united([self._of_laser(part, variant) for part in parts])
+        else:
+            made = self._layers(session, believed)
+        return made if self.mask is None else without_masked(made, self.mask)
+
+    def _of_laser(self, session: Session, variant: str) -> Layers:
+        return self._layers(session, redrawn(session, variant, self.resolution))
+
+    def _layers(self, session: Session, believed: OccupancyGrid) -> Layers:
+        """The layers of one laser; doors are found in cells of CELL."""
         scans, poses, doors = session.scans, session.poses, None
         if self.resolution != CELL:
-            check_size(scans, poses, self.resolution)
             doors = layers(scans, poses, CELL).doors
-        made = layers(scans, poses, self.resolution, believed=believed, known_doors=doors)
-        return made if self.mask is None else without_masked(made, self.mask)
+        return layers(scans, poses, self.resolution, believed=believed, known_doors=doors)
 
     def standing(self, made: Layers) -> OccupancyGrid:
         """What stands, of layers."""

@@ -29,6 +29,7 @@ from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
 from .drawing import USUAL, Drawing
+from .lasers import Lasers
 from .lost_file import write_lost
 from .mapping_run import MappingRun
 
@@ -126,7 +127,8 @@ class MapExport:
         return ["belief.yaml", "belief.pgm"]
 
     def _layers(self) -> list[str]:
-        made = self.drawing.layers(self.session, self.run.grid)
+        lasers = Lasers.of_episode(self.episode)
+        made = self.drawing.layers(self.session, self.run.grid, lasers, self.variant)
         self.layers = made
         write_ros_map(self.drawing.standing(made), self.out / "map.yaml")
         write_png(layers_figure(made, self.title), self.out / "layers.png")

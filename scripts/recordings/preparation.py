@@ -31,7 +31,11 @@ def prepared(
     with the robot.
     """
     upright, told = turned_upright(lasers, file)
-    first, *others = (on_one_clock(one, clock, file) for one in upright)
+    several = len(upright) > 1
+    names = [f"{file}, {one.meta.get('laser')}" if several else str(file) for one in upright]
+    first, *others = (
+        on_one_clock(one, clock, name) for one, name in zip(upright, names, strict=True)
+    )
     if not first.has_odometry:
         first = _by_laser(first)
         others = [dataclasses.replace(one, odometry=first.odometry, meta=first.meta)
