@@ -23,6 +23,7 @@ from slam.layers.masking import MASKED, map_without_masked, without_masked
 from slam.layers.union import united
 from slam.sessions.redrawing import redrawn
 from slam.sessions.session import Session
+from slam.validation import positive_number
 
 from ..console.selection import parse_selection
 from .lasers import Lasers
@@ -41,11 +42,13 @@ class Drawing:
     keep          reasons (`slam.layers.classification`) of the cells that count as standing beside
                   those that always stood
     mask          areas that are cleared; None: none
+    robot_radius  m, that routes keep from what stands
     """
 
     resolution: float = CELL
     keep: tuple[int, ...] = KEPT_REASONS
     mask: OccupancyGrid | None = None
+    robot_radius: float = 0.3
 
     def believed(self, run: Run, session: Session, variant: str) -> Run:
         """The run with its map as it is written. Raises InputError if it would be too large."""
@@ -87,10 +90,13 @@ class Drawing:
 USUAL = Drawing()
 
 
-def parsed_drawing(resolution: float, keep: str, mask: Path | None) -> Drawing:
-    """The drawing that the options --resolution, --keep and --mask name. Raises InputError."""
+def parsed_drawing(resolution: float, keep: str, mask: Path | None, robot_radius: float) -> Drawing:
+    """The drawing that the options --resolution, --keep, --mask and --robot-radius name. Raises
+    InputError."""
     check_resolution(resolution)
-    return Drawing(resolution, _kept(keep), None if mask is None else read_mask(mask))
+    positive_number("--robot-radius", robot_radius)
+    areas = None if mask is None else read_mask(mask)
+    return Drawing(resolution, _kept(keep), areas, robot_radius)
 
 
 def read_mask(path: Path) -> OccupancyGrid:

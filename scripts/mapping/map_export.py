@@ -32,6 +32,7 @@ from .drawing import USUAL, Drawing
 from .lasers import Lasers
 from .lost_file import write_lost
 from .mapping_run import MappingRun
+from .nav2_files import write_nav2
 
 OPTIONAL_PARTS = ("mcap", "rrd", "film")
 
@@ -73,6 +74,7 @@ class MapExport:
             "trajectory": self._trajectory,
             "map": self._map,
             "layers": self._layers,
+            "nav2": self._nav2,
             "picture": self._picture,
             "mcap": self._mcap,
             "rrd": self._rrd,
@@ -80,7 +82,8 @@ class MapExport:
         }
         self._parts = [part for part in self._writers if part not in skip]
         if not mapped:
-            self._parts = [part for part in self._parts if part not in ("session", "layers")]
+            needed = "session", "layers", "nav2"
+            self._parts = [part for part in self._parts if part not in needed]
 
     def write(self, summary: dict[str, Any]) -> dict[str, Any]:
         """Write all parts, then the summary with the names of the files and the peak of memory.
@@ -135,6 +138,11 @@ class MapExport:
         write_layers(made, self.out / "layers.npz")
         write_doors(made, self.out / "doors.geojson")
         return ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
+
+    def _nav2(self) -> list[str]:
+        if self.layers is None:
+            raise InputError("it is made of the layers, which could not be written")
+        return write_nav2(self.layers, self.drawing, self.session.poses, self.out)
 
     def _picture(self) -> list[str]:
         grid = self.run.grid if self.layers is None else self.drawing.standing(self.layers)

@@ -20,7 +20,6 @@ from slam.metrics.reference import score_reference
 from slam.sessions.continuation import continued, empty, localiser
 from slam.sessions.session import Session
 from slam.trajectory import Trajectory
-from slam.validation import positive_number
 
 from ..console.config_file import write_config
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
@@ -114,8 +113,7 @@ def _variant(options: MapCommand) -> str:
 
 
 def _drawing(options: MapCommand) -> Drawing:
-    drawing = parsed_drawing(options.resolution, options.keep, options.mask)
-    positive_number("--robot-radius", options.robot_radius)
+    drawing = parsed_drawing(options.resolution, options.keep, options.mask, options.robot_radius)
     if options.align and options.onto:
         raise InputError("--align turns a new map; --onto continues one in the frame that it has")
     if options.localise and drawing != USUAL:
