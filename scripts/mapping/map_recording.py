@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 DEFAULT_VARIANT, DEFAULT_CONTINUED_VARIANT = "dynamic-graph", "hmm-ml"
 MAX_DOORS_PRINTED = 10
+PICTURES = ".yaml", ".pgm", ".png"
 CONFIG_FILE = "config.toml"
 REPEAT = "dynslam map --config FILE, with the path of this file, repeats the run"
 NEXT = "look at map.png; `dynslam info FILE` tells what is wrong with a recording"
@@ -107,6 +108,11 @@ def read_reference(name: str, recording: Path) -> Trajectory:
 def _variant(options: MapCommand) -> str:
     if options.onto is None and (options.localise or options.start is not None):
         raise InputError("--localise and --start need a map: --onto SESSION.npz")
+    if options.onto is not None and options.onto.suffix in PICTURES:
+        raise InputError(
+            f"{options.onto}: a picture of a map holds no scans to go on from: give the "
+            f"session.npz beside it (--onto); what was painted over in the picture can be a --mask"
+        )
     if options.slam:
         check_variant(options.slam)
     return options.slam or (DEFAULT_CONTINUED_VARIANT if options.onto else DEFAULT_VARIANT)

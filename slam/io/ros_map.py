@@ -7,7 +7,6 @@ Black (0) is occupied, 254 free, 205 unknown; the first row of the picture is th
 from __future__ import annotations
 
 import math
-import os
 import re
 from pathlib import Path
 
@@ -16,18 +15,14 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec, OccupancyGrid
-from slam.io.files import AnyPath, reading, replacing, text_lines
+from slam.io.files import AnyPath, replacing, text_lines
 from slam.io.one_line import one_line
+from slam.io.pictures import read_picture
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
 MODES = "trinary", "scale", "raw"
 MOST_PERCENT = 100  # in the mode `raw`; larger numbers are unknown
 NO_PERCENT = 255  # written there for unknown
-MAX_HEADER = 1 << 16  # bytes, comments and all
-MAX_PIXELS = 1 << 28  # pixels
-HEADER = re.compile(
-    rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
-)
 
 
 def write_ros_map(grid: OccupancyGrid, path: AnyPath) -> None:
@@ -95,7 +90,7 @@ def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
     if not 1e-6 < resolution < 1e6:
         raise InputError(f"{path}: expected a positive `resolution` in m, got {resolution}")
     x, y = _origin(path, fields)
-    picture = _read_pgm(path.parent / _text(path, fields, "image"))[::-1]
+    picture = read_picture(path.parent / _text(path, fields, "image"))[::-1]
     spec = GridSpec(resolution, round(y / resolution), round(x / resolution), *picture.shape)
     occupied = _raw(picture) if mode == "raw" else _scaled(path, fields, picture, mode)
     known = np.isfinite(occupied)
@@ -162,18 +157,3 @@ def _origin(path: Path, fields: dict[str, str]) -> tuple[float, float]:
     if values[2]:
         raise InputError(f"{path}: expected an origin that is not turned, got yaw {values[2]}")
     return values[0], values[1]
-
-
-def _read_pgm(path: Path) -> np.ndarray:
-    with reading(path) as file:
-        header = HEADER.match(file.read(MAX_HEADER))
-        if not header or header[3] != b"255":
-            raise InputError(f"{path}: expected a binary PGM (P5) with 8 bits a pixel")
-        cols, rows = int(header[1]), int(header[2])
-        held = file.seek(0, os.SEEK_END) - header.end()
-        if not rows * cols or held != rows * cols:
-            raise InputError(f"{path}: expected {cols} x {rows} pixels, got {held} bytes of them")
-        if held > MAX_PIXELS:
-            raise InputError(f"{path}: {cols} x {rows} pixels are more than any map has")
-        file.seek(header.end())
-        return np.frombuffer(file.read(), dtype=np.uint8).reshape(rows, cols)

@@ -92,8 +92,8 @@ def _coarser(grid: OccupancyGrid) -> OccupancyGrid:
     occupied = np.pad(grid.occupied > 0.5, ends)
     observed = np.pad(grid.observed, ends)
     shape = occupied.shape[0] // times, times, occupied.shape[1] // times, times
-    filled = occupied.reshape(shape).any(axis=(1, 3))
-    known = observed.reshape(shape).all(axis=(1, 3))
+    filled = np.asarray(occupied.reshape(shape).any(axis=(1, 3)), np.bool_)
+    known = np.asarray(observed.reshape(shape).all(axis=(1, 3)), np.bool_)
     coarse = GridSpec(
         spec.resolution * times, spec.row0 // times, spec.col0 // times, *filled.shape
     )
