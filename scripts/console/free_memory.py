@@ -19,7 +19,7 @@ GROUP_LIMITS = (  # of a container: (limit, what is used of it)
 
 def free_memory() -> float:
     """Bytes that are free on this machine and in this container; infinity if it does not tell."""
-    return min(_of_machine(), *(_of_group(limit, used) for limit, used in GROUP_LIMITS))
+    return min([_of_machine(), *(_of_group(limit, used) for limit, used in GROUP_LIMITS)])
 
 
 def _of_machine() -> float:

@@ -3,7 +3,7 @@
 The rotation of the laser from scan to scan, found without odometry (`scan_rotation`), is compared
 with that of the odometry. A laser that is mounted upside down, though its recording does not say
 so, sees the world mirrored: it seems to turn against the robot. One that does not turn while the
-robot does is not on the robot, or repeats an old scan.
+robot does, and sees the same before and after, is not on the robot, or repeats an old scan.
 """
 
 from __future__ import annotations
@@ -18,13 +18,17 @@ import numpy as np
 from slam.episode import Episode
 from slam.geometry import Array
 from slam.preprocessing.clock import turned_by_laser, turning_pairs
+from slam.scan import Scan
 
 MIN_TURN = math.radians(1.5)  # rad by the odometry between two scans, of pairs that are compared
 MIN_PAIRS = 20  # of them; fewer tell nothing
-MAX_PAIRS = 300  # of them that are compared
+MAX_PAIRS = 120  # of them that are compared
 MIRRORED_RATIO = (-1.5, -0.5)  # of the laser's turning to the odometry's, median of the pairs
 STILL_RATIO = 0.1  # the same, at most, of a laser that does not turn
 MIN_AGREEING = 0.8  # share of the pairs whose ratios must be of the same sense
+APART_TURN = math.radians(30.0)  # rad by the odometry between two scans that should differ
+COMPARED = 60  # pairs of such scans
+SAME_RANGE, SAME_BEAMS = 0.05, 0.9  # m, and share of the beams within it, of scans that do not
 MIN_REPEATED = 0.9  # share of the scans that repeat the one before, of a laser that is stuck
 MIN_WAY = 0.5  # m by the odometry over which a laser is watched for repeats
 
@@ -50,7 +54,7 @@ def sense_of(episode: Episode) -> Sense:
     low, high = MIRRORED_RATIO
     if low <= np.median(ratio) <= high and (ratio < 0).mean() >= MIN_AGREEING:
         return Sense.MIRRORED
-    if (np.abs(ratio) <= STILL_RATIO).mean() >= MIN_AGREEING:
+    if (np.abs(ratio) <= STILL_RATIO).mean() >= MIN_AGREEING and _unchanged(episode):
         return Sense.STILL
     return Sense.UPRIGHT
 
@@ -72,6 +76,26 @@ def _stuck(episode: Episode) -> bool:
     steps = np.diff(poses[:, :2], axis=0)
     way = float(np.hypot(steps[:, 0], steps[:, 1]).sum())
     return way >= MIN_WAY and float(np.mean(repeated)) >= MIN_REPEATED
+
+
+def _unchanged(episode: Episode) -> bool:
+    """Whether scans look the same after the robot turned far, by the odometry: if the odometry is
+    wrong instead, they do not, since the robot drove on."""
+    heading = np.unwrap(episode.odometry.at(episode.times)[:, 2])
+    chosen = np.unique(np.linspace(0, len(heading) - 1, COMPARED).astype(int)).tolist()
+    pairs = [(i, j) for i in chosen for j in chosen if heading[j] - heading[i] >= APART_TURN]
+    picked = pairs[:: max(len(pairs) // COMPARED, 1)]
+    shares = [_same_share(episode.scans[i], episode.scans[j]) for i, j in picked]
+    return bool(shares) and float(np.median(shares)) >= SAME_BEAMS
+
+
+def _same_share(one: Scan, two: Scan) -> float:
+    """Share of the beams with an echo in both scans that measured the same."""
+    if len(one.ranges) != len(two.ranges):
+        return 0.0
+    both = one.hit & two.hit
+    off = np.abs(one.ranges[both] - two.ranges[both])
+    return float((off <= SAME_RANGE).mean()) if len(off) else 0.0
 
 
 def _turns(episode: Episode) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from slam.layers.free_space import free_space
 from slam.layers.route_graph import NO_DOOR, RouteGraph, route_graph
 from slam.layers.thinning import skeleton
 
-EIGHT = np.ones((3, 3))
+EIGHT, FOUR = np.ones((3, 3)), np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]])
 CELL = 0.05  # m
 
 
@@ -39,6 +39,12 @@ def door_of(grid: OccupancyGrid, gap: int = 18) -> MappedDoor:
     return MappedDoor(ends, 0.25, 3, 9.0, 0.0, 9.0, 5, 5, 0.95)
 
 
+def labelled(cells: np.ndarray, neighbours: np.ndarray = EIGHT) -> tuple[np.ndarray, int]:
+    labels = np.zeros(cells.shape, np.int32)
+    count = label(cells, neighbours, output=labels)
+    return labels, int(count)  # pyright: ignore[reportArgumentType]
+
+
 def parts_of(graph: RouteGraph, but: int = -1) -> int:
     """The number of connected parts, without the edge of a number."""
     ends = np.delete(graph.edges, but, axis=0) if but >= 0 else graph.edges
@@ -62,11 +68,13 @@ def test_a_skeleton_is_thin_and_connected_as_its_area_is(seed: int) -> None:
         area[row : row + height, col : col + width] = True
     thin = skeleton(area)
     assert not (thin & ~area).any()
-    assert label(thin, EIGHT)[1] == label(area, EIGHT)[1]
+    assert labelled(thin)[1] == labelled(area)[1]
     square = thin[1:, 1:] & thin[1:, :-1] & thin[:-1, 1:] & thin[:-1, :-1]
     assert square.sum() <= 0.02 * thin.sum()
-    holes = label(~np.pad(area, 1))[1]  # 4-connected, as the complement of an 8-connected area
-    assert label(~np.pad(thin, 1))[1] == holes
+    holes = labelled(~np.pad(area, 1), FOUR)[
+        1
+    ]  # 4-connected, as the complement of an 8-connected area
+    assert labelled(~np.pad(thin, 1), FOUR)[1] == holes
 
 
 def test_routes_lead_through_the_door_and_nowhere_else() -> None:
@@ -127,7 +135,7 @@ def test_the_graph_is_connected_as_the_free_space_is(seed: int) -> None:
     everywhere = at(grid, *np.argwhere(picture == 1)[::50].tolist())
     space = free_space(grid, 0.25, everywhere)
     graph = route_graph(grid, [], 0.25, everywhere)
-    parts, count = label(space.drivable, EIGHT)
+    parts, count = labelled(space.drivable)
     assert parts_of(graph) == count
     rows, cols = grid.spec.cells(graph.points).T
     of_points = parts[rows, cols]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from slam.episode import Episode
+from slam.geometry import Pose2
 from slam.preprocessing.laser_sense import Sense, sense_of, turned_over
 from slam.trajectory import Trajectory
 from tests.slam.worlds import drive
@@ -49,6 +50,18 @@ def test_a_stuck_laser_is_recognised_on_a_straight_drive(upright: Episode) -> No
     stuck = replace(frozen(upright), odometry=Trajectory(times, straight))
     assert sense_of(stuck) is Sense.STILL
     assert sense_of(replace(upright, odometry=stuck.odometry)) is Sense.UPRIGHT  # nobody can tell
+
+
+def test_odometry_that_turns_where_the_robot_does_not_is_not_the_lasers_fault() -> None:
+    """The drive of the paper: straight on, with 3 degrees of false turning each 5 cm."""
+    from tests.slam.worlds import PAPERS_BIAS, scan_at
+
+    times = np.arange(80) / 10
+    poses = np.column_stack([np.linspace(-1.2, 2.2, 80), np.full(80, 0.2), np.zeros(80)])
+    rng = np.random.default_rng(0)
+    scans = [scan_at(Pose2.of(p), t, rng=rng) for p, t in zip(poses, times, strict=True)]
+    turned = np.column_stack([poses[:, :2], PAPERS_BIAS * (poses[:, 0] - poses[0, 0])])
+    assert sense_of(Episode(tuple(scans), Trajectory(times, turned))) is Sense.UPRIGHT
 
 
 def test_without_odometry_or_turns_nothing_is_told(upright: Episode) -> None:
