@@ -51,12 +51,16 @@ class Drawing:
     robot_radius: float = 0.3
 
     def believed(self, run: Run, session: Session, variant: str) -> Run:
-        """The run with its map as it is written. Raises InputError if it would be too large."""
-        grid = run.grid
-        if self.resolution != CELL:
-            check_size(session.scans, session.poses, self.resolution)
-            grid = redrawn(session, variant, self.resolution)
-        return replace(run, grid=grid if self.mask is None else map_without_masked(grid, self.mask))
+        """The run with its map in cells of the resolution. Raises InputError if it would be too
+        large."""
+        if self.resolution == CELL:
+            return run
+        check_size(session.scans, session.poses, self.resolution)
+        return replace(run, grid=redrawn(session, variant, self.resolution))
+
+    def cleared(self, grid: OccupancyGrid) -> OccupancyGrid:
+        """A map without what lies in the mask."""
+        return grid if self.mask is None else map_without_masked(grid, self.mask)
 
     def layers(
         self, session: Session, believed: OccupancyGrid, lasers: Lasers, variant: str

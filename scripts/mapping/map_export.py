@@ -126,7 +126,7 @@ class MapExport:
     def _map(self) -> list[str]:
         if self.mapped:
             self.run = self.drawing.believed(self.run, self.session, self.variant)
-        write_ros_map(self.run.grid, self.out / "belief.yaml")
+        write_ros_map(self.drawing.cleared(self.run.grid), self.out / "belief.yaml")
         return ["belief.yaml", "belief.pgm"]
 
     def _layers(self) -> list[str]:
