@@ -15,6 +15,7 @@ from slam.kernel import kernel
 COARSEST = 0.05  # m: a finer map is made as coarse as this
 Point = tuple[float, float]
 """x and y, m, map frame."""
+KNOWN_SHARE = 0.5  # of the parts of a cell
 NEAR = 0.5  # m from a cell in which the robot fits, at most, of a pose that counts as in it
 EIGHT_NEIGHBOURS = np.ones((3, 3), np.bool_)
 
@@ -80,8 +81,8 @@ def _reached(fits: np.ndarray, spec: GridSpec, poses: Array) -> np.ndarray:
 
 
 def _coarser(grid: OccupancyGrid) -> OccupancyGrid:
-    """A map in cells of about COARSEST: one is occupied if a part of it is, and observed if all of
-    it was."""
+    """A map in cells of about COARSEST: one is occupied if a part of it is, and observed if
+    KNOWN_SHARE of it was, since beams leave gaps between them far away."""
     times = max(round(COARSEST / grid.spec.resolution), 1)
     if times == 1:
         return grid
@@ -93,7 +94,7 @@ def _coarser(grid: OccupancyGrid) -> OccupancyGrid:
     observed = np.pad(grid.observed, ends)
     shape = occupied.shape[0] // times, times, occupied.shape[1] // times, times
     filled = np.asarray(occupied.reshape(shape).any(axis=(1, 3)), np.bool_)
-    known = np.asarray(observed.reshape(shape).all(axis=(1, 3)), np.bool_)
+    known = np.asarray(observed.reshape(shape).mean(axis=(1, 3)) >= KNOWN_SHARE, np.bool_)
     coarse = GridSpec(
         spec.resolution * times, spec.row0 // times, spec.col0 // times, *filled.shape
     )
