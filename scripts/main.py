@@ -171,7 +171,10 @@ def _run(arguments: list[str]) -> int:
         from slam.validation import unknown_name
 
         raise InputError(unknown_name("command", name, COMMANDS, "dynslam --help"))
-    return _parse(COMMANDS[name].load(), f"dynslam {name}", options)()
+    from .console.config_file import with_config
+
+    command = COMMANDS[name].load()
+    return _parse(command, f"dynslam {name}", with_config(command, options))()
 
 
 def overview() -> str:

@@ -45,8 +45,25 @@ class MapCommand(MappedSource):
     page: bool = False
     """Write map.html, too: one file to pan, zoom, play the drive, draw keep-out zones and correct
     doors."""
+    resolution: float = 0.05
+    """Side of a cell of the maps that are written, m. Scans are matched, and doors looked for, in
+    cells of 0.05 m, whatever it is."""
+    keep: str = "once,part"
+    """What counts as standing beside what always stood, separated by commas: once (seen by one scan
+    only), part (hit by some beams, passed by others: glass, a mesh, thin legs), gone (seen to go
+    away), leaf (open leaves of doors); or all, or none of these."""
+    mask: Path | None = None
+    """Map (.yaml with its picture) whose black cells are areas to clear: what was measured there is
+    left out of the maps and doors that are written, and the cells that were seen are free."""
+    align: bool = False
+    """Turn the map so that its walls are parallel to its axes. Maps the recording twice."""
+    robot_radius: float = 0.3
+    """Radius of the robot, m: the routes in route.geojson keep so far away from what stands."""
     seed: int = 0
     """Seed of variants that draw random numbers."""
+    config: Path | None = None
+    """TOML file with these options by name, such as resolution = 0.02 (and file, the recording);
+    options on the command line go before. What was used is written to config.toml."""
     json: bool = False
     """Print the summary as one JSON object, the last line of standard output."""
 

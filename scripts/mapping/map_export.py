@@ -15,7 +15,7 @@ from slam.io.kitti import write_kitti
 from slam.io.layers import picture, write_doors, write_layers
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
-from slam.layers import Layers, layers
+from slam.layers import Layers
 from slam.layers.classification import DOOR_LEAF, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
@@ -29,8 +29,11 @@ from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
 from ..map_page.write import write_page
+from .drawing import USUAL, Drawing
+from .lasers import Lasers
 from .lost_file import write_lost
 from .mapping_run import MappingRun
+from .nav2_files import write_nav2
 from .run_clock import RunClock
 
 SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
@@ -45,6 +48,7 @@ class MapExport:
     before    the session that the run continued, if any
     mapped    False if the run only localised in an existing map
     skip      parts to be left out: some of `SKIPPABLE`, film, page
+    drawing   how maps are drawn
     """
 
     def __init__(
@@ -54,10 +58,12 @@ class MapExport:
         before: Session | None = None,
         mapped: bool = True,
         skip: tuple[str, ...] = (),
+        drawing: Drawing = USUAL,
     ):
         self.run, self.episode = mapping.result, mapping.episode
         self.out = out
         self.mapped = mapped
+        self.drawing, self.variant = drawing, mapping.name
         self.title = f"{self.episode.meta.get('source', 'recording')}, {mapping.name}"
         self.trajectory = Trajectory(self.episode.times[: len(self.run.poses)], self.run.poses)
         self.lost = LostCourse(self.trajectory.times, self.run.lost)
@@ -71,6 +77,7 @@ class MapExport:
             "trajectory": self._trajectory,
             "map": self._map,
             "layers": self._layers,
+            "nav2": self._nav2,
             "picture": self._picture,
             "mcap": self._mcap,
             "rrd": self._rrd,
@@ -79,15 +86,17 @@ class MapExport:
         }
         self._parts = [part for part in self._writers if part not in skip]
         if not mapped:
-            self._parts = [part for part in self._parts if part not in ("session", "layers")]
+            needed = "session", "layers", "nav2"
+            self._parts = [part for part in self._parts if part not in needed]
 
     def write(self, summary: dict[str, Any], clock: RunClock) -> dict[str, Any]:
         """Write all parts, then the summary with the names of the files and the peak of memory.
 
         A part that cannot be written is reported on standard error and in the summary's
-        `not_written`; the others are written all the same.
+        `not_written`; the others are written all the same. `files` of the summary are those that
+        were written before.
         """
-        files: list[str] = []
+        files: list[str] = list(summary.get("files", ()))
         failed: list[str] = []
         with progress_bar() as bar:
             for part in bar.track(self._parts, description="writing"):
@@ -120,20 +129,28 @@ class MapExport:
         return [*names, *write_lost(self.lost, self.out)]
 
     def _map(self) -> list[str]:
-        write_ros_map(self.run.grid, self.out / "belief.yaml")
+        if self.mapped:
+            self.run = self.drawing.believed(self.run, self.session, self.variant)
+        write_ros_map(self.drawing.cleared(self.run.grid), self.out / "belief.yaml")
         return ["belief.yaml", "belief.pgm"]
 
     def _layers(self) -> list[str]:
-        made = layers(self.session.scans, self.session.poses, believed=self.run.grid)
+        lasers = Lasers.of_episode(self.episode)
+        made = self.drawing.layers(self.session, self.run.grid, lasers, self.variant)
         self.layers = made
-        write_ros_map(made.static_map(), self.out / "map.yaml")
+        write_ros_map(self.drawing.standing(made), self.out / "map.yaml")
         write_png(layers_figure(made, self.title), self.out / "layers.png")
         write_layers(made, self.out / "layers.npz")
         write_doors(made, self.out / "doors.geojson")
         return ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
 
+    def _nav2(self) -> list[str]:
+        if self.layers is None:
+            raise InputError("it is made of the layers, which could not be written")
+        return write_nav2(self.layers, self.drawing, self.session.poses, self.out)
+
     def _picture(self) -> list[str]:
-        grid = self.run.grid if self.layers is None else self.layers.static_map()
+        grid = self.run.grid if self.layers is None else self.drawing.standing(self.layers)
         figure = map_figure(grid, self.run.poses, title=self.title, lost=self.lost)
         write_png(figure, self.out / "map.png")
         return ["map.png"]

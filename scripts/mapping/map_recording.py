@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,14 +22,18 @@ from slam.sessions.session import Session
 from slam.trajectory import Trajectory
 
 from ..console.compiling import compiling_told
+from ..console.config_file import write_config
 from ..console.exits import EXIT_INTERRUPTED, EXIT_MISTAKE
 from ..console.output import own_directory
 from ..console.selection import check_variant, parse_selection
 from ..recordings.clocks import parsed_clock
 from ..recordings.preparation import compile_first, prepared
 from ..recordings.source import stem
+from .alignment import aligned
 from .certainty import Certainty
+from .drawing import CELL, USUAL, Drawing, missed, parsed_drawing
 from .map_export import SKIPPABLE, SNAPSHOTS, MapExport
+from .map_size import check_size
 from .mapping_run import MappingRun
 from .run_clock import RunClock, in_words
 from .start import Start, parsed_start, start_in
@@ -39,6 +44,9 @@ if TYPE_CHECKING:
 
 DEFAULT_VARIANT, DEFAULT_CONTINUED_VARIANT = "dynamic-graph", "hmm-ml"
 MAX_DOORS_PRINTED = 10
+PICTURES = ".yaml", ".pgm", ".png"
+CONFIG_FILE = "config.toml"
+REPEAT = "dynslam map --config FILE, with the path of this file, repeats the run"
 NEXT = "look at map.png; `dynslam info FILE` tells what is wrong with a recording"
 NEXT_LOCALISED = (
     "look at map.png: is the recording of this place? If it is, give its start pose (--start), or "
@@ -57,25 +65,31 @@ def map_recording(options: MapCommand, begun: float) -> int:
     skip = _skipped(options)
     (empty if options.onto else slam.make)(variant)  # raises before any work
     clock, given = parsed_clock(options.clock), parsed_start(options.start)
+    drawing = _drawing(options)
     session = Session.load(options.onto) if options.onto else None
     truth = read_reference(options.truth, options.file) if options.truth else None
     window = _window(options)
-    log = options.read_and_warn()
+    lasers, warnings = options.read_limited()
     out = _out(options)
-    episode = prepared(log.episode, clock, options.file)
-    start = Start(Pose2()) if session is None else start_in(session, episode, given)
-    robot = _robot(options, variant, session, start.pose)
+    episode, corrected = prepared(lasers, clock, options.file)
+    if drawing.resolution < CELL:
+        check_size(episode.scans, episode.odometry.at(episode.times), drawing.resolution)
     compile_first(variant, episode)
+    start = Start(Pose2()) if session is None else start_in(session, episode, given)
+    start = aligned(start, options, variant, episode) if options.align else start
+    robot = _robot(options, variant, session, start.pose)
     mapping = MappingRun(robot, episode, variant, window, _snapshots(skip))
     status = _run(options, mapping)
     if not mapping.estimates:
         return status
     certainty = Certainty(mapping.result.lost)
-    warnings = *map(str, log.warnings), *start.warnings, *certainty.warnings
+    warnings += [*corrected, *start.warnings, *certainty.warnings]
     summary = _summary(options, mapping, variant, start.pose, truth, status)
-    summary |= certainty.as_dict() | {"warnings": list(warnings)}
-    export = MapExport(mapping, out, session, not options.localise, skip)
+    summary |= certainty.as_dict() | {"warnings": warnings}
+    summary["files"] = _config(options, variant, out)
+    export = MapExport(mapping, out, session, not options.localise, skip, drawing)
     summary = export.write(summary, watch)
+    _tell_of_mask(drawing, export, options)
     _print_summary(summary, out)
     _tell(certainty, options)
     if options.json:
@@ -102,9 +116,38 @@ def read_reference(name: str, recording: Path) -> Trajectory:
 def _variant(options: MapCommand) -> str:
     if options.onto is None and (options.localise or options.start is not None):
         raise InputError("--localise and --start need a map: --onto SESSION.npz")
+    if options.onto is not None and options.onto.suffix in PICTURES:
+        raise InputError(
+            f"{options.onto}: a picture of a map holds no scans to go on from: give the "
+            f"session.npz beside it (--onto); what was painted over in the picture can be a --mask"
+        )
     if options.slam:
         check_variant(options.slam)
     return options.slam or (DEFAULT_CONTINUED_VARIANT if options.onto else DEFAULT_VARIANT)
+
+
+def _drawing(options: MapCommand) -> Drawing:
+    drawing = parsed_drawing(options.resolution, options.keep, options.mask, options.robot_radius)
+    if options.align and options.onto:
+        raise InputError("--align turns a new map; --onto continues one in the frame that it has")
+    if options.localise and drawing != USUAL:
+        raise InputError("--localise writes no map: leave out --resolution, --keep and --mask")
+    return drawing
+
+
+def _config(options: MapCommand, variant: str, out: Path) -> list[str]:
+    """Write the options that were used, so that the run can be repeated."""
+    used = replace(options, slam=variant)
+    write_config(used, ("out", "live", "json"), REPEAT, out / CONFIG_FILE)
+    return [CONFIG_FILE]
+
+
+def _tell_of_mask(drawing: Drawing, export: MapExport, options: MapCommand) -> None:
+    if drawing.mask is not None and missed(drawing.mask, export.run.grid):
+        print(
+            f"{options.mask}: warning: no black cell of this mask lies where the map was seen",
+            file=sys.stderr,
+        )
 
 
 def _out(options: MapCommand) -> Path:

@@ -51,11 +51,11 @@ def run_recording(options: RunCommand) -> int:
     robot = slam.make(options.slam, seed=options.seed)  # raises before any work
     relations = read_relations(options.relations) if options.relations else None
     clock = parsed_clock(options.clock)
-    episode, warnings = options.read_and_warn()
-    if relations is not None and not within(episode.odometry, relations.first).any():
+    lasers, warnings = options.read_limited()
+    if relations is not None and not within(lasers[0].odometry, relations.first).any():
         raise InputError(f"{options.relations}: its stamps all lie outside those of {options.file}")
     out = own_directory(options.out or _default_out(options))
-    episode = prepared(episode, clock, options.file)
+    episode, corrected = prepared(lasers, clock, options.file)
     run, status = _run(options, robot, episode)
     if not len(run.poses):
         return status
@@ -82,7 +82,7 @@ def run_recording(options: RunCommand) -> int:
         "configuration": configuration(robot),
         "clock": episode.meta.get("clock"),
         "interrupted": status != 0,
-        "warnings": [*map(str, warnings), *certainty.warnings],
+        "warnings": [*warnings, *corrected, *certainty.warnings],
     } | certainty.as_dict() | metrics  # fmt: skip
     write_json(metrics, out / "metrics.json")
     _print_metrics(options, metrics, out, lost_files)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from pathlib import Path
 from typing import Any
 
 from slam.episode import Episode
@@ -35,14 +34,14 @@ def parsed_clock(text: str) -> Clock | None:
     return Clock(round(seconds, 6), STAMPS[stamp or "begin"])
 
 
-def on_one_clock(episode: Episode, clock: Clock | None, file: Path) -> Episode:
-    """The episode with `clock` or, if None, with its estimate; tells a correction on standard
-    error."""
+def on_one_clock(episode: Episode, clock: Clock | None, name: str) -> Episode:
+    """The episode with `clock` or, if None, with its estimate; tells a correction of the recording
+    `name` on standard error."""
     if clock is not None:
         return with_clock(episode, clock)
     estimate = estimated_clock(episode)
     if estimate.clock != Clock():
-        print(f"{file}: clock: {clock_in_words(estimate)} (--clock sets it)", file=sys.stderr)
+        print(f"{name}: clock: {clock_in_words(estimate)} (--clock sets it)", file=sys.stderr)
     return with_clock(episode, estimate.clock)
 
 

@@ -29,11 +29,12 @@ class ConvertCommand(RecordingSource):
     def __call__(self) -> int:
         """Read, write, print."""
         from slam.io.formats import check_ending, write_log
+        from slam.preprocessing.several_lasers import merged
 
         check_ending(self.to)
         if self.to.exists() and not self.force:
             raise InputError(f"{self.to}: is there already; --force writes over it")
-        log = self.read_and_warn()
-        write_log(log.episode, self.to)
-        print(f"{self.to}: {len(log.episode.scans)} scans")
+        episode = merged([log.episode for log in self.read_lasers()])
+        write_log(episode, self.to)
+        print(f"{self.to}: {len(episode.scans)} scans")
         return 0

@@ -52,9 +52,11 @@ def describe(command: InfoCommand) -> int:
 
 
 def recordings(command: InfoCommand, topics: list[str]) -> list[LoadedRecording]:
-    """The recording as each of its lasers saw it, or the chosen one. Raises InputError where
+    """The recording as each of its lasers saw it, or the chosen ones. Raises InputError where
     no laser can be read."""
-    if command.laser is not None or len(topics) < 2:
+    if command.laser:
+        return [command.read(topic) for topic in dict.fromkeys(command.laser)]
+    if len(topics) < 2:
         return [command.read()]
     found, errors = [], []
     for topic in topics:

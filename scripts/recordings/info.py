@@ -11,7 +11,7 @@ from .source import RecordingSource
 class InfoCommand(RecordingSource):
     """Tell what is in a recording: topics, lasers, odometry, how long and how far, what is wrong.
 
-    Of a bag with several lasers, each is described, unless one is chosen by --laser.
+    Of a bag with several lasers, each is described, or those chosen by --laser.
     """
 
     json: bool = False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -11,16 +13,34 @@ from slam.errors import InputError
 from slam.preprocessing.clock import Clock
 from slam.preprocessing.deskewing import deskewed
 from slam.preprocessing.laser_odometry import poses_by_laser, with_odometry
+from slam.preprocessing.several_lasers import merged
 
 from ..console.progress import progress_bar
 from .clocks import on_one_clock
+from .laser_check import turned_upright
 
 
-def prepared(episode: Episode, clock: Clock | None, file: Path) -> Episode:
-    """The recording with laser and odometry on one clock, by `clock` or its estimate (None), with
-    deskewed scans, and with laser odometry (slow) where it has none."""
-    episode = on_one_clock(episode, clock, file)
-    return deskewed(episode if episode.has_odometry else _by_laser(episode))
+def prepared(
+    lasers: Sequence[Episode], clock: Clock | None, file: Path
+) -> tuple[Episode, tuple[str, ...]]:
+    """The recording as one episode of all its lasers, and what was corrected, in words.
+
+    Each laser is turned over if it sees the world mirrored, put on one clock with the odometry, by
+    `clock` or its estimate (None), and its scans are deskewed. A recording without odometry gets
+    that of its first laser (slow). Raises InputError for one of several lasers that does not turn
+    with the robot.
+    """
+    upright, told = turned_upright(lasers, file)
+    several = len(upright) > 1
+    names = [f"{file}, {one.meta.get('laser')}" if several else str(file) for one in upright]
+    first, *others = (
+        on_one_clock(one, clock, name) for one, name in zip(upright, names, strict=True)
+    )
+    if not first.has_odometry:
+        first = _by_laser(first)
+        others = [dataclasses.replace(one, odometry=first.odometry, meta=first.meta)
+                  for one in others]  # fmt: skip
+    return merged([deskewed(one) for one in (first, *others)]), told
 
 
 def _by_laser(episode: Episode) -> Episode:

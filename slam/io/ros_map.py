@@ -7,7 +7,6 @@ Black (0) is occupied, 254 free, 205 unknown; the first row of the picture is th
 from __future__ import annotations
 
 import math
-import os
 import re
 from pathlib import Path
 
@@ -15,20 +14,18 @@ import numpy as np
 
 from slam.bounds import MAX_COORDINATE, all_within
 from slam.errors import InputError
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.grid import GridSpec, OccupancyGrid
-from slam.io.files import AnyPath, reading, replacing, text_lines
-from slam.io.guard import guarded, take
+from slam.io.files import AnyPath, replacing, text_lines
+from slam.io.guard import guarded
 from slam.io.one_line import one_line
+from slam.io.pictures import read_picture
 
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
-MAX_HEADER = 1 << 16  # bytes, comments and all
-MAX_PIXELS = 1 << 28  # pixels
-PIXEL_BYTES = 40  # of a pixel: as floats, its probability, and what it is compared with
 MIN_CELL, MAX_CELL = 1e-4, 1e4  # m, sides of a cell
-HEADER = re.compile(
-    rb"P5(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,9})(?:\s|#[^\n]*\n)+(\d{1,5})\s"
-)
+MODES = "trinary", "scale", "raw"
+MOST_PERCENT = 100  # in the mode `raw`; larger numbers are unknown
+NO_PERCENT = 255  # written there for unknown
 
 
 def write_ros_map(grid: OccupancyGrid, path: AnyPath) -> None:
@@ -36,28 +33,46 @@ def write_ros_map(grid: OccupancyGrid, path: AnyPath) -> None:
 
     Occupied is an observed cell with h > 0.5, free one with h < 0.5; all else is unknown.
     """
-    path = Path(path)
     picture = np.full(grid.spec.shape, UNKNOWN, dtype=np.uint8)
     picture[grid.observed & (grid.occupied > 0.5)] = OCCUPIED
     picture[grid.observed & (grid.occupied < 0.5)] = FREE
+    thresholds = "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    _write(Path(path), grid.spec, picture, "trinary", thresholds)
+
+
+def write_filter_mask(percent: np.ndarray, spec: GridSpec, path: AnyPath) -> None:
+    """Write the mask of one of Nav2's costmap filters, as a map of the mode `raw`: its map server
+    publishes each number as it is.
+
+    percent  (rows, cols) 0 to 100: for the keep-out filter 100 is closed and 0 open; for the speed
+             filter the limit in percent, and 0 none. Other numbers are unknown: neither filter
+             acts there
+    """
+    numbers = np.asarray(percent)
+    picture = np.where((numbers >= 0) & (numbers <= MOST_PERCENT), numbers, NO_PERCENT)
+    thresholds = "negate: 0\noccupied_thresh: 1.0\nfree_thresh: 0.0\n"  # required, not used
+    _write(Path(path), spec, picture.astype(np.uint8), "raw", thresholds)
+
+
+def _write(path: Path, spec: GridSpec, picture: np.ndarray, mode: str, thresholds: str) -> None:
+    """Write a picture (rows, cols), its first row the smallest y, and the YAML beside it."""
     with replacing(path.with_suffix(".pgm")) as file:
-        file.write(f"P5\n{grid.spec.cols} {grid.spec.rows}\n255\n".encode())
+        file.write(f"P5\n{spec.cols} {spec.rows}\n255\n".encode())
         file.write(picture[::-1].tobytes())
-    x, y = grid.spec.origin
+    x, y = spec.origin
     with replacing(path.with_suffix(".yaml")) as file:
         file.write(
             f"image: {path.with_suffix('.pgm').name}\n"
-            "mode: trinary\n"
-            f"resolution: {grid.spec.resolution!r}\n"
+            f"mode: {mode}\n"
+            f"resolution: {spec.resolution!r}\n"
             f"origin: [{x!r}, {y!r}, 0.0]\n"
-            "negate: 0\n"
-            "occupied_thresh: 0.65\n"
-            "free_thresh: 0.196\n".encode()
+            f"{thresholds}".encode()
         )
 
 
 def read_ros_map(path: AnyPath) -> OccupancyGrid:
-    """Read a trinary map by its YAML: h is 1 occupied, 0 free, 0.5 unknown. Raises InputError.
+    """Read a map by its YAML: h is 1 occupied, 0 free, 0.5 unknown, and between 0 and 1 in the
+    modes `scale` and `raw`, as nav2's map_server reads them. Raises InputError.
 
     An origin off our lattice is moved to the nearest point of it, by half a cell at most;
     `read_placed_map` says by how much.
@@ -74,21 +89,37 @@ def read_placed_map(path: AnyPath) -> tuple[OccupancyGrid, Pose2]:
 def _read(path: Path) -> tuple[OccupancyGrid, Pose2]:
     fields = _fields(path)
     mode = fields.get("mode", "trinary")
-    if mode != "trinary":
-        raise InputError(f"{path}: mode {one_line(mode, 60)!r} is not read, expected trinary")
+    if mode not in MODES:
+        raise InputError(
+            f"{path}: mode {one_line(mode, 60)!r} is not read, expected {', '.join(MODES)}"
+        )
     resolution = _number(path, fields, "resolution")
     if not MIN_CELL <= resolution <= MAX_CELL:
         raise InputError(
             f"{path}: expected a `resolution` from {MIN_CELL:g} to {MAX_CELL:g} m, got {resolution}"
         )
     x, y = _origin(path, fields)
-    picture = _read_pgm(path.parent / _text(path, fields, "image"))[::-1].astype(np.float64)
-    p = picture / 255 if _number(path, fields, "negate", 0.0) else (255 - picture) / 255
-    occupied = p > _number(path, fields, "occupied_thresh")
-    free = p < _number(path, fields, "free_thresh")
+    picture = read_picture(path.parent / _text(path, fields, "image"))[::-1]
     spec = GridSpec(resolution, round(y / resolution), round(x / resolution), *picture.shape)
-    grid = OccupancyGrid(spec, np.select([occupied, free], [1.0, 0.0], 0.5), occupied | free)
+    occupied = _raw(picture) if mode == "raw" else _scaled(path, fields, picture, mode)
+    known = np.isfinite(occupied)
+    grid = OccupancyGrid(spec, np.where(known, occupied, 0.5), known)
     return grid, Pose2(x - spec.origin[0], y - spec.origin[1], 0.0)
+
+
+def _raw(picture: np.ndarray) -> Array:
+    """(rows, cols) h of a picture of percents; NaN where it has another number."""
+    return np.where(picture <= MOST_PERCENT, picture / MOST_PERCENT, np.nan)
+
+
+def _scaled(path: Path, fields: dict[str, str], picture: np.ndarray, mode: str) -> Array:
+    """(rows, cols) h: 1 above the one threshold, 0 below the other; between them NaN, or in the
+    mode `scale`, in proportion."""
+    grey = picture.astype(np.float64)
+    p = grey / 255 if _number(path, fields, "negate", 0.0) else (255 - grey) / 255
+    high, low = _number(path, fields, "occupied_thresh"), _number(path, fields, "free_thresh")
+    between = np.nan if mode == "trinary" else (p - low) / max(high - low, math.ulp(1.0))
+    return np.select([p > high, p < low], [1.0, 0.0], between)
 
 
 def _fields(path: Path) -> dict[str, str]:
@@ -135,19 +166,3 @@ def _origin(path: Path, fields: dict[str, str]) -> tuple[float, float]:
     if values[2]:
         raise InputError(f"{path}: expected an origin that is not turned, got yaw {values[2]}")
     return values[0], values[1]
-
-
-def _read_pgm(path: Path) -> np.ndarray:
-    with reading(path) as file:
-        header = HEADER.match(file.read(MAX_HEADER))
-        if not header or header[3] != b"255":
-            raise InputError(f"{path}: expected a binary PGM (P5) with 8 bits a pixel")
-        cols, rows = int(header[1]), int(header[2])
-        held = file.seek(0, os.SEEK_END) - header.end()
-        if not rows * cols or held != rows * cols:
-            raise InputError(f"{path}: expected {cols} x {rows} pixels, got {held} bytes of them")
-        if held > MAX_PIXELS:
-            raise InputError(f"{path}: {cols} x {rows} pixels are more than any map has")
-        take(PIXEL_BYTES * held)
-        file.seek(header.end())
-        return np.frombuffer(file.read(), dtype=np.uint8).reshape(rows, cols)

@@ -12,6 +12,7 @@ from slam.layers.surface import SurfaceCells
 UNKNOWN, FREE, STATIC, CHANGING = 0, 1, 2, 3
 KEPT = 4  # occupied by the SLAM's map, though seen once or by some beams only, and not seen to go
 NO_REASON, SEEN_ONCE, SEEN_IN_PART, WENT_AWAY, DOOR_LEAF = range(5)  # kept, or left out
+KEPT_REASONS = SEEN_ONCE, SEEN_IN_PART
 MIN_HITS = 2  # scans with an echo in a static cell or beside it
 STATIC_ECHOES_PER_PASS = 4  # above it a cell is static: passes are errors of the pose
 STATIC_HITS_PER_PASS = 10  # above it a cell is static even if its state changed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from slam.layers.classification import (
     CHANGING,
     FREE,
     KEPT,
+    KEPT_REASONS,
     MIN_HITS,
     STATIC,
     UNKNOWN,
@@ -83,10 +84,11 @@ class Layers:
         """(rows, cols) bool: never observed."""
         return self.kind == UNKNOWN
 
-    def static_map(self) -> OccupancyGrid:
-        """What stands as a map: h is 1 in static and kept cells, 0 in free and changing ones, 0.5
-        in unknown ones."""
-        occupied = np.select([self.static | self.kept, self.unknown], [1.0, 0.5], 0.0)
+    def static_map(self, keep: Collection[int] = KEPT_REASONS) -> OccupancyGrid:
+        """What stands as a map: h is 1 in static cells and in those of the reasons `keep`, 0 in
+        other cells that were seen, 0.5 in unknown ones."""
+        stands = self.static | np.isin(self.reason, list(keep))
+        occupied = np.select([stands, self.unknown], [1.0, 0.5], 0.0)
         return OccupancyGrid(self.spec, occupied, ~self.unknown)
 
 
@@ -96,12 +98,15 @@ def layers(
     resolution: float = 0.05,
     rays: Rays = Rays(),
     believed: OccupancyGrid | None = None,
+    known_doors: Sequence[MappedDoor] | None = None,
 ) -> Layers:
     """The layers of all `scans`, in the order of time, at their final `poses` (n, 3).
 
     resolution  m, side of a cell
     believed    the SLAM's map: what is occupied there is left out only if it was seen to go; None:
                 that is held to be occupied which more scans hit than passed
+    known_doors the doors, if they are known, as from layers in cells of 5 cm, in which they are
+                found best; None: they are looked for
 
     Errors: InputError unless there is one pose per scan, and if the grid would be too large.
     """
@@ -115,12 +120,14 @@ def layers(
     occupied = _believed(believed, spec, surface, statistics)
     went = went_away(statistics.sides)
     kind = classify(surface, statistics, passed)
-    doors = find_doors(kind, spec, surface, statistics, went)
+    found = known_doors is None
+    doors = find_doors(kind, spec, surface, statistics, went) if found else list(known_doors)
     remove_flicker(kind, surface.number, statistics)
     in_part = kind[tuple(surface.cells.T)] == CHANGING
     in_part &= ~went & ~in_closed_leaves(surface.places, doors)
     kind[tuple(surface.cells[in_part].T)] = FREE
-    doors = open_swings(kind, spec, doors)
+    hinged = open_swings(kind, spec, doors)
+    doors = hinged if found else doors
     once = _raster(statistics.hits < MIN_HITS, spec, surface, True)
     reason = keep(kind, occupied, _raster(went, spec, surface, False), once)
     return Layers(spec, kind, reason, *_times(spec, surface, statistics), tuple(doors))

@@ -25,7 +25,7 @@ class GaussianMotion:
     translation_floor    m, of a robot at rest
     rotation_per_m       rad per m driven
     rotation_per_rad     rad per rad turned
-    rotation_floor       rad
+    rotation_floor       rad, of a robot at rest
     """
 
     translation_per_m: float = 0.1

@@ -141,14 +141,20 @@ def _estimated(episode: Episode) -> tuple[float, float]:
 def _profile(episode: Episode) -> TurningProfile:
     if not episode.has_odometry:
         raise _NotTold("there is no odometry")
-    pairs = _informative(episode, _pairs(episode.times))
+    pairs = turning_pairs(episode)
     if len(pairs) < MIN_PAIRS:
         raise _NotTold(f"fewer than {MIN_PAIRS} scans follow each other within {SCAN_GAP[1]:g} s")
-    turned = _turned_by_laser(episode.scans, pairs)
+    turned = turned_by_laser(episode.scans, pairs)
     matched = np.isfinite(turned)
     if matched.sum() < MIN_PAIRS:
         raise _NotTold("the scans could not be matched")
     return TurningProfile(episode.odometry, episode.times[pairs[matched]], turned[matched])
+
+
+def turning_pairs(episode: Episode) -> np.ndarray:
+    """(n, 2) indices of the pairs of scans, one soon after the other, around which the odometry's
+    turning rate changes most; `MAX_PAIRS` at most."""
+    return _informative(episode, _pairs(episode.times))
 
 
 def _pairs(times: Array) -> np.ndarray:
@@ -177,8 +183,9 @@ def _informative(episode: Episode, pairs: np.ndarray) -> np.ndarray:
     return pairs[np.sort(order)]
 
 
-def _turned_by_laser(scans: Sequence[Scan], pairs: np.ndarray) -> Array:
-    """(n,) rad; NaN where two scans do not match."""
+def turned_by_laser(scans: Sequence[Scan], pairs: np.ndarray) -> Array:
+    """(n,) rad by which the laser turned between the scans of each pair (n, 2); NaN where two do
+    not match."""
     at = lru_cache(maxsize=2)(lambda k: contour(scans[k]))
     return np.array([rotation(at(i), at(j)) for i, j in pairs.tolist()])
 

@@ -51,6 +51,8 @@ class LaserOdometry:
     This is maximum likelihood SLAM (Mitsou and Tzafestas, eq. 7) with constant velocity in place of
     odometry. Its map forgets and its trajectory drifts like odometry; it is meant as the input of a
     SLAM.
+
+    motion  how the robot is taken to move between two scans: `ConstantVelocity`
     """
 
     def __init__(self, motion: ConstantVelocity = ConstantVelocity()):

@@ -49,6 +49,7 @@ class Watch:
 
     belief    the probability, and what is usual
     odometry  tells where it failed
+    wide      the search around the predicted pose after a failure of the odometry
     """
 
     def __init__(self, wide: WideSearch | None = None):

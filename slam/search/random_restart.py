@@ -14,7 +14,11 @@ from slam.validation import whole
 
 @dataclass(frozen=True)
 class RandomRestart:
-    """Climbs from the odometry's pose and from `restarts` others drawn from the motion model."""
+    """Climbs from the odometry's pose and from others drawn from the motion model.
+
+    restarts  number of those others
+    climber   climbs from each
+    """
 
     restarts: int = 10
     climber: HillClimb = field(default_factory=HillClimb)

@@ -18,6 +18,7 @@ from slam.maps.snapshot import MapSnapshot
 from slam.scan import Scan
 
 MAP = "map"
+MAX_LASERS = 8  # of a robot; a laser with more mounts moves on it
 MAX_PATH_POSES = 300  # of a path but the last: all poses each time would grow with n^2
 
 Event = tuple[float, Callable[[BagWriter], None]]
@@ -36,7 +37,8 @@ def write_result(
     /path           nav_msgs/Path: one a stage, thinned to MAX_PATH_POSES; the last one is whole
     /tf             `odom` in `map` at each scan, `base_link` in `odom`; without any odometry,
                     `base_link` in `map`
-    /tf_static      `laser` in `base_link`; in /tf where the laser moves on the robot
+    /tf_static      `laser` in `base_link`; in /tf where the laser moves on the robot; of several
+                    lasers also `laser_2` and so on, whose topics are /scan_2 and /points_2
     /odom           the odometry, where there is one
     /scan, /points  LaserScans, and the echoes of those with uneven beams as PointCloud2
 
@@ -59,13 +61,27 @@ def write_result(
             put(out)
 
 
+def _frames(scans: Sequence[Scan]) -> dict[Pose2, str]:
+    """The frame of each laser by its mount: `laser`, `laser_2` and so on; empty where one laser
+    moves on the robot."""
+    mounts = dict.fromkeys(scan.mount for scan in scans)
+    if len(mounts) > MAX_LASERS:
+        return {}
+    return {mount: LASER + _ending(number) for number, mount in enumerate(mounts, 1)}
+
+
+def _ending(number: int) -> str:
+    """Of the names of a laser's frame and topics."""
+    return f"_{number}" if number > 1 else ""
+
+
 def _mounts(episode: Episode, count: int) -> Iterator[Event]:
     scans = episode.scans[:count]
-    if all(one.mount == scans[0].mount for one in scans):
-        begin = min(scans[0].time, float(episode.odometry.times[0]))
-        yield begin, _transform("/tf_static", begin, BASE, LASER, scans[0].mount)
-        return
-    for scan in scans:
+    frames = _frames(scans)
+    begin = min(scans[0].time, float(episode.odometry.times[0]))
+    for mount, frame in frames.items():
+        yield begin, _transform("/tf_static", begin, BASE, frame, mount)
+    for scan in () if frames else scans:
         yield scan.time, _transform("/tf", scan.time, BASE, LASER, scan.mount)
 
 
@@ -90,15 +106,18 @@ def _motion(episode: Episode, online: Array) -> Iterator[Event]:
 
 
 def _scans(episode: Episode, count: int) -> Iterator[Event]:
+    frames = _frames(episode.scans[:count])
     for scan in episode.scans[:count]:
-        yield scan.time, partial(_put_scan, scan=scan)
+        frame = frames.get(scan.mount, LASER)
+        yield scan.time, partial(_put_scan, scan=scan, frame=frame)
 
 
-def _put_scan(out: BagWriter, scan: Scan) -> None:
+def _put_scan(out: BagWriter, scan: Scan, frame: str) -> None:
+    ending = frame.removeprefix(LASER)
     if even(scan.angles):
-        out.put("/scan", scan.time, out.make.scan(scan, LASER))
+        out.put(f"/scan{ending}", scan.time, out.make.scan(scan, frame))
     else:
-        out.put("/points", scan.time, out.make.cloud(scan, LASER))
+        out.put(f"/points{ending}", scan.time, out.make.cloud(scan, frame))
 
 
 def _beliefs(episode: Episode, stages: Sequence[MapSnapshot]) -> Iterator[Event]:

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 from slam.errors import InputError
 from slam.grid import GridSpec, OccupancyGrid
-from slam.io.ros_map import read_ros_map, write_ros_map
+from slam.io.ros_map import read_ros_map, write_filter_mask, write_ros_map
 
 
 def grid_of(states: np.ndarray, spec: GridSpec) -> OccupancyGrid:
@@ -59,6 +60,75 @@ def test_a_map_of_another_program(tmp_path: Path) -> None:
     assert grid.observed.tolist() == [[True, False]]
 
 
+def nav2_cells(path: Path) -> np.ndarray:
+    """(rows, cols) percent, -1 unknown: what nav2_map_server publishes of a map, lowest row first.
+
+    By the rules of loadMapFromFile in its map_io.cpp, read by other libraries than ours.
+    """
+    about = pytest.importorskip("yaml").safe_load(path.read_text())
+    with Image.open(path.parent / about["image"]) as picture:
+        shade = np.asarray(picture.convert("L"), dtype=np.float64)[::-1] / 255
+    occ = shade if about["negate"] else 1 - shade
+    low, high = about["free_thresh"], about["occupied_thresh"]
+    if about["mode"] == "raw":
+        percent = np.round(shade * 255)
+        return np.where(percent <= 100, percent, -1)
+    between = -1 if about["mode"] == "trinary" else np.rint((occ - low) / (high - low) * 100)
+    return np.select([high < occ, occ < low], [100, 0], between)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nav2_reads_what_was_written(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    spec = GridSpec(0.05, -7, 3, 9, 14)
+    states = rng.integers(0, 3, spec.shape)
+    write_ros_map(grid_of(states, spec), tmp_path / "map.yaml")
+    assert (
+        nav2_cells(tmp_path / "map.yaml") == np.select([states == 1, states == 2], [0, 100], -1)
+    ).all()
+    percent = rng.integers(-1, 101, spec.shape)
+    write_filter_mask(percent, spec, tmp_path / "mask.yaml")
+    assert (nav2_cells(tmp_path / "mask.yaml") == percent).all()
+    about = pytest.importorskip("yaml").safe_load((tmp_path / "mask.yaml").read_text())
+    assert about["mode"] == "raw"
+    assert about["origin"] == pytest.approx([0.15, -0.35, 0.0])
+    assert {"image", "resolution", "negate", "occupied_thresh", "free_thresh"} <= set(about)
+
+
+@pytest.mark.parametrize("mode", ["trinary", "scale", "raw"])
+@pytest.mark.parametrize("negate", [0, 1])
+def test_each_mode_is_read_as_nav2_reads_it(tmp_path: Path, mode: str, negate: int) -> None:
+    pixels = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    Image.fromarray(pixels).save(tmp_path / "m.pgm")
+    (tmp_path / "m.yaml").write_text(
+        f"image: m.pgm\nmode: {mode}\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: {negate}\n"
+        "occupied_thresh: 0.81\nfree_thresh: 0.21\n"
+    )
+    ours, theirs = read_ros_map(tmp_path / "m.yaml"), nav2_cells(tmp_path / "m.yaml")
+    assert (ours.observed == (theirs >= 0)).all()
+    assert np.abs(100 * ours.occupied - theirs)[ours.observed].max() <= 0.5
+    assert (ours.occupied[~ours.observed] == 0.5).all()
+
+
+@pytest.mark.parametrize("ending", ["p2.pgm", "png", "rgb.png", "bmp"])
+def test_a_map_edited_by_hand_is_read(tmp_path: Path, ending: str) -> None:
+    """Picture editors write PGM as text, PNG, or colours."""
+    spec = GridSpec(0.05, 0, 0, 2, 3)
+    write_ros_map(grid_of(np.array([[0, 1, 2], [1, 1, 1]]), spec), tmp_path / "map.yaml")
+    with Image.open(tmp_path / "map.pgm") as picture:
+        edited = picture.convert("RGB" if "rgb" in ending else "L")
+    edited.putpixel((0, 0), (0, 0, 0) if "rgb" in ending else 0)  # the cell at the upper left
+    if ending == "p2.pgm":
+        numbers = " ".join(map(str, np.asarray(edited).ravel().tolist()))
+        (tmp_path / f"m.{ending}").write_text(f"P2\n# by hand\n3 2\n255\n{numbers}\n")
+    else:
+        edited.save(tmp_path / f"m.{ending}")
+    text = (tmp_path / "map.yaml").read_text().replace("map.pgm", f"m.{ending}")
+    (tmp_path / "map.yaml").write_text(text)
+    grid = read_ros_map(tmp_path / "map.yaml")
+    assert grid.occupied.tolist() == [[0.5, 0, 1], [1, 0, 0]]
+
+
 GOOD = {
     "image": "map.pgm",
     "resolution": "0.05",
@@ -81,7 +151,9 @@ GOOD = {
         ("resolution", None, "`resolution: ...`"),
         ("origin", "[0, 0]", r"\[x, y, yaw\]"),
         ("origin", "[0, 0, 0.5]", "not turned"),
-        ("mode", "scale", "trinary"),
+        ("mode", "grey", "trinary, scale, raw"),
+        ("image", "deep.png", "8 bits"),
+        ("image", "cut.png", "cannot be read as a picture"),
         ("free thresh", "1", "map.yaml:6: expected `key: value`"),
     ],
 )
@@ -90,6 +162,8 @@ def test_bad_files_are_refused(tmp_path: Path, key: str, value: str | None, mess
     (tmp_path / "short.pgm").write_bytes(b"P5\n9 9\n255\n\0")
     (tmp_path / "huge.pgm").write_bytes(b"P5\n999999999 999999999\n255\n\0")
     (tmp_path / "deep.pgm").write_bytes(b"P5\n1 1\n65535\n\0\0")
+    Image.fromarray(np.zeros((1, 1), np.uint16)).save(tmp_path / "deep.png")
+    (tmp_path / "cut.png").write_bytes((tmp_path / "deep.png").read_bytes()[:20])
     fields = GOOD | {key: value}
     text = "".join(f"{name}: {field}\n" for name, field in fields.items() if field is not None)
     (tmp_path / "map.yaml").write_text(text)
