@@ -16,9 +16,10 @@ from dynslam_env.sensors.effect_scanner import scanner_of
 from dynslam_env.sensors.laser import Scanner
 from dynslam_env.sensors.odometry import NoiseStreams, StepMotion, read_velocities
 from dynslam_env.simulation.config import WorldConfig
+from dynslam_env.simulation.contacts import CONTACT_COLUMNS
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
-from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT, PHYSICS_DT, World
+from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
 from dynslam_env.worlds.layout import Generator, Layout
 from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
