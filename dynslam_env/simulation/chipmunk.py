@@ -19,6 +19,7 @@ from numba.extending import intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
+from dynslam_env.simulation.index_boxes import sort_in
 from slam.geometry import Array
 from slam.kernel import kernel
 
@@ -66,6 +67,15 @@ class BodyStates:
         """Step the space `steps` times by `dt` s, and fill `rows`."""
         _advance(self._addresses, self._written, steps, dt)
 
+    def advance_sorted(
+        self, steps: int, dt: float, parts: Array, leaves: int, boxes: Array
+    ) -> None:
+        """As `advance`, and follow the index of Chipmunk: see `index_boxes.sort_in`."""
+        before = self.rows.copy()
+        _advance_sorted(
+            self._addresses, self._written, steps, dt, self.rows, before, parts, leaves, boxes
+        )
+
 
 @kernel(nogil=True)
 def _advance(addresses, written, steps, dt):
@@ -74,6 +84,14 @@ def _advance(addresses, written, steps, dt):
         _step(step, space, dt)
     written[0] = 0
     _each_body(each_body, space, read, batch)
+
+
+@kernel(nogil=True)
+def _advance_sorted(addresses, written, steps, dt, rows, before, parts, leaves, boxes):
+    for _ in range(steps):
+        before[:] = rows
+        _advance(addresses, written, 1, dt)
+        sort_in(rows, before, parts, leaves, boxes)
 
 
 @intrinsic

@@ -12,6 +12,7 @@ from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoi
 
 from dynslam_env.simulation.chipmunk import BodyStates, impulse_of
 from dynslam_env.simulation.contacts import FIXED, KINDS_TOUCHED, LEAF, PERSON, ROBOT, Contacts
+from dynslam_env.simulation.index_boxes import IndexBoxes
 from dynslam_env.simulation.solids import Solids
 from slam.geometry import Array
 
@@ -29,7 +30,7 @@ TOTAL_IMPULSE = lib.cpArbiterTotalImpulse
 
 
 class ContactSpace:
-    """The solids of a world as bodies of a pymunk space, from their states on.
+    """The solids of a world as bodies of a pymunk space.
 
     The wheels are a kinematic body with the commanded velocity that pulls the robot by two joints
     of limited force (setting the robot's own velocity would press it into walls). People are driven
@@ -40,7 +41,10 @@ class ContactSpace:
     touching  whether anything touched anything in the last `advance`
     """
 
-    def __init__(self, solids: Solids, contacts: Contacts):
+    def __init__(self, solids: Solids, contacts: Contacts, index: IndexBoxes):
+        """`index` is kept up to date; it may hold steps that were made before."""
+        self._index, self._parts = index, solids.bodies.parts
+        self._first_rows = solids.first_rows
         self._rows, self._rates = solids.bodies.rows, solids.bodies.rates
         self._first_puller = len(solids.bodies.parts)
         self._contacts, self._others, self._others_touched = contacts, 0, False
@@ -64,20 +68,33 @@ class ContactSpace:
         """Whether anything touched anything in the last `advance`."""
         return self._contacts.any or self._others_touched
 
-    def enter(self, steps: int, dt: float) -> None:
-        """Begin with the present states, after so many physics steps of `dt` s elsewhere."""
-        if steps and not self.space.current_time_step:
-            for body in self._bodies():
-                SET_VELOCITY(body, (0.0, 0.0))
-                SET_ANGULAR_VELOCITY(body, 0.0)
-            self.space.step(dt)  # at rest, where nothing touches: only that dt is known
+    def enter(self, dt: float) -> None:
+        """Begin with the present states, after physics steps of `dt` s elsewhere."""
+        self.catch_up(dt)
+        if self._index.last.any():
+            self._step_from(self._index.last, dt)
+            self._index.last[:] = 0.0
         self.place()
         for memory, impulses in self._memory:
             memory[:] = impulses
 
+    def catch_up(self, dt: float) -> None:
+        """Sort the bodies in as they would be by the steps that were made elsewhere."""
+        _, before, _, kept = self._index
+        for rows in before[: kept[0]]:
+            self._step_from(rows, dt)
+        kept[0] = 0
+
+    def _step_from(self, rows: Array, dt: float) -> None:
+        self._place(rows)
+        lib.cpSpaceStep(self.space._space, dt)
+
     def place(self) -> None:
         """Put all bodies where their rows are."""
-        for row, body in zip(self._rows.tolist(), self._bodies(), strict=False):
+        self._place(self._rows)
+
+    def _place(self, rows: Array) -> None:
+        for row, body in zip(rows.tolist(), self._bodies(), strict=False):
             SET_POSITION(body, row[:2])
             SET_ANGLE(body, row[2])
             SET_VELOCITY(body, row[3:5])
@@ -108,7 +125,8 @@ class ContactSpace:
             SET_ANGULAR_VELOCITY(puller._body, row[5])
         for rate, (_, joints) in zip(self._rates.tolist(), self._hung, strict=False):
             SET_RATE(joints[0]._constraint, rate)
-        self._states.advance(steps, dt)
+        leaves, boxes = len(self._hung), self._index.boxes
+        self._states.advance_sorted(steps, dt, self._parts, leaves, boxes)
         for memory, impulses in self._memory:
             impulses[:] = memory
 
@@ -128,7 +146,7 @@ class ContactSpace:
     def _add_robot(self, solids: Solids) -> None:
         robot = solids.robot
         body = pymunk.Body(robot.mass, solids.robot_inertia)
-        wheels, pull = self._pull(body, self._rows[0], robot.traction)
+        wheels, pull = self._pull(body, self._first_rows[0], robot.traction)
         turn = GearJoint(wheels, body, 0.0, 1.0)
         turn.max_bias, turn.max_force = 0.0, robot.traction * robot.wheel_base / 2
         self._pulled.append((wheels, body, [pull, turn]))
@@ -153,7 +171,7 @@ class ContactSpace:
                 body = pymunk.Body(body_type=pymunk.Body.STATIC)
             else:
                 body = pymunk.Body(LEAF_MASS, solids.doors.inertia(door))
-                angle = float(self._rows[1 + len(self._hung), 2])
+                angle = float(self._first_rows[1 + len(self._hung), 2])
             body.position, body.angle = door.hinge, angle
             self.space.add(body)
             if not solids.doors.fixed:
@@ -171,7 +189,7 @@ class ContactSpace:
 
     def _add_people(self, solids: Solids) -> None:
         people, first = solids.people, 1 + len(self._hung)
-        for row in self._rows[first : self._first_puller]:
+        for row in self._first_rows[first : self._first_puller]:
             body = pymunk.Body(people.mass, float("inf"))
             feet, pull = self._pull(body, row, people.force)
             self._pulled.append((feet, body, [pull]))

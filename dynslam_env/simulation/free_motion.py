@@ -14,18 +14,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.simulation.columns import (
+    INVERSE_INERTIA,
+    INVERSE_MASS,
+    MAX_ANGLE,
+    MAX_MOTOR,
+    MAX_PULL,
+    MAX_TURN,
+    MIN_ANGLE,
+    RADIUS,
+    SIDE,
+    WIDTH,
+)
+from dynslam_env.simulation.index_boxes import IndexBoxes, box_of, sort_in
 from slam.geometry import Array
 from slam.kernel import kernel
 
 ROUNDS = 10  # of impulses in a physics step: Chipmunk's default
-CLEARANCE = 1e-6  # m: nearer than that, Chipmunk decides whether two solids touch
+CLEARANCE = 1e-6  # m: nearer than that, Chipmunk looks whether two solids touch
 SMALLEST = np.finfo(np.float64).tiny  # which Chipmunk adds to a length before it divides by it
-
-# columns of `Bodies.parts`, of the robot and of people
-INVERSE_MASS, INVERSE_INERTIA, MAX_PULL, MAX_TURN, RADIUS = range(5)  # 1/kg, 1/(kg m^2), N s, N m s
-# and of leaves, whose INVERSE_INERTIA is in the same column; rad, rad, N m s, m, m, m
-MIN_ANGLE, MAX_ANGLE, MAX_MOTOR, WIDTH, SIDE, MARGIN = 2, 3, 4, 5, 6, 7
-PART_COLUMNS = 8
 
 
 class Bodies(NamedTuple):
@@ -35,7 +42,7 @@ class Bodies(NamedTuple):
               people, then what pulls them: the robot's wheels and the people's feet
     impulses  (1 + d + p, 3) of the joints in the last physics step: pull along x and y, N s, and
               turn, N m s, of the robot; those of motor and stop, N m s, of a leaf; pull of a person
-    parts     (1 + d + p, 8) what does not change: see the columns above
+    parts     (1 + d + p, 8) what does not change: see `columns`
     rates     (d,) rad/s, of the leaves' motors
     counts    (2,) d, p
     """
@@ -64,7 +71,7 @@ class Fixtures(NamedTuple):
 
 
 @kernel
-def move_freely(bodies: Bodies, fixtures: Fixtures, steps, dt):
+def move_freely(bodies: Bodies, index: IndexBoxes, fixtures: Fixtures, steps, dt):
     """Move the bodies by `steps` physics steps of `dt` s.
 
     False where any would touch; then none is moved.
@@ -72,16 +79,21 @@ def move_freely(bodies: Bodies, fixtures: Fixtures, steps, dt):
     rows, impulses, parts, rates, counts = bodies
     leaves, people = counts[0], counts[1]
     pairs = _pairs(bodies, fixtures, steps * dt)
-    moved, pushed = rows, impulses
+    boxes, before, last, kept = index
+    moved, pushed, sorted_in, count = rows, impulses, boxes, kept[0]
     if len(pairs):
-        moved, pushed = rows.copy(), impulses.copy()
+        moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
+    left_box = False
     for _ in range(steps):
+        before[count] = moved
         for b in range(len(moved)):
             for k in range(3):
                 moved[b, k] += moved[b, 3 + k] * dt
         for m in range(len(pairs)):
             if _gap(pairs[m, 0], pairs[m, 1], moved, bodies, fixtures) < CLEARANCE:
                 return False
+        left_box = sort_in(moved, moved, parts, leaves, sorted_in)
+        count += left_box
         for k in range(1 + people):
             b, puller = (0 if k == 0 else leaves + k), 1 + leaves + people + k
             _pull(moved[b], moved[puller], pushed[b], parts[b])
@@ -89,7 +101,9 @@ def move_freely(bodies: Bodies, fixtures: Fixtures, steps, dt):
         for d in range(leaves):
             _swing(moved[1 + d], rates[d], pushed[1 + d], parts[1 + d], fixtures.stop_bias, dt)
     if len(pairs):
-        rows[:], impulses[:] = moved, pushed
+        rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
+    last[:] = before[count - 1 if left_box else count]
+    kept[0] = count
     return True
 
 
@@ -140,23 +154,31 @@ def _sweep(leaf, rate, part, duration):
 
 @kernel
 def _gap(b, other, rows, bodies: Bodies, fixtures: Fixtures):
-    """m between body `b`, a disc, and another solid, its margin included: see `_pairs`."""
-    x, y, radius = rows[b, 0], rows[b, 1], bodies.parts[b, RADIUS]
-    if other >= 0:
-        wall = fixtures.segments[other]
-        return _distance(x, y, wall[0], wall[1], wall[2], wall[3]) - fixtures.margin - radius
-    c = -1 - other
-    dx, dy = x - rows[c, 0], y - rows[c, 1]
-    if c > bodies.counts[0] or c == 0:
-        return math.hypot(dx, dy) - bodies.parts[c, RADIUS] - radius
-    part = bodies.parts[c]
-    if math.hypot(dx, dy) > 2.0 * (part[WIDTH] + radius):  # far off: a bound is enough
-        return math.hypot(dx, dy) - math.hypot(part[WIDTH], part[SIDE]) - part[MARGIN] - radius
-    along, across = math.cos(rows[c, 2]), math.sin(rows[c, 2])
-    u, v = along * dx + across * dy, along * dy - across * dx
-    out = u - min(max(u, 0.0), part[WIDTH])
-    aside = v - min(max(v, min(part[SIDE], 0.0)), max(part[SIDE], 0.0))
-    return math.hypot(out, aside) - part[MARGIN] - radius
+    """m between body `b`, a disc, and another solid, their margins included: see `_pairs`.
+
+    The robot's from a segment is exact. Others are those between boxes: where boxes overlap,
+    Chipmunk begins to search for the nearest corners, and begins with these the next time.
+    """
+    parts, leaves = bodies.parts, bodies.counts[0]
+    if other < 0:
+        c = -1 - other
+        return _between(box_of(rows[b], parts[b], False),
+                        box_of(rows[c], parts[c], 1 <= c <= leaves))  # fmt: skip
+    wall, margin = fixtures.segments[other], fixtures.margin
+    x1, y1, x2, y2 = wall[0], wall[1], wall[2], wall[3]
+    if b == 0:
+        return _distance(rows[b, 0], rows[b, 1], x1, y1, x2, y2) - margin - parts[b, RADIUS]
+    low, high = (min(x1, x2) - margin, min(y1, y2) - margin), (max(x1, x2), max(y1, y2))
+    box = low[0], low[1], high[0] + margin, high[1] + margin
+    return _between(box_of(rows[b], parts[b], False), box)
+
+
+@kernel
+def _between(one, other):
+    """Between two boxes, left, bottom, right, top, m; below 0 where they overlap."""
+    x = max(one[0] - other[2], other[0] - one[2])
+    y = max(one[1] - other[3], other[1] - one[3])
+    return max(x, y)
 
 
 @kernel

@@ -7,6 +7,7 @@ import math
 from dynslam_env.simulation.contact_space import ContactSpace
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.free_motion import Fixtures, move_freely
+from dynslam_env.simulation.index_boxes import MOST_STEPS, index_boxes
 from dynslam_env.simulation.solids import Solids
 from slam.geometry import Array, Pose2
 
@@ -30,14 +31,15 @@ class Mechanics:
         stop_bias = 1.0 - math.pow(LEFT_PER_SECOND, dt)
         self._fixtures = Fixtures(segments, fixed, solids.margin, stop_bias)
         self._space: ContactSpace | None = None
-        self._apart, self._steps = True, 0
+        rows, parts = self.bodies.rows, self.bodies.parts
+        self._index = index_boxes(rows, parts, len(solids.hung))
+        self._apart = True
 
     def advance(self, steps: int) -> None:
         """Move by so many physics steps."""
         self.contacts.begin_step()
-        if not (self._apart and move_freely(self.bodies, self._fixtures, steps, self._dt)):
+        if not (self._apart and self._move_freely(steps)):
             self._move_in_space(steps)
-        self._steps += steps
 
     def put_robot(self, pose: Pose2) -> None:
         """Put robot and wheels down, at rest."""
@@ -49,12 +51,21 @@ class Mechanics:
 
     def in_space(self) -> ContactSpace:
         """The bodies as they are now in a space of Chipmunk, by which they move next."""
-        if self._space is None:
-            self._space = ContactSpace(self._solids, self.contacts)
+        space = self._made_space()
         if self._apart:
-            self._space.enter(self._steps, self._dt)
+            space.enter(self._dt)
             self._apart = False
+        return space
+
+    def _made_space(self) -> ContactSpace:
+        if self._space is None:
+            self._space = ContactSpace(self._solids, self.contacts, self._index)
         return self._space
+
+    def _move_freely(self, steps: int) -> bool:
+        if self._index.kept[0] + steps > MOST_STEPS:
+            self._made_space().catch_up(self._dt)
+        return move_freely(self.bodies, self._index, self._fixtures, steps, self._dt)
 
     def _move_in_space(self, steps: int) -> None:
         space = self.in_space()

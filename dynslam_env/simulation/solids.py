@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.free_motion import (
+from dynslam_env.simulation.columns import (
+    COUNT,
     INVERSE_INERTIA,
     INVERSE_MASS,
     MARGIN,
@@ -14,12 +14,12 @@ from dynslam_env.simulation.free_motion import (
     MAX_PULL,
     MAX_TURN,
     MIN_ANGLE,
-    PART_COLUMNS,
     RADIUS,
     SIDE,
     WIDTH,
-    Bodies,
 )
+from dynslam_env.simulation.doors import Doors
+from dynslam_env.simulation.free_motion import Bodies
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.polygons import regular
 from dynslam_env.simulation.robot import Robot
@@ -46,6 +46,7 @@ class Solids:
     immovable  the other doors
     person   (8, 2) m, corners of a person
     bodies   what moves
+    first_rows  its rows at the beginning
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class Solids:
         self.person = regular(people.radius, PERSON_CORNERS)
         self.margin = self._margin(0.0)
         self.bodies = self._bodies(places, rates)
+        self.first_rows = self.bodies.rows.copy()
 
     def leaf_margin(self, door: Door) -> float:
         """Margin of a door's leaf, m."""
@@ -94,7 +96,7 @@ class Solids:
             row[:3] = *door.hinge, angle
         rows[1 + d : wheels, :2] = rows[wheels + 1 : wheels + 1 + p, :2] = places
         parts = [self._robot_part(), *map(self._leaf_part, self.hung), *[self._person_part()] * p]
-        table = np.zeros((len(parts), PART_COLUMNS))
+        table = np.zeros((len(parts), COUNT))
         for row, part in zip(table, parts, strict=True):
             row[list(part)] = list(part.values())
         return Bodies(rows, np.zeros((1 + d + p, 3)), table, rates, np.array([d, p]))
