@@ -19,6 +19,7 @@ from numba.extending import intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
+from dynslam_env.simulation.bodies import Bodies
 from dynslam_env.simulation.index_boxes import sort_in
 from slam.geometry import Array
 from slam.kernel import kernel
@@ -67,14 +68,13 @@ class BodyStates:
         """Step the space `steps` times by `dt` s, and fill `rows`."""
         _advance(self._addresses, self._written, steps, dt)
 
-    def advance_sorted(
-        self, steps: int, dt: float, parts: Array, leaves: int, boxes: Array
-    ) -> None:
+    def advance_sorted(self, steps: int, dt: float, bodies: Bodies, leaves: int) -> None:
         """As `advance`, and follow the index of Chipmunk: see `index_boxes.sort_in`."""
         before = self.rows.copy()
         _advance_sorted(
-            self._addresses, self._written, steps, dt, self.rows, before, parts, leaves, boxes
-        )
+            self._addresses, self._written, steps, dt, self.rows, before, bodies.parts, leaves,
+            bodies.boxes,
+        )  # fmt: skip
 
 
 @kernel(nogil=True)

@@ -10,9 +10,9 @@ import pymunk
 from pymunk._chipmunk_cffi import lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
+from dynslam_env.simulation.bodies import KEPT
 from dynslam_env.simulation.chipmunk import BodyStates, impulse_of
 from dynslam_env.simulation.contacts import FIXED, KINDS_TOUCHED, LEAF, PERSON, ROBOT, Contacts
-from dynslam_env.simulation.index_boxes import IndexBoxes
 from dynslam_env.simulation.solids import Solids
 from slam.geometry import Array
 
@@ -41,10 +41,8 @@ class ContactSpace:
     touching  whether anything touched anything in the last `advance`
     """
 
-    def __init__(self, solids: Solids, contacts: Contacts, index: IndexBoxes):
-        """`index` is kept up to date; it may hold steps that were made before."""
-        self._index, self._parts = index, solids.bodies.parts
-        self._first_rows = solids.first_rows
+    def __init__(self, solids: Solids, contacts: Contacts):
+        self._bodies, self._first_rows = solids.bodies, solids.first_rows
         self._rows, self._rates = solids.bodies.rows, solids.bodies.rates
         self._first_puller = len(solids.bodies.parts)
         self._contacts, self._others, self._others_touched = contacts, 0, False
@@ -60,6 +58,7 @@ class ContactSpace:
             self.space.add(puller, *joints)
         self._count_contacts()
         self._states = BodyStates(self.space, self._rows)
+        self._in_order = self._ordered()
         self._memory = self._impulses_in_memory(solids.bodies.impulses)
         self._check_order()
 
@@ -71,19 +70,19 @@ class ContactSpace:
     def enter(self, dt: float) -> None:
         """Begin with the present states, after physics steps of `dt` s elsewhere."""
         self.catch_up(dt)
-        if self._index.last.any():
-            self._step_from(self._index.last, dt)
-            self._index.last[:] = 0.0
+        if self._bodies.last.any():
+            self._step_from(self._bodies.last, dt)
+            self._bodies.last[:] = 0.0
         self.place()
         for memory, impulses in self._memory:
             memory[:] = impulses
 
     def catch_up(self, dt: float) -> None:
         """Sort the bodies in as they would be by the steps that were made elsewhere."""
-        _, before, _, kept = self._index
-        for rows in before[: kept[0]]:
+        numbers, before = self._bodies.numbers, self._bodies.before
+        for rows in before[: int(numbers[KEPT])]:
             self._step_from(rows, dt)
-        kept[0] = 0
+        numbers[KEPT] = 0
 
     def _step_from(self, rows: Array, dt: float) -> None:
         self._place(rows)
@@ -94,13 +93,13 @@ class ContactSpace:
         self._place(self._rows)
 
     def _place(self, rows: Array) -> None:
-        for row, body in zip(rows.tolist(), self._bodies(), strict=False):
+        for row, body in zip(rows.tolist(), self._in_order, strict=False):
             SET_POSITION(body, row[:2])
             SET_ANGLE(body, row[2])
             SET_VELOCITY(body, row[3:5])
             SET_ANGULAR_VELOCITY(body, row[5])
 
-    def _bodies(self) -> list[Any]:
+    def _ordered(self) -> list[Any]:
         """Chipmunk's bodies, in the order of the rows."""
         (wheels, robot, _), *people = self._pulled
         moving = [robot, *(leaf for leaf, _ in self._hung), *(body for _, body, _ in people)]
@@ -125,8 +124,7 @@ class ContactSpace:
             SET_ANGULAR_VELOCITY(puller._body, row[5])
         for rate, (_, joints) in zip(self._rates.tolist(), self._hung, strict=False):
             SET_RATE(joints[0]._constraint, rate)
-        leaves, boxes = len(self._hung), self._index.boxes
-        self._states.advance_sorted(steps, dt, self._parts, leaves, boxes)
+        self._states.advance_sorted(steps, dt, self._bodies, len(self._hung))
         for memory, impulses in self._memory:
             impulses[:] = memory
 
@@ -201,7 +199,7 @@ class ContactSpace:
         before = self._rows.copy()
         self.place()
         self._states.advance(0, 1.0)
-        count = len(self._bodies())
+        count = len(self._in_order)
         if not np.array_equal(self._rows[:count], before[:count]):
             raise RuntimeError("pymunk lists its bodies in an order that dynslam does not know")
 

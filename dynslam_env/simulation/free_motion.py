@@ -9,11 +9,18 @@ in Chipmunk's order of operations, so that a world may pass from one to the othe
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dynslam_env.simulation.bodies import (
+    FIXTURE_MARGIN,
+    FIXTURES,
+    KEPT,
+    LEAVES,
+    PEOPLE,
+    STOP_BIAS,
+    Bodies,
+)
 from dynslam_env.simulation.columns import (
     INVERSE_INERTIA,
     INVERSE_MASS,
@@ -26,8 +33,7 @@ from dynslam_env.simulation.columns import (
     SIDE,
     WIDTH,
 )
-from dynslam_env.simulation.index_boxes import IndexBoxes, box_of, sort_in
-from slam.geometry import Array
+from dynslam_env.simulation.index_boxes import box_of, sort_in
 from slam.kernel import kernel
 
 ROUNDS = 10  # of impulses in a physics step: Chipmunk's default
@@ -35,142 +41,131 @@ CLEARANCE = 1e-6  # m: nearer than that, Chipmunk looks whether two solids touch
 SMALLEST = np.finfo(np.float64).tiny  # which Chipmunk adds to a length before it divides by it
 
 
-class Bodies(NamedTuple):
-    """The moving bodies of a world of d hung leaves and p people.
-
-    rows      (1 + d + p + 1 + p, 6) x, y, angle, vx, vy, omega in m, rad, s: the robot, leaves,
-              people, then what pulls them: the robot's wheels and the people's feet
-    impulses  (1 + d + p, 3) of the joints in the last physics step: pull along x and y, N s, and
-              turn, N m s, of the robot; those of motor and stop, N m s, of a leaf; pull of a person
-    parts     (1 + d + p, 8) what does not change: see `columns`
-    rates     (d,) rad/s, of the leaves' motors
-    counts    (2,) d, p
-    """
-
-    rows: Array
-    impulses: Array
-    parts: Array
-    rates: Array
-    counts: NDArray[np.int64]
-
-
-class Fixtures(NamedTuple):
-    """What never moves.
-
-    segments   (w, 4) m, walls and the edges of immovable leaves; rows after the first `count` of
-               them are not looked at
-    count      of segments
-    margin     m, around each
-    stop_bias  share of its overshoot by which a stop turns a leaf back in a physics step
-    """
-
-    segments: Array
-    count: int
-    margin: float
-    stop_bias: float
-
-
 @kernel
-def move_freely(bodies: Bodies, index: IndexBoxes, fixtures: Fixtures, steps, dt):
+def move_freely(bodies: Bodies, segments, steps, dt):
     """Move the bodies by `steps` physics steps of `dt` s.
 
     False where any would touch; then none is moved.
+
+    segments  (w, 4) m, walls and the edges of immovable leaves, then others
     """
-    rows, impulses, parts, rates, counts = bodies
-    leaves, people = counts[0], counts[1]
-    pairs = _pairs(bodies, fixtures, steps * dt)
-    boxes, before, last, kept = index
-    moved, pushed, sorted_in, count = rows, impulses, boxes, kept[0]
+    numbers, rows, impulses, _, boxes, _, last, before = bodies
+    pairs = _pairs(bodies, segments, steps * dt)
+    moved, pushed, sorted_in, kept = rows, impulses, boxes, int(numbers[KEPT])
     if len(pairs):
         moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
     left_box = False
     for _ in range(steps):
-        before[count] = moved
-        for b in range(len(moved)):
-            for k in range(3):
-                moved[b, k] += moved[b, 3 + k] * dt
-        for m in range(len(pairs)):
-            if _gap(pairs[m, 0], pairs[m, 1], moved, bodies, fixtures) < CLEARANCE:
-                return False
-        left_box = sort_in(moved, moved, parts, leaves, sorted_in)
-        count += left_box
-        for k in range(1 + people):
-            b, puller = (0 if k == 0 else leaves + k), 1 + leaves + people + k
-            _pull(moved[b], moved[puller], pushed[b], parts[b])
-        _turn(moved[0], moved[1 + leaves + people], pushed[0], parts[0])
-        for d in range(leaves):
-            _swing(moved[1 + d], rates[d], pushed[1 + d], parts[1 + d], fixtures.stop_bias, dt)
+        before[kept] = moved
+        _drift(moved, dt)
+        if _any_touch(pairs, moved, bodies, segments):
+            return False
+        left_box = sort_in(moved, moved, bodies.parts, int(numbers[LEAVES]), sorted_in)
+        kept += left_box
+        _solve(moved, pushed, bodies, dt)
     if len(pairs):
         rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
-    last[:] = before[count - 1 if left_box else count]
-    kept[0] = count
+    last[:] = before[kept - 1 if left_box else kept]
+    numbers[KEPT] = kept
     return True
 
 
 @kernel
-def _pairs(bodies: Bodies, fixtures: Fixtures, duration):
+def _drift(rows, dt):
+    for b in range(len(rows)):
+        for k in range(3):
+            rows[b, k] += rows[b, 3 + k] * dt
+
+
+@kernel
+def _any_touch(pairs, rows, bodies: Bodies, segments):
+    for m in range(len(pairs)):
+        if _gap(pairs[m, 0], pairs[m, 1], rows, bodies, segments) < CLEARANCE:
+            return True
+    return False
+
+
+@kernel
+def _solve(rows, impulses, bodies: Bodies, dt):
+    """All joints."""
+    parts, numbers = bodies.parts, bodies.numbers
+    leaves, people = int(numbers[LEAVES]), int(numbers[PEOPLE])
+    wheels = 1 + leaves + people
+    _pull(rows, 0, wheels, impulses, parts)
+    _turn(rows, wheels, impulses, parts)
+    for d in range(1, 1 + leaves):
+        _swing(rows, d, bodies.rates[d - 1], impulses, parts, numbers[STOP_BIAS], dt)
+    for k in range(1, 1 + people):
+        _pull(rows, leaves + k, wheels + k, impulses, parts)
+
+
+@kernel
+def _pairs(bodies: Bodies, segments, duration):
     """(m, 2) the pairs that may touch within `duration` s: the row of the robot or of a person, and
     the segment from 0 on, or -1 - the row of a leaf or of another person."""
-    rows, _, _, rates, counts = bodies
-    leaves, people = counts[0], counts[1]
-    discs = 1 + people
-    pairs = np.empty((discs * (fixtures.count + leaves + discs), 2), dtype=np.int64)
+    rows, rates, numbers = bodies.rows, bodies.rates, bodies.numbers
+    leaves, fixed = int(numbers[LEAVES]), int(numbers[FIXTURES])
+    discs = 1 + int(numbers[PEOPLE])
+    pairs = np.empty((discs * (fixed + leaves + discs), 2), dtype=np.int64)
     found = 0
     for k in range(discs):
         b = 0 if k == 0 else leaves + k
-        reach = _travel(rows[b], rows[discs + leaves + k], duration) + CLEARANCE
-        for s in range(fixtures.count):
-            if _gap(b, s, rows, bodies, fixtures) < reach:
+        reach = _travel(rows, b, discs + leaves + k, duration) + CLEARANCE
+        for s in range(fixed):
+            if _gap(b, s, rows, bodies, segments) < reach:
                 pairs[found, 0], pairs[found, 1] = b, s
                 found += 1
         for d in range(1, 1 + leaves):
-            swept = reach + _sweep(rows[d], rates[d - 1], bodies.parts[d], duration)
-            if _gap(b, -1 - d, rows, bodies, fixtures) < swept:
+            swept = reach + _sweep(rows, d, rates[d - 1], bodies.parts, duration)
+            if _gap(b, -1 - d, rows, bodies, segments) < swept:
                 pairs[found, 0], pairs[found, 1] = b, -1 - d
                 found += 1
         for j in range(k):
             c = 0 if j == 0 else leaves + j
-            met = reach + _travel(rows[c], rows[discs + leaves + j], duration)
-            if _gap(b, -1 - c, rows, bodies, fixtures) < met:
+            met = reach + _travel(rows, c, discs + leaves + j, duration)
+            if _gap(b, -1 - c, rows, bodies, segments) < met:
                 pairs[found, 0], pairs[found, 1] = b, -1 - c
                 found += 1
     return pairs[:found]
 
 
 @kernel
-def _travel(body, puller, duration):
+def _travel(rows, b, puller, duration):
     """How far a body can come in `duration` s, m: it is never faster than it is and shall be."""
-    speed = math.hypot(body[3], body[4]), math.hypot(puller[3], puller[4])
-    return max(speed[0], speed[1]) * duration
+    speed2 = rows[b, 3] ** 2 + rows[b, 4] ** 2
+    wanted2 = rows[puller, 3] ** 2 + rows[puller, 4] ** 2
+    return math.sqrt(max(speed2, wanted2)) * duration
 
 
 @kernel
-def _sweep(leaf, rate, part, duration):
+def _sweep(rows, b, rate, parts, duration):
     """How far the farthest corner of a leaf can come in `duration` s, m."""
-    beyond = max(part[MIN_ANGLE] - leaf[2], leaf[2] - part[MAX_ANGLE], 0.0)
-    turn = max(abs(leaf[5]), abs(rate)) * duration + beyond
-    return turn * math.hypot(part[WIDTH], part[SIDE])
+    angle = rows[b, 2]
+    beyond = max(parts[b, MIN_ANGLE] - angle, angle - parts[b, MAX_ANGLE], 0.0)
+    turn = max(abs(rows[b, 5]), abs(rate)) * duration + beyond
+    return turn * (parts[b, WIDTH] + abs(parts[b, SIDE]))
 
 
 @kernel
-def _gap(b, other, rows, bodies: Bodies, fixtures: Fixtures):
+def _gap(b, other, rows, bodies: Bodies, segments):
     """m between body `b`, a disc, and another solid, their margins included: see `_pairs`.
 
     The robot's from a segment is exact. Others are those between boxes: where boxes overlap,
     Chipmunk begins to search for the nearest corners, and begins with these the next time.
     """
-    parts, leaves = bodies.parts, bodies.counts[0]
+    parts, leaves = bodies.parts, int(bodies.numbers[LEAVES])
     if other < 0:
         c = -1 - other
-        return _between(box_of(rows[b], parts[b], False),
-                        box_of(rows[c], parts[c], 1 <= c <= leaves))  # fmt: skip
-    wall, margin = fixtures.segments[other], fixtures.margin
-    x1, y1, x2, y2 = wall[0], wall[1], wall[2], wall[3]
+        return _between(box_of(rows, b, parts, False),
+                        box_of(rows, c, parts, 1 <= c <= leaves))  # fmt: skip
+    margin = bodies.numbers[FIXTURE_MARGIN]
+    x1, y1 = segments[other, 0], segments[other, 1]
+    x2, y2 = segments[other, 2], segments[other, 3]
     if b == 0:
         return _distance(rows[b, 0], rows[b, 1], x1, y1, x2, y2) - margin - parts[b, RADIUS]
     low, high = (min(x1, x2) - margin, min(y1, y2) - margin), (max(x1, x2), max(y1, y2))
     box = low[0], low[1], high[0] + margin, high[1] + margin
-    return _between(box_of(rows[b], parts[b], False), box)
+    return _between(box_of(rows, b, parts, False), box)
 
 
 @kernel
@@ -191,69 +186,68 @@ def _distance(x, y, x1, y1, x2, y2):
 
 
 @kernel
-def _pull(body, puller, impulse, part):
+def _pull(rows, b, puller, impulses, parts):
     """The pivot joint: the body takes the velocity of what pulls it, as far as the force goes."""
-    inverse, most = part[INVERSE_MASS], part[MAX_PULL]
+    inverse, most = parts[b, INVERSE_MASS], parts[b, MAX_PULL]
     mass = inverse * (1.0 / (inverse * inverse))
-    body[3] += impulse[0] * inverse
-    body[4] += impulse[1] * inverse
+    wanted_x, wanted_y = rows[puller, 3], rows[puller, 4]
+    jx, jy = impulses[b, 0], impulses[b, 1]
+    vx, vy = rows[b, 3] + jx * inverse, rows[b, 4] + jy * inverse
     for _ in range(ROUNDS):
-        x = impulse[0] + mass * (puller[3] - body[3])
-        y = impulse[1] + mass * (puller[4] - body[4])
+        x, y = jx + mass * (wanted_x - vx), jy + mass * (wanted_y - vy)
         square = x * x + y * y
         if square > most * most:
             shrink = 1.0 / (math.sqrt(square) + SMALLEST)
             x, y = x * shrink * most, y * shrink * most
-        dx, dy = x - impulse[0], y - impulse[1]
-        impulse[0], impulse[1] = x, y
+        dx, dy = x - jx, y - jy
+        jx, jy = x, y
         if dx == 0.0 and dy == 0.0:
             break
-        body[3] += dx * inverse
-        body[4] += dy * inverse
+        vx, vy = vx + dx * inverse, vy + dy * inverse
+    rows[b, 3], rows[b, 4], impulses[b, 0], impulses[b, 1] = vx, vy, jx, jy
 
 
 @kernel
-def _turn(body, puller, impulse, part):
+def _turn(rows, wheels, impulses, parts):
     """The gear joint: the robot turns as its wheels do, as far as their force goes."""
-    inverse, most = part[INVERSE_INERTIA], part[MAX_TURN]
-    inertia = 1.0 / inverse
-    body[5] += impulse[2] * inverse
+    inverse, most = parts[0, INVERSE_INERTIA], parts[0, MAX_TURN]
+    inertia, wanted, j = 1.0 / inverse, rows[wheels, 5], impulses[0, 2]
+    omega = rows[0, 5] + j * inverse
     for _ in range(ROUNDS):
-        wanted = impulse[2] + (puller[5] - body[5]) * inertia
-        kept = min(max(wanted, -most), most)
-        change, impulse[2] = kept - impulse[2], kept
+        kept = min(max(j + (wanted - omega) * inertia, -most), most)
+        change, j = kept - j, kept
         if change == 0.0:
             break
-        body[5] += change * inverse
+        omega += change * inverse
+    rows[0, 5], impulses[0, 2] = omega, j
 
 
 @kernel
-def _swing(leaf, rate, impulse, part, stop_bias, dt):
+def _swing(rows, b, rate, impulses, parts, stop_bias, dt):
     """The motor of a leaf, and the stops at both ends of its way."""
-    beyond = 0.0
-    if leaf[2] > part[MAX_ANGLE]:
-        beyond = part[MAX_ANGLE] - leaf[2]
-    elif leaf[2] < part[MIN_ANGLE]:
-        beyond = part[MIN_ANGLE] - leaf[2]
+    angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]
+    beyond = highest - angle if angle > highest else lowest - angle if angle < lowest else 0.0
     bias = -stop_bias * beyond / dt
+    omega, driven, stopped = rows[b, 5], impulses[b, 0], impulses[b, 1]
     if bias == 0.0:
-        impulse[1] = 0.0
-        if rate == 0.0 and leaf[5] == 0.0 and impulse[0] == 0.0:
+        stopped = 0.0
+        if rate == 0.0 and omega == 0.0 and driven == 0.0:
+            impulses[b, 1] = 0.0
             return
-    inverse, most = part[INVERSE_INERTIA], part[MAX_MOTOR]
+    inverse, most = parts[b, INVERSE_INERTIA], parts[b, MAX_MOTOR]
     inertia = 1.0 / inverse
-    leaf[5] -= impulse[0] * inverse
-    leaf[5] += impulse[1] * inverse
+    omega -= driven * inverse
+    omega += stopped * inverse
     for _ in range(ROUNDS):
-        wanted = impulse[0] - (rate - leaf[5]) * inertia
-        kept = min(max(wanted, -most), most)
-        change, impulse[0] = kept - impulse[0], kept
-        leaf[5] -= change * inverse
+        kept = min(max(driven - (rate - omega) * inertia, -most), most)
+        change, driven = kept - driven, kept
+        omega -= change * inverse
         held = 0.0
         if bias != 0.0:
-            wanted = impulse[1] - (bias + leaf[5]) * inertia
-            kept = max(wanted, 0.0) if bias < 0.0 else min(wanted, 0.0)
-            held, impulse[1] = kept - impulse[1], kept
-            leaf[5] += held * inverse
+            kept = stopped - (bias + omega) * inertia
+            kept = max(kept, 0.0) if bias < 0.0 else min(kept, 0.0)
+            held, stopped = kept - stopped, kept
+            omega += held * inverse
         if change == 0.0 and held == 0.0:
             break
+    rows[b, 5], impulses[b, 0], impulses[b, 1] = omega, driven, stopped

@@ -8,45 +8,18 @@ are kept while Chipmunk does not run, and made again before it does.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynslam_env.simulation.columns import MARGIN, RADIUS, SIDE, WIDTH
-from slam.geometry import Array
 from slam.kernel import kernel
 
 SLACK = float(np.float32(0.1))  # share of its size, and s of its velocity, by which a box is larger
-MOST_STEPS = 64  # physics steps that are kept
-
-
-class IndexBoxes(NamedTuple):
-    """The boxes, and the physics steps in which bodies left them.
-
-    boxes   (bodies, 4) m, left, bottom, right, top
-    before  (MOST_STEPS + 1, rows, 6) the rows of `Bodies` before these steps
-    last    (rows, 6) the same before the last step of all
-    kept    (1,) number of these steps
-    """
-
-    boxes: Array
-    before: Array
-    last: Array
-    kept: NDArray[np.int64]
-
-
-def index_boxes(rows: Array, parts: Array, leaves: int) -> IndexBoxes:
-    """Boxes of bodies at rest, as `Bodies` holds them."""
-    boxes = np.full((len(parts), 4), np.nan)  # which contains nothing
-    kept = np.zeros(1, dtype=np.int64)
-    sort_in(rows, np.zeros_like(rows), parts, leaves, boxes)
-    return IndexBoxes(boxes, np.empty((MOST_STEPS + 1, *rows.shape)), np.zeros_like(rows), kept)
 
 
 @kernel
 def sort_in(rows, velocities, parts, leaves, boxes):
-    """Give new boxes to the bodies that left theirs; whether any did.
+    """Give new boxes to the bodies that left theirs or have none; whether there were any.
 
     rows        where the bodies are
     velocities  rows with the velocities with which they came there
@@ -55,29 +28,30 @@ def sort_in(rows, velocities, parts, leaves, boxes):
     for b in range(len(parts)):
         vx, vy = velocities[b, 3], velocities[b, 4]
         resting = vx == 0.0 and vy == 0.0 and velocities[b, 5] == 0.0
-        if resting and boxes[b, 0] == boxes[b, 0]:
+        if resting and boxes[b, 0] < boxes[b, 2]:  # it has a box
             continue
-        left, bottom, right, top = box_of(rows[b], parts[b], 1 <= b <= leaves)
-        box = boxes[b]
-        if box[0] <= left and box[2] >= right and box[1] <= bottom and box[3] >= top:
+        left, bottom, right, top = box_of(rows, b, parts, 1 <= b <= leaves)
+        if (
+            boxes[b, 0] <= left and boxes[b, 2] >= right
+            and boxes[b, 1] <= bottom and boxes[b, 3] >= top
+        ):  # fmt: skip
             continue
         wide, high = (right - left) * SLACK, (top - bottom) * SLACK
-        box[0], box[1] = left + min(-wide, vx * SLACK), bottom + min(-high, vy * SLACK)
-        box[2], box[3] = right + max(wide, vx * SLACK), top + max(high, vy * SLACK)
+        boxes[b, 0], boxes[b, 1] = left + min(-wide, vx * SLACK), bottom + min(-high, vy * SLACK)
+        boxes[b, 2], boxes[b, 3] = right + max(wide, vx * SLACK), top + max(high, vy * SLACK)
         any_left = True
     return any_left
 
 
 @kernel
-def box_of(row, part, is_leaf):
+def box_of(rows, b, parts, is_leaf):
     """The box around a body with its margin, m: left, bottom, right, top."""
-    x, y = row[0], row[1]
+    x, y = rows[b, 0], rows[b, 1]
     if not is_leaf:
-        r = part[RADIUS]
+        r = parts[b, RADIUS]
         return x - r, y - r, x + r, y + r
-    c, s, width, side, margin = (
-        math.cos(row[2]), math.sin(row[2]), part[WIDTH], part[SIDE], part[MARGIN]
-    )  # fmt: skip
+    width, side, margin = parts[b, WIDTH], parts[b, SIDE], parts[b, MARGIN]
+    c, s = math.cos(rows[b, 2]), math.sin(rows[b, 2])
     across_x, across_y = -s * side, c * side
     left = min(0.0, c * width) + min(0.0, across_x)
     right = max(0.0, c * width) + max(0.0, across_x)

@@ -2,44 +2,42 @@
 
 from __future__ import annotations
 
-import math
-
+from dynslam_env.simulation.bodies import KEPT, MOST_STEPS
 from dynslam_env.simulation.contact_space import ContactSpace
 from dynslam_env.simulation.contacts import Contacts
-from dynslam_env.simulation.free_motion import Fixtures, move_freely
-from dynslam_env.simulation.index_boxes import MOST_STEPS, index_boxes
 from dynslam_env.simulation.solids import Solids
-from slam.geometry import Array, Pose2
-
-LEFT_PER_SECOND = math.pow(0.8999999761581421, 60.0)  # of an overshoot, by Chipmunk's joints
+from slam.geometry import Pose2
 
 
 class Mechanics:
     """The moving bodies of a world.
 
-    Where nothing touches anything, `free_motion` gives the same numbers as Chipmunk to the bit. A
-    space of Chipmunk is made when it is first needed.
+    While nothing touches anything, the caller moves them by `free_motion`, which gives the same
+    numbers as Chipmunk to the bit. A space of Chipmunk is made when it is first needed.
 
     bodies    states and joints of the bodies
     contacts  of the robot, now and in the last step
     """
 
-    def __init__(self, solids: Solids, segments: Array, fixed: int, dt: float):
-        """`segments`: the first `fixed` (., 4) m never move; `dt`: a physics step, s."""
+    def __init__(self, solids: Solids, dt: float):
+        """`dt`: a physics step, s."""
         self.bodies, self.contacts = solids.bodies, Contacts()
         self._solids, self._dt = solids, dt
-        stop_bias = 1.0 - math.pow(LEFT_PER_SECOND, dt)
-        self._fixtures = Fixtures(segments, fixed, solids.margin, stop_bias)
         self._space: ContactSpace | None = None
-        rows, parts = self.bodies.rows, self.bodies.parts
-        self._index = index_boxes(rows, parts, len(solids.hung))
         self._apart = True
 
-    def advance(self, steps: int) -> None:
-        """Move by so many physics steps."""
+    def prepare(self, steps: int) -> bool:
+        """Begin so many physics steps; whether all may be apart in them."""
         self.contacts.begin_step()
-        if not (self._apart and self._move_freely(steps)):
-            self._move_in_space(steps)
+        if self.bodies.numbers[KEPT] + steps > MOST_STEPS:
+            self._made_space().catch_up(self._dt)
+        return self._apart
+
+    def advance(self, steps: int) -> None:
+        """Make so many physics steps in a space of Chipmunk."""
+        space = self.in_space()
+        space.advance(steps, self._dt)
+        self._apart = not space.touching
 
     def put_robot(self, pose: Pose2) -> None:
         """Put robot and wheels down, at rest."""
@@ -59,15 +57,5 @@ class Mechanics:
 
     def _made_space(self) -> ContactSpace:
         if self._space is None:
-            self._space = ContactSpace(self._solids, self.contacts, self._index)
+            self._space = ContactSpace(self._solids, self.contacts)
         return self._space
-
-    def _move_freely(self, steps: int) -> bool:
-        if self._index.kept[0] + steps > MOST_STEPS:
-            self._made_space().catch_up(self._dt)
-        return move_freely(self.bodies, self._index, self._fixtures, steps, self._dt)
-
-    def _move_in_space(self, steps: int) -> None:
-        space = self.in_space()
-        space.advance(steps, self._dt)
-        self._apart = not space.touching

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
+from dynslam_env.simulation.bodies import (
+    FIXTURE_MARGIN,
+    FIXTURES,
+    STOP_BIAS,
+    bodies_of,
+    body_memory,
+)
 from dynslam_env.simulation.columns import (
-    COUNT,
     INVERSE_INERTIA,
     INVERSE_MASS,
     MARGIN,
@@ -19,7 +25,7 @@ from dynslam_env.simulation.columns import (
     WIDTH,
 )
 from dynslam_env.simulation.doors import Doors
-from dynslam_env.simulation.free_motion import Bodies
+from dynslam_env.simulation.index_boxes import sort_in
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.polygons import regular
 from dynslam_env.simulation.robot import Robot
@@ -30,7 +36,7 @@ from slam.geometry import Array
 MAX_PENETRATION = 0.009  # m, of two solids in the physics step before the contact is resolved
 MAX_TIP_SPEED = 3.0  # m/s, of a leaf: a faster one would need a thick margin
 PERSON_CORNERS = 8
-STATE_SIZE = 6  # numbers of the state of a body
+LEFT_PER_SECOND = math.pow(0.8999999761581421, 60.0)  # of an overshoot, by Chipmunk's joints
 SPARE_ROWS = 3  # Chipmunk adds what stands; it never fills all rows, else it would reallocate them
 
 
@@ -45,15 +51,15 @@ class Solids:
     hung     the doors whose leaves move
     immovable  the other doors
     person   (8, 2) m, corners of a person
-    bodies   what moves
+    memory   what moves; `bodies` are views of it
     first_rows  its rows at the beginning
     """
 
     def __init__(
         self, layout: Layout, robot: Robot, doors: Doors, people: People, places: Array,
-        angles: Array, rates: Array, dt: float,
+        angles: Array, dt: float,
     ):  # fmt: skip
-        """`places` (p, 2) m of the people; `angles` (d,) rad of the leaves; `rates` of `Bodies`."""
+        """`places` (p, 2) m of the people; `angles` (d,) rad of the leaves."""
         self.layout, self.robot, self.doors, self.people = layout, robot, doors, people
         self._dt = dt
         self.hung, self.immovable = (() if doors.fixed else layout.doors), layout.doors
@@ -62,7 +68,8 @@ class Solids:
         self.angles = angles
         self.person = regular(people.radius, PERSON_CORNERS)
         self.margin = self._margin(0.0)
-        self.bodies = self._bodies(places, rates)
+        self.memory = self._memory(places)
+        self.bodies = bodies_of(self.memory)
         self.first_rows = self.bodies.rows.copy()
 
     def leaf_margin(self, door: Door) -> float:
@@ -87,19 +94,24 @@ class Solids:
     def _margin(self, speed: float) -> float:
         return max((self.robot.max_speed + speed) * self._dt - MAX_PENETRATION, 0.0)
 
-    def _bodies(self, places: Array, rates: Array) -> Bodies:
+    def _memory(self, places: Array) -> Array:
+        """The bodies at their first places."""
         d, p = len(self.hung), len(places)
-        wheels, spare = 1 + d + p, len(self.immovable) + SPARE_ROWS
-        rows = np.zeros((wheels + 1 + p + spare, STATE_SIZE))
+        memory = body_memory(d, p, len(self.immovable) + SPARE_ROWS)
+        rows, table = (bodies := bodies_of(memory)).rows, bodies.parts
+        wheels = 1 + d + p
         rows[0, :3] = rows[wheels, :3] = self.layout.start
         for row, door, angle in zip(rows[1:], self.hung, self.angles.tolist(), strict=False):
             row[:3] = *door.hinge, angle
         rows[1 + d : wheels, :2] = rows[wheels + 1 : wheels + 1 + p, :2] = places
         parts = [self._robot_part(), *map(self._leaf_part, self.hung), *[self._person_part()] * p]
-        table = np.zeros((len(parts), COUNT))
         for row, part in zip(table, parts, strict=True):
             row[list(part)] = list(part.values())
-        return Bodies(rows, np.zeros((1 + d + p, 3)), table, rates, np.array([d, p]))
+        fixed = len(self.layout.walls) + sum(len(door.corners) for door in self.immovable)
+        memory[FIXTURES], memory[FIXTURE_MARGIN] = fixed, self._margin(0.0)
+        memory[STOP_BIAS] = 1.0 - math.pow(LEFT_PER_SECOND, self._dt)
+        sort_in(rows, rows, table, d, bodies.boxes)
+        return memory
 
     def _robot_part(self) -> dict[int, float]:
         robot = self.robot

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from dynslam_env.simulation.bodies import Bodies
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.doors import DoorMotors, Doors
-from dynslam_env.simulation.free_motion import Bodies
 from dynslam_env.simulation.mechanics import Mechanics
 from dynslam_env.simulation.people import People, Walkers
 from dynslam_env.simulation.polygons import Polygons
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.solids import Solids
+from dynslam_env.simulation.world_step import settle, step_freely
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.start_checks import check_people
 from slam.geometry import Array, Pose2
@@ -63,12 +64,15 @@ class World:
         self._people = Walkers(people, layout, people_rng)
         places = self._people.starts()
         check_people(layout, places, people.radius, robot.radius)
-        angles, rates = self._doors.targets, self._doors.rates
-        solids = Solids(layout, robot, doors, people, places, angles, rates, PHYSICS_DT)
+        solids = Solids(layout, robot, doors, people, places, self._doors.targets, PHYSICS_DT)
+        self._doors.rates = solids.bodies.rates
         self._robot_radius, self._open_angle = robot.radius, doors.open_angle
         self._split_states(solids.bodies)
         self._init_segments(solids)
-        self.mechanics = Mechanics(solids, self.segments, self._first_moving, PHYSICS_DT)
+        self.mechanics = Mechanics(solids, PHYSICS_DT)
+        motors, shapes = self._doors, self._polygons
+        self._moving = solids.memory, self.segments, motors.table, shapes.corners, shapes.first
+        settle(*self._moving, motors.speed, CONTROL_DT)
         self._control()
 
     # -- state ---------------------------------------------------------------------------------
@@ -133,7 +137,10 @@ class World:
         wheels = vx, vy, omega
         self._commands.extend(wheels)
         self._wheels[:] = wheels
-        self.mechanics.advance(SUBSTEPS)
+        apart = self.mechanics.prepare(SUBSTEPS)
+        if not (apart and step_freely(*self._moving, self._doors.speed, SUBSTEPS, PHYSICS_DT)):
+            self.mechanics.advance(SUBSTEPS)
+            settle(*self._moving, self._doors.speed, CONTROL_DT)
         self.steps += 1
         self._control()
 
@@ -142,13 +149,11 @@ class World:
         return _replayed, (self._begun, self._commands, self._put_down)
 
     def _control(self) -> None:
-        """Update the edges from the states, and set the commands of doors and people."""
-        self._polygons.outline(self._movers, self._moving_edges)
+        """Set the commands of doors that flip, and of people."""
         time = self.steps * CONTROL_DT
         if self._clock.next_flip <= time:
             for door in self._clock.flips_until(time):
                 self._doors.flip(door)
-        if len(self._leaves):
             self._doors.drive(self._leaves, CONTROL_DT)
         if len(self._feet):
             self._steer_people()
@@ -168,7 +173,7 @@ class World:
 
     def _split_states(self, bodies: Bodies) -> None:
         """Views of the rows of robot, leaves and people, and of the commands of wheels and feet."""
-        rows, (hung, count) = bodies.rows, bodies.counts.tolist()
+        rows, (hung, count) = bodies.rows, map(int, bodies.numbers[:2])
         last_leaf, last = 1 + hung, 1 + hung + count
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
         self._walking, self._movers = rows[last_leaf:last], rows[1:last]
@@ -181,10 +186,9 @@ class World:
         self._polygons = Polygons([*hung, *[solids.person] * len(self._feet)])
         immovable = Polygons([door.corners for door in fixed])
         self.first_edge = len(walls)
-        self._first_moving = self.first_edge + immovable.count
-        self.segments = np.empty((self._first_moving + self._polygons.count, 4))
+        first_moving = self.first_edge + immovable.count
+        self.segments = np.empty((first_moving + self._polygons.count, 4))
         self.segments[: self.first_edge] = walls
-        self._moving_edges = self.segments[self._first_moving :]
         hinges = np.array([door.hinge for door in fixed]).reshape(-1, 2)
         poses = np.column_stack([hinges, solids.angles[: len(fixed)]])
         immovable.outline(poses, self.segments[self.first_edge :])
