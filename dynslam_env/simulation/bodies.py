@@ -14,6 +14,7 @@ from slam.geometry import Array
 from slam.kernel import kernel
 
 MOST_STEPS = 64  # physics steps that are kept, see `before`
+NOBODY, SEVERAL = -2, -1
 STATE_SIZE = 6  # numbers of the state of a body
 
 # numbers at the beginning of the array
@@ -34,7 +35,8 @@ class Bodies(NamedTuple):
     boxes     (1 + d + p, 4) m, left, bottom, right, top: see `index_boxes`
     rates     (d,) rad/s, of the leaves' motors
     last      (rows, 6) the rows before the last physics step
-    before    (MOST_STEPS + 1, rows, 6) the rows before the steps in which bodies left their boxes
+    who       (MOST_STEPS + 1,) the body that left its box in a step that is kept, or SEVERAL
+    before    (MOST_STEPS + 1, rows, 6) the rows before these steps
     """
 
     numbers: Array
@@ -44,6 +46,7 @@ class Bodies(NamedTuple):
     boxes: Array
     rates: Array
     last: Array
+    who: Array
     before: Array
 
 
@@ -51,7 +54,7 @@ def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
     """Room for the `Bodies` of a world, all zero, with `spare_rows` more rows than bodies."""
     parts, rows = 1 + leaves + people, 2 + leaves + 2 * people + spare_rows
     states = rows * STATE_SIZE
-    size = HEADER + (MOST_STEPS + 3) * states + parts * (3 + COUNT + 4) + leaves
+    size = HEADER + MOST_STEPS + 1 + (MOST_STEPS + 3) * states + parts * (3 + COUNT + 4) + leaves
     memory = np.zeros(size)
     memory[:3] = leaves, people, rows
     return memory
@@ -68,6 +71,7 @@ def bodies_of(memory):
     d = c + 4 * parts
     e = d + leaves
     f = e + states
+    g = f + MOST_STEPS + 1
     return Bodies(
         memory[:HEADER],
         memory[HEADER:a].reshape((rows, STATE_SIZE)),
@@ -76,5 +80,6 @@ def bodies_of(memory):
         memory[c:d].reshape((parts, 4)),
         memory[d:e],
         memory[e:f].reshape((rows, STATE_SIZE)),
-        memory[f:].reshape((MOST_STEPS + 1, rows, STATE_SIZE)),
+        memory[f:g],
+        memory[g:].reshape((MOST_STEPS + 1, rows, STATE_SIZE)),
     )

@@ -10,7 +10,7 @@ import pymunk
 from pymunk._chipmunk_cffi import lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
-from dynslam_env.simulation.bodies import KEPT
+from dynslam_env.simulation.bodies import KEPT, SEVERAL
 from dynslam_env.simulation.chipmunk import BodyStates, impulse_of
 from dynslam_env.simulation.contacts import FIXED, KINDS_TOUCHED, LEAF, PERSON, ROBOT, Contacts
 from dynslam_env.simulation.solids import Solids
@@ -25,6 +25,7 @@ FRICTION = 0.2  # of all solids
 LEAF_MASS = 1e30  # kg: a leaf turns about its hinge, which needs no joint to stay in place
 SET_VELOCITY, SET_ANGULAR_VELOCITY = lib.cpBodySetVelocity, lib.cpBodySetAngularVelocity
 SET_POSITION, SET_ANGLE = lib.cpBodySetPosition, lib.cpBodySetAngle
+REINDEX = lib.cpSpaceReindexShape
 SET_RATE = lib.cpSimpleMotorSetRate
 TOTAL_IMPULSE = lib.cpArbiterTotalImpulse
 
@@ -59,6 +60,7 @@ class ContactSpace:
         self._count_contacts()
         self._states = BodyStates(self.space, self._rows)
         self._in_order = self._ordered()
+        self._shapes = [shape._shape for shape in self._moving_shapes()]
         self._memory = self._impulses_in_memory(solids.bodies.impulses)
         self._check_order()
 
@@ -79,10 +81,23 @@ class ContactSpace:
 
     def catch_up(self, dt: float) -> None:
         """Sort the bodies in as they would be by the steps that were made elsewhere."""
-        numbers, before = self._bodies.numbers, self._bodies.before
-        for rows in before[: int(numbers[KEPT])]:
-            self._step_from(rows, dt)
-        numbers[KEPT] = 0
+        kept = int(self._bodies.numbers[KEPT])
+        for step, body in enumerate(self._bodies.who[:kept].astype(int).tolist()):
+            rows = self._bodies.before[step]
+            if body == SEVERAL:
+                self._step_from(rows, dt)
+            else:
+                self._sort_in(body, rows[body].tolist(), dt)
+        self._bodies.numbers[KEPT] = 0
+
+    def _sort_in(self, b: int, before: list[float], dt: float) -> None:
+        """Sort the shape of body `b` in, after a physics step from the state `before`."""
+        x, y, angle, vx, vy, omega = before
+        body = self._in_order[b]
+        SET_POSITION(body, (x + vx * dt, y + vy * dt))
+        SET_ANGLE(body, angle + omega * dt)
+        SET_VELOCITY(body, (vx, vy))
+        REINDEX(self.space._space, self._shapes[b])
 
     def _step_from(self, rows: Array, dt: float) -> None:
         self._place(rows)
@@ -104,6 +119,11 @@ class ContactSpace:
         (wheels, robot, _), *people = self._pulled
         moving = [robot, *(leaf for leaf, _ in self._hung), *(body for _, body, _ in people)]
         return [each._body for each in (*moving, wheels, *(feet for feet, _, _ in people))]
+
+    def _moving_shapes(self) -> list[pymunk.Shape]:
+        (_, robot, _), *people = self._pulled
+        bodies = [robot, *(leaf for leaf, _ in self._hung), *(body for _, body, _ in people)]
+        return [next(iter(body.shapes)) for body in bodies]
 
     def _impulses_in_memory(self, impulses: Array) -> list[tuple[Array, Array]]:
         """Of each joint: where Chipmunk keeps its impulse, and where `Bodies` does."""

@@ -17,7 +17,9 @@ from dynslam_env.simulation.bodies import (
     FIXTURES,
     KEPT,
     LEAVES,
+    NOBODY,
     PEOPLE,
+    SEVERAL,
     STOP_BIAS,
     Bodies,
 )
@@ -49,20 +51,27 @@ def move_freely(bodies: Bodies, segments, steps, dt):
 
     segments  (w, 4) m, walls and the edges of immovable leaves, then others
     """
-    numbers, rows, impulses, _, boxes, _, last, before = bodies
-    pairs = _pairs(bodies, segments, steps * dt)
+    numbers, rows, impulses, parts, boxes, rates, last, who, before = bodies
+    leaves, people, stop_bias = int(numbers[LEAVES]), int(numbers[PEOPLE]), numbers[STOP_BIAS]
+    pairs = _pairs(rows, parts, rates, numbers, segments, steps * dt)
     moved, pushed, sorted_in, kept = rows, impulses, boxes, int(numbers[KEPT])
     if len(pairs):
         moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
-    left_box = False
+    left_box, first = False, kept if len(pairs) else 0  # of the steps that may be overwritten
     for _ in range(steps):
         before[kept] = moved
         _drift(moved, dt)
-        if _any_touch(pairs, moved, bodies, segments):
-            return False
-        left_box = sort_in(moved, moved, bodies.parts, int(numbers[LEAVES]), sorted_in)
-        kept += left_box
-        _solve(moved, pushed, bodies, dt)
+        for m in range(len(pairs)):
+            gap = _gap(pairs[m, 0], pairs[m, 1], moved, parts, leaves, segments, numbers)
+            if gap < CLEARANCE:
+                return False
+        who[kept] = sort_in(moved, moved, parts, leaves, sorted_in)
+        left_box = who[kept] != NOBODY
+        if left_box and kept > first and who[kept] == who[kept - 1] != SEVERAL:
+            before[kept - 1] = before[kept]  # the last of a body's steps in a row is enough
+        else:
+            kept += left_box
+        _solve(moved, pushed, parts, rates, people, stop_bias, dt)
     if len(pairs):
         rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
     last[:] = before[kept - 1 if left_box else kept]
@@ -78,33 +87,23 @@ def _drift(rows, dt):
 
 
 @kernel
-def _any_touch(pairs, rows, bodies: Bodies, segments):
-    for m in range(len(pairs)):
-        if _gap(pairs[m, 0], pairs[m, 1], rows, bodies, segments) < CLEARANCE:
-            return True
-    return False
-
-
-@kernel
-def _solve(rows, impulses, bodies: Bodies, dt):
+def _solve(rows, impulses, parts, rates, people, stop_bias, dt):
     """All joints."""
-    parts, numbers = bodies.parts, bodies.numbers
-    leaves, people = int(numbers[LEAVES]), int(numbers[PEOPLE])
+    leaves = len(rates)
     wheels = 1 + leaves + people
     _pull(rows, 0, wheels, impulses, parts)
     _turn(rows, wheels, impulses, parts)
     for d in range(1, 1 + leaves):
-        _swing(rows, d, bodies.rates[d - 1], impulses, parts, numbers[STOP_BIAS], dt)
+        _swing(rows, d, rates[d - 1], impulses, parts, stop_bias, dt)
     for k in range(1, 1 + people):
         _pull(rows, leaves + k, wheels + k, impulses, parts)
 
 
 @kernel
-def _pairs(bodies: Bodies, segments, duration):
+def _pairs(rows, parts, rates, numbers, segments, duration):
     """(m, 2) the pairs that may touch within `duration` s: the row of the robot or of a person, and
     the segment from 0 on, or -1 - the row of a leaf or of another person."""
-    rows, rates, numbers = bodies.rows, bodies.rates, bodies.numbers
-    leaves, fixed = int(numbers[LEAVES]), int(numbers[FIXTURES])
+    leaves, fixed = len(rates), int(numbers[FIXTURES])
     discs = 1 + int(numbers[PEOPLE])
     pairs = np.empty((discs * (fixed + leaves + discs), 2), dtype=np.int64)
     found = 0
@@ -112,18 +111,18 @@ def _pairs(bodies: Bodies, segments, duration):
         b = 0 if k == 0 else leaves + k
         reach = _travel(rows, b, discs + leaves + k, duration) + CLEARANCE
         for s in range(fixed):
-            if _gap(b, s, rows, bodies, segments) < reach:
+            if _gap(b, s, rows, parts, leaves, segments, numbers) < reach:
                 pairs[found, 0], pairs[found, 1] = b, s
                 found += 1
         for d in range(1, 1 + leaves):
-            swept = reach + _sweep(rows, d, rates[d - 1], bodies.parts, duration)
-            if _gap(b, -1 - d, rows, bodies, segments) < swept:
+            swept = reach + _sweep(rows, d, rates[d - 1], parts, duration)
+            if _gap(b, -1 - d, rows, parts, leaves, segments, numbers) < swept:
                 pairs[found, 0], pairs[found, 1] = b, -1 - d
                 found += 1
         for j in range(k):
             c = 0 if j == 0 else leaves + j
             met = reach + _travel(rows, c, discs + leaves + j, duration)
-            if _gap(b, -1 - c, rows, bodies, segments) < met:
+            if _gap(b, -1 - c, rows, parts, leaves, segments, numbers) < met:
                 pairs[found, 0], pairs[found, 1] = b, -1 - c
                 found += 1
     return pairs[:found]
@@ -147,25 +146,24 @@ def _sweep(rows, b, rate, parts, duration):
 
 
 @kernel
-def _gap(b, other, rows, bodies: Bodies, segments):
+def _gap(b, other, rows, parts, leaves, segments, numbers):
     """m between body `b`, a disc, and another solid, their margins included: see `_pairs`.
 
     The robot's from a segment is exact. Others are those between boxes: where boxes overlap,
     Chipmunk begins to search for the nearest corners, and begins with these the next time.
     """
-    parts, leaves = bodies.parts, int(bodies.numbers[LEAVES])
+    margin = numbers[FIXTURE_MARGIN]
+    if b == 0 and other >= 0:
+        distance = _distance(rows[0, 0], rows[0, 1], segments, other)
+        return distance - margin - parts[0, RADIUS]
+    box = box_of(rows, b, parts, False)
     if other < 0:
-        c = -1 - other
-        return _between(box_of(rows, b, parts, False),
-                        box_of(rows, c, parts, 1 <= c <= leaves))  # fmt: skip
-    margin = bodies.numbers[FIXTURE_MARGIN]
-    x1, y1 = segments[other, 0], segments[other, 1]
-    x2, y2 = segments[other, 2], segments[other, 3]
-    if b == 0:
-        return _distance(rows[b, 0], rows[b, 1], x1, y1, x2, y2) - margin - parts[b, RADIUS]
+        return _between(box, box_of(rows, -1 - other, parts, 1 <= -1 - other <= leaves))
+    x1, y1, x2, y2 = (
+        segments[other, 0], segments[other, 1], segments[other, 2], segments[other, 3]
+    )  # fmt: skip
     low, high = (min(x1, x2) - margin, min(y1, y2) - margin), (max(x1, x2), max(y1, y2))
-    box = low[0], low[1], high[0] + margin, high[1] + margin
-    return _between(box_of(rows, b, parts, False), box)
+    return _between(box, (low[0], low[1], high[0] + margin, high[1] + margin))
 
 
 @kernel
@@ -177,12 +175,14 @@ def _between(one, other):
 
 
 @kernel
-def _distance(x, y, x1, y1, x2, y2):
+def _distance(x, y, segments, i):
     """From a point to a segment, m."""
-    dx, dy = x2 - x1, y2 - y1
+    x1, y1 = segments[i, 0], segments[i, 1]
+    dx, dy = segments[i, 2] - x1, segments[i, 3] - y1
     along = ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy)
     along = min(max(along, 0.0), 1.0)
-    return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
+    ax, ay = x - x1 - along * dx, y - y1 - along * dy
+    return math.sqrt(ax * ax + ay * ay)
 
 
 @kernel

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from dynslam_env.simulation.bodies import NOBODY, SEVERAL
 from dynslam_env.simulation.columns import MARGIN, RADIUS, SIDE, WIDTH
 from slam.kernel import kernel
 
@@ -19,12 +20,12 @@ SLACK = float(np.float32(0.1))  # share of its size, and s of its velocity, by w
 
 @kernel
 def sort_in(rows, velocities, parts, leaves, boxes):
-    """Give new boxes to the bodies that left theirs or have none; whether there were any.
+    """Give new boxes to the bodies that left theirs or have none; who did, NOBODY, or SEVERAL.
 
     rows        where the bodies are
     velocities  rows with the velocities with which they came there
     """
-    any_left = False
+    left_it = NOBODY
     for b in range(len(parts)):
         vx, vy = velocities[b, 3], velocities[b, 4]
         resting = vx == 0.0 and vy == 0.0 and velocities[b, 5] == 0.0
@@ -39,8 +40,8 @@ def sort_in(rows, velocities, parts, leaves, boxes):
         wide, high = (right - left) * SLACK, (top - bottom) * SLACK
         boxes[b, 0], boxes[b, 1] = left + min(-wide, vx * SLACK), bottom + min(-high, vy * SLACK)
         boxes[b, 2], boxes[b, 3] = right + max(wide, vx * SLACK), top + max(high, vy * SLACK)
-        any_left = True
-    return any_left
+        left_it = b if left_it == NOBODY else SEVERAL
+    return left_it
 
 
 @kernel
