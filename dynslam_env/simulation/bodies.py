@@ -60,7 +60,7 @@ def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
     return memory
 
 
-@kernel
+@kernel(error_model="numpy")
 def bodies_of(memory):
     """`Bodies` that are views of their memory."""
     leaves, rows = int(memory[LEAVES]), int(memory[ROWS])

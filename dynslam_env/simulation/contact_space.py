@@ -39,6 +39,7 @@ class ContactSpace:
     step later.
 
     space     the pymunk space
+    states    steps it
     touching  whether anything touched anything in the last `advance`
     """
 
@@ -58,7 +59,7 @@ class ContactSpace:
         for puller, _, joints in self._pulled:
             self.space.add(puller, *joints)
         self._count_contacts()
-        self._states = BodyStates(self.space, self._rows)
+        self.states = BodyStates(self.space, self._rows)
         self._in_order = self._ordered()
         self._shapes = [shape._shape for shape in self._moving_shapes()]
         self._memory = self._impulses_in_memory(solids.bodies.impulses)
@@ -144,7 +145,7 @@ class ContactSpace:
             SET_ANGULAR_VELOCITY(puller._body, row[5])
         for rate, (_, joints) in zip(self._rates.tolist(), self._hung, strict=False):
             SET_RATE(joints[0]._constraint, rate)
-        self._states.advance_sorted(steps, dt, self._bodies, len(self._hung))
+        self.states.advance_sorted(steps, dt, self._bodies, len(self._hung))
         for memory, impulses in self._memory:
             impulses[:] = memory
 
@@ -218,7 +219,7 @@ class ContactSpace:
         """Raise RuntimeError if pymunk, which documents no order of bodies, has changed it."""
         before = self._rows.copy()
         self.place()
-        self._states.advance(0, 1.0)
+        self.states.advance(0, 1.0)
         count = len(self._in_order)
         if not np.array_equal(self._rows[:count], before[:count]):
             raise RuntimeError("pymunk lists its bodies in an order that dynslam does not know")

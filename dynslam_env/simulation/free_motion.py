@@ -43,7 +43,7 @@ CLEARANCE = 1e-6  # m: nearer than that, Chipmunk looks whether two solids touch
 SMALLEST = np.finfo(np.float64).tiny  # which Chipmunk adds to a length before it divides by it
 
 
-@kernel
+@kernel(error_model="numpy")
 def move_freely(bodies: Bodies, segments, steps, dt):
     """Move the bodies by `steps` physics steps of `dt` s.
 
@@ -79,14 +79,14 @@ def move_freely(bodies: Bodies, segments, steps, dt):
     return True
 
 
-@kernel
+@kernel(error_model="numpy")
 def _drift(rows, dt):
     for b in range(len(rows)):
         for k in range(3):
             rows[b, k] += rows[b, 3 + k] * dt
 
 
-@kernel
+@kernel(error_model="numpy")
 def _solve(rows, impulses, parts, rates, people, stop_bias, dt):
     """All joints."""
     leaves = len(rates)
@@ -99,7 +99,7 @@ def _solve(rows, impulses, parts, rates, people, stop_bias, dt):
         _pull(rows, leaves + k, wheels + k, impulses, parts)
 
 
-@kernel
+@kernel(error_model="numpy")
 def _pairs(rows, parts, rates, numbers, segments, duration):
     """(m, 2) the pairs that may touch within `duration` s: the row of the robot or of a person, and
     the segment from 0 on, or -1 - the row of a leaf or of another person."""
@@ -128,7 +128,7 @@ def _pairs(rows, parts, rates, numbers, segments, duration):
     return pairs[:found]
 
 
-@kernel
+@kernel(error_model="numpy")
 def _travel(rows, b, puller, duration):
     """How far a body can come in `duration` s, m: it is never faster than it is and shall be."""
     speed2 = rows[b, 3] ** 2 + rows[b, 4] ** 2
@@ -136,7 +136,7 @@ def _travel(rows, b, puller, duration):
     return math.sqrt(max(speed2, wanted2)) * duration
 
 
-@kernel
+@kernel(error_model="numpy")
 def _sweep(rows, b, rate, parts, duration):
     """How far the farthest corner of a leaf can come in `duration` s, m."""
     angle = rows[b, 2]
@@ -145,7 +145,7 @@ def _sweep(rows, b, rate, parts, duration):
     return turn * (parts[b, WIDTH] + abs(parts[b, SIDE]))
 
 
-@kernel
+@kernel(error_model="numpy")
 def _gap(b, other, rows, parts, leaves, segments, numbers):
     """m between body `b`, a disc, and another solid, their margins included: see `_pairs`.
 
@@ -166,7 +166,7 @@ def _gap(b, other, rows, parts, leaves, segments, numbers):
     return _between(box, (low[0], low[1], high[0] + margin, high[1] + margin))
 
 
-@kernel
+@kernel(error_model="numpy")
 def _between(one, other):
     """Between two boxes, left, bottom, right, top, m; below 0 where they overlap."""
     x = max(one[0] - other[2], other[0] - one[2])
@@ -174,7 +174,7 @@ def _between(one, other):
     return max(x, y)
 
 
-@kernel
+@kernel(error_model="numpy")
 def _distance(x, y, segments, i):
     """From a point to a segment, m."""
     x1, y1 = segments[i, 0], segments[i, 1]
@@ -185,7 +185,7 @@ def _distance(x, y, segments, i):
     return math.sqrt(ax * ax + ay * ay)
 
 
-@kernel
+@kernel(error_model="numpy")
 def _pull(rows, b, puller, impulses, parts):
     """The pivot joint: the body takes the velocity of what pulls it, as far as the force goes."""
     inverse, most = parts[b, INVERSE_MASS], parts[b, MAX_PULL]
@@ -207,7 +207,7 @@ def _pull(rows, b, puller, impulses, parts):
     rows[b, 3], rows[b, 4], impulses[b, 0], impulses[b, 1] = vx, vy, jx, jy
 
 
-@kernel
+@kernel(error_model="numpy")
 def _turn(rows, wheels, impulses, parts):
     """The gear joint: the robot turns as its wheels do, as far as their force goes."""
     inverse, most = parts[0, INVERSE_INERTIA], parts[0, MAX_TURN]
@@ -222,7 +222,7 @@ def _turn(rows, wheels, impulses, parts):
     rows[0, 5], impulses[0, 2] = omega, j
 
 
-@kernel
+@kernel(error_model="numpy")
 def _swing(rows, b, rate, impulses, parts, stop_bias, dt):
     """The motor of a leaf, and the stops at both ends of its way."""
     angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]

@@ -18,7 +18,7 @@ from slam.kernel import kernel
 SLACK = float(np.float32(0.1))  # share of its size, and s of its velocity, by which a box is larger
 
 
-@kernel
+@kernel(error_model="numpy")
 def sort_in(rows, velocities, parts, leaves, boxes):
     """Give new boxes to the bodies that left theirs or have none; who did, NOBODY, or SEVERAL.
 
@@ -44,7 +44,7 @@ def sort_in(rows, velocities, parts, leaves, boxes):
     return left_it
 
 
-@kernel
+@kernel(error_model="numpy")
 def box_of(rows, b, parts, is_leaf):
     """The box around a body with its margin, m: left, bottom, right, top."""
     x, y = rows[b, 0], rows[b, 1]

@@ -9,7 +9,7 @@ from dynslam_env.simulation.polygons import outline
 from slam.kernel import kernel
 
 
-@kernel(nogil=True)
+@kernel(nogil=True, error_model="numpy")
 def step_freely(memory, segments, doors, corners, first, speed, steps, dt):
     """Move the bodies by `steps` physics steps of `dt` s, then `settle`.
 
@@ -21,7 +21,7 @@ def step_freely(memory, segments, doors, corners, first, speed, steps, dt):
     return moved
 
 
-@kernel
+@kernel(error_model="numpy")
 def settle(memory, segments, doors, corners, first, speed, dt):
     """Update the edges from the states of the bodies, and drive the doors for the next `dt` s.
 
