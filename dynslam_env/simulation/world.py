@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import copy
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynslam_env.simulation.bodies import Bodies
 from dynslam_env.simulation.contacts import Contacts
@@ -71,8 +72,8 @@ class World:
         self._init_segments(solids)
         self.mechanics = Mechanics(solids, PHYSICS_DT)
         motors, shapes = self._doors, self._polygons
-        self._moving = solids.memory, self.segments, motors.table, shapes.corners, shapes.first
-        settle(*self._moving, motors.speed, CONTROL_DT)
+        self.moving = solids.memory, self.segments, motors.table, shapes.corners, shapes.first
+        settle(*self.moving, motors.speed, CONTROL_DT)
         self._control()
 
     # -- state ---------------------------------------------------------------------------------
@@ -82,6 +83,9 @@ class World:
 
     first_edge: int
     """Index of the first edge in `segments`: the number of walls."""
+
+    moving: tuple[Array, Array, Array, Array, NDArray[np.int64]]
+    """First arguments of `step_freely`."""
 
     mechanics: Mechanics
     """Moves the bodies, and holds their states."""
@@ -134,13 +138,22 @@ class World:
 
     def step(self, vx: float, vy: float, omega: float) -> None:
         """Step by CONTROL_DT seconds with the wheels at `vx`, `vy` m/s and `omega` rad/s."""
-        wheels = vx, vy, omega
-        self._commands.extend(wheels)
+        apart = self.begin_step(wheels := (vx, vy, omega))
         self._wheels[:] = wheels
-        apart = self.mechanics.prepare(SUBSTEPS)
-        if not (apart and step_freely(*self._moving, self._doors.speed, SUBSTEPS, PHYSICS_DT)):
+        self.finish_step(
+            apart and step_freely(*self.moving, self._doors.speed, SUBSTEPS, PHYSICS_DT)
+        )
+
+    def begin_step(self, wheels: Sequence[float]) -> bool:
+        """Begin a step; whether the caller may try to make it by `step_freely`."""
+        self._commands.extend(wheels)
+        return self.mechanics.prepare(SUBSTEPS)
+
+    def finish_step(self, moved: bool) -> None:
+        """Finish a step, whose motion the caller has made if `moved`."""
+        if not moved:
             self.mechanics.advance(SUBSTEPS)
-            settle(*self._moving, self._doors.speed, CONTROL_DT)
+            settle(*self.moving, self._doors.speed, CONTROL_DT)
         self.steps += 1
         self._control()
 
