@@ -51,11 +51,12 @@ class WorldTable:
         return WorldTable, (len(self._bound),)
 
     def bind(self, i: int, world: World, scanner: Scanner) -> None:
-        """Let row `i` be this world, if it is not."""
+        """Let row `i` be this world, if it is not. (Other scanners than `Scanner` look alone.)"""
         if self._bound[i] is not None and self._bound[i] == (world, scanner):
             return
         self._bound[i] = world, scanner
-        arrays = *world.moving, scanner.noise, scanner.hits
+        seen = (scanner.noise, scanner.hits) if type(scanner) is Scanner else ()
+        arrays = *world.moving, *seen
         for k, array in enumerate(arrays):
             self._addresses[i, k], self._addresses[i, SIZES + k] = array.ctypes.data, array.size
         self._addresses[i, FIRST_EDGE] = world.first_edge
