@@ -1,3 +1,4 @@
+# pyright: reportCallIssue=false
 """WorldTable: where the arrays of n worlds lie, so that one call of a kernel steps all of them.
 
 A call of a kernel takes 0.2 us for each array. A world has a dozen.
@@ -9,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from llvmlite import ir
-from numba import carray, types
+from numba import types
 from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 from numpy.typing import NDArray
 
 from dynslam_env.sensors.laser import NO_DROPOUT, Scanner

@@ -152,7 +152,7 @@ def _against_floor(
     }
 
 
-class PhysicsTimer:
+class PhysicsTimer(Mechanics):
     """Mechanics of a world that never leaves its space of pymunk."""
 
     def __init__(self, mechanics: Mechanics):
