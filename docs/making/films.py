@@ -16,7 +16,7 @@ from dynslam_env import WORLDS, EchoLoss, Laser, MixedPixels, Surfaces, Sweep
 
 SEED = 7  # of the drives
 FRAMES = 32
-SECONDS_PER_FRAME = {name: 1.0 for name in WORLDS} | {"DoorOffice-v0": 2.0, "DoorLoop-v0": 2.0}
+SECONDS_PER_FRAME = dict.fromkeys(WORLDS, 1.0) | {"DoorOffice-v0": 2.0, "DoorLoop-v0": 2.0}
 FRAMES_PER_SECOND = 8.0
 LARGEST = (500, 320)  # pixels, of a frame
 COLOURS = 16  # of a film
