@@ -45,14 +45,19 @@ def drawn(world, count=COUNT):
 
 @each
 def test_a_hundred_worlds_are_valid(world):
-    """Starts are free, closed leaves end at a jamb on both sides, people's routes are clear."""
+    """Starts are free, closed leaves begin at a jamb and end at one or at another leaf, people's
+    routes are clear."""
     for layout in drawn(world):
         check_start(layout, layout.start, RADIUS, math.pi / 2)
         starts = np.array([route[0] for route in layout.routes]).reshape(-1, 2)
         check_people(layout, starts, 0.2, RADIUS)
         for door in layout.doors:
             ends = leaf(door, 0.0)[:2, :2]
-            assert distances(ends, layout.walls) == pytest.approx([0.0, LATCH_GAP], abs=1e-9)
+            hinged, shut = distances(ends, layout.walls)
+            others = [np.linalg.norm(ends[1] - free_edge(each)) for each in layout.doors
+                      if each is not door]  # fmt: skip
+            assert hinged == pytest.approx(0.0, abs=1e-9)
+            assert min(shut, min(others, default=1.0) / 2) == pytest.approx(LATCH_GAP, abs=1e-9)
 
 
 @each
