@@ -30,10 +30,9 @@ CLUTTER: Mapping[str, Ranges] = {
         "furniture": Range(2, 4),
         "narrowest": Range(0.72, 0.9),
         "cut": Range(0.5, 1.2),
-        "doubled": Range(0.2, 0.6),
     },
 }
-"""Pieces per room, share of door_width, m, share of doors: the same in each kind of world."""
+"""Pieces per room, share of door_width, m: the same ranges in each kind of world."""
 
 DOOR_WIDTHS = {"easy": Range(0.9, 1.0), "medium": Range(0.85, 1.1), "hard": Range(0.9, 1.2)}
 """m, of the widest door of a world."""
