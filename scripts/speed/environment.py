@@ -157,9 +157,9 @@ class PhysicsTimer(Mechanics):
 
     def __init__(self, mechanics: Mechanics):
         self.bodies, self.contacts = mechanics.bodies, mechanics.contacts
-        self._space = mechanics.in_space()
-        self.states = TimedStates(self._space.space, self.bodies.rows)
-        self._space.states = self.states
+        self._timed = mechanics.in_space()
+        self.states = TimedStates(self._timed.space, self.bodies.rows)
+        self._timed.states = self.states
 
     def prepare(self, steps: int) -> bool:
         """See `Mechanics.prepare`: Chipmunk makes all steps."""
@@ -168,7 +168,7 @@ class PhysicsTimer(Mechanics):
 
     def advance(self, steps: int) -> None:
         """See `Mechanics.advance`."""
-        self._space.advance(steps, PHYSICS_DT)
+        self._timed.advance(steps, PHYSICS_DT)
 
 
 class TimedStates(BodyStates):
