@@ -16,8 +16,9 @@ from dynslam_env.drawing.view import View
 from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import EpisodeOptions, episode_options
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords
+from dynslam_env.simulation.contacts import CONTACT_COLUMNS
 from dynslam_env.simulation.occupancy_history import DEFAULT_CELL, OccupancyHistory
-from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT
+from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.simulation.world_batch import WorldBatch, actions_of
 from dynslam_env.simulation.world_view import WorldView
 from slam.geometry import Pose2

@@ -14,6 +14,7 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 
+from docs.making.films import SECONDS_PER_FRAME
 from dynslam_env import PATROLS, WORLDS
 
 PAGE = Path(__file__).parents[1] / "environments.md"
@@ -86,6 +87,7 @@ def _card(spec: EnvSpec) -> str:
         ("class", f"`{str(spec.entry_point).rpartition(':')[2]}`"),
         ("doors, people (seed 0)", _doors_and_people(spec.id)),
         ("registered with", keywords),
+        ("solved from a return of", f"{spec.reward_threshold or 'not defined'}"),
         ("time limit", f"{spec.max_episode_steps} steps" if spec.max_episode_steps else "its own"),
         ("observation", _space(spec.id, "observation_space")),
         ("action", _space(spec.id, "action_space")),
@@ -93,9 +95,17 @@ def _card(spec: EnvSpec) -> str:
     ]
     table = "\n".join(f"| {name} | {value} |" for name, value in rows)
     return (
-        f"## {spec.id}\n\n![{spec.id} after 12 s](worlds/{spec.id}.png)\n\n"
+        f"## {spec.id}\n\n![{spec.id} after 12 s](worlds/{spec.id}.png)\n\n{_film(spec.id)}"
         f"| id | `{spec.id}` |\n|---|---|\n{table}\n"
     )
+
+
+def _film(name: str) -> str:
+    """The film of an environment; empty without one."""
+    film = f"worlds/{name}.gif"
+    if not (PAGE.parent / film).exists():
+        return ""
+    return f"![A drive in {name}, {SECONDS_PER_FRAME[name]:g} s between two pictures]({film})\n\n"
 
 
 def _space(name: str, which: str) -> str:

@@ -78,7 +78,7 @@ class EffectScanner(Scanner):
         self, pose: Array, segments: Array, first_edge: int, ranges: Array, observed: Floats
     ) -> None:
         """See `Scanner.look`."""
-        row = self._next_row()
+        row = self.next_row()
         scene, opaque = self._scene(pose, segments, first_edge)
         through = self._merged(scene, opaque, ranges)
         if self._power.reach:
@@ -86,7 +86,7 @@ class EffectScanner(Scanner):
             lose(scene.segments, dark, self._directions(scene), self._power, self._chances[row],
                  self.hits, through, ranges)  # fmt: skip
         lost = self._lost[row] if len(self._lost) else np.zeros(0, dtype=np.bool_)
-        read(self._settings, self._growth, self._step, self._noise[row], lost, ranges, observed)
+        read(self.settings, self._growth, self._step, self.noise[row], lost, ranges, observed)
 
     def _scene(self, pose: Array, segments: Array, first_edge: int) -> tuple[MovingScene, int]:
         """The world since the last scan, its walls divided into panels, and the number of panels

@@ -75,6 +75,12 @@ class Laser:
 class Scanner:
     """Measures scans with a laser and its own stream of noise."""
 
+    settings: Array
+    """(6,) x, y, theta on the robot, min_range, max_range, sigma; m and rad."""
+
+    fan: Array
+    """(2, beams) unit vectors of the beams."""
+
     age: float = 0.0
     """s before the end of a control step at which the middle beam is measured."""
 
@@ -82,9 +88,11 @@ class Scanner:
         self.laser, self._rng = laser, rng
         self.angles = laser.angles
         self.angles.flags.writeable = False
-        self._fan = np.stack([np.cos(self.angles), np.sin(self.angles)])
-        self._settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
-        self._noise, self._lost, self._scans = np.empty((0, 0)), NO_DROPOUT, 0
+        self.fan = np.stack([np.cos(self.angles), np.sin(self.angles)])
+        self.settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
+        self.noise = np.empty((SCANS_PER_DRAW, laser.beams))
+        """Standard normal numbers of the next scans."""
+        self._lost, self._scans = NO_DROPOUT, 0
         self.hits = np.empty(laser.beams, dtype=np.int32)
         """(beams,) index of the segment that each beam of the last scan hit, -1 for none."""
 
@@ -93,7 +101,7 @@ class Scanner:
         ranges = np.empty(self.laser.beams)
         at, limit = pose @ self.laser.mount, self.laser.max_range
         edge = len(segments) if first_edge is None else first_edge
-        cast(at.x, at.y, at.theta, self._fan, segments, edge, limit, ranges, self.hits)
+        cast(at.x, at.y, at.theta, self.fan, segments, edge, limit, ranges, self.hits)
         return ranges
 
     def look(
@@ -107,9 +115,9 @@ class Scanner:
         observed    (beams,) float32 m, written: the same, but max_range for no echo, 0 for no
                     reading
         """
-        row = self._next_row()
-        look(pose, self._settings, self._fan, segments, first_edge,
-             row, self._noise, self._lost, ranges, observed, self.hits)  # fmt: skip
+        row = self.next_row()
+        look(pose, self.settings, self.fan, segments, first_edge,
+             row, self.noise, self._lost, ranges, observed, self.hits)  # fmt: skip
 
     def scan(self, ranges: Array, time: float) -> Scan:
         """Measured ranges as a `Scan`."""
@@ -119,7 +127,7 @@ class Scanner:
     def carried(self) -> None:
         """The robot was put down elsewhere since the last scan."""
 
-    def _next_row(self) -> int:
+    def next_row(self) -> int:
         """The row of the noise for the next scan."""
         row = self._scans % SCANS_PER_DRAW
         if row == 0:
@@ -130,6 +138,6 @@ class Scanner:
     def _draw(self) -> None:
         """Draw the noise of the next SCANS_PER_DRAW scans: fewer calls of numpy are faster."""
         laser, shape = self.laser, (SCANS_PER_DRAW, self.laser.beams)
-        self._noise = self._rng.standard_normal(shape)
+        self._rng.standard_normal(out=self.noise)
         if laser.dropout:
             self._lost = self._rng.random(shape) < laser.dropout

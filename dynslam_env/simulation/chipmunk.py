@@ -1,5 +1,6 @@
 # pyright: reportCallIssue=false
-"""Calls of functions of the Chipmunk library from a kernel, without Python in between.
+"""Calls of functions of the Chipmunk library from a kernel, without Python in between, and the
+impulses that its joints keep from one physics step to the next.
 
 The kernel gets the addresses of functions and objects from pymunk's cffi. It releases the GIL, so
 that other threads can step other spaces. (numba passes the first argument of an intrinsic itself,
@@ -16,10 +17,20 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
+from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
+from dynslam_env.simulation.bodies import Bodies
+from dynslam_env.simulation.index_boxes import sort_in
+from slam.geometry import Array
 from slam.kernel import kernel
 
-STATE_SIZE = 6  # numbers of the state of a body
+WORDS_OF_CONSTRAINT = 13  # of 8 bytes, at the beginning of every joint of Chipmunk
+IMPULSE_WORDS = {  # of each kind of joint: where its impulse begins after these, and its numbers
+    PivotJoint: (12, 2),
+    GearJoint: (5, 1),
+    SimpleMotor: (2, 1),
+    RotaryLimitJoint: (4, 1),
+}
 
 
 def address(pointer: Any) -> int:
@@ -37,15 +48,12 @@ class BodyStates:
     """An array that Chipmunk fills with the states of a space's bodies.
 
     space  the pymunk space
-    rows   (bodies, 6) x, y, angle, vx, vy, omega in m, rad, s of the bodies that are not static, in
-           the order in which they were added
+    rows   (more than bodies, 6) x, y, angle, vx, vy, omega in m, rad, s of the bodies that are not
+           static, in the order in which they were added; never full: Chipmunk would reallocate it
     """
 
-    def __init__(self, space: pymunk.Space):
-        self.space = space
-        self.rows = np.zeros(
-            (len(space.bodies) + 2, STATE_SIZE)
-        )  # never full: Chipmunk would reallocate it
+    def __init__(self, space: pymunk.Space, rows: Array):
+        self.space, self.rows = space, rows
         self._floats, self._batch = ffi.new("pmFloatArray *"), ffi.new("pmBatchedData *")
         self._floats.arr = ffi.cast("double *", self.rows.ctypes.data)
         self._floats.max = self.rows.size
@@ -60,6 +68,14 @@ class BodyStates:
         """Step the space `steps` times by `dt` s, and fill `rows`."""
         _advance(self._addresses, self._written, steps, dt)
 
+    def advance_sorted(self, steps: int, dt: float, bodies: Bodies, leaves: int) -> None:
+        """As `advance`, and follow the index of Chipmunk: see `index_boxes.sort_in`."""
+        before = self.rows.copy()
+        _advance_sorted(
+            self._addresses, self._written, steps, dt, self.rows, before, bodies.parts, leaves,
+            bodies.boxes,
+        )  # fmt: skip
+
 
 @kernel(nogil=True)
 def _advance(addresses, written, steps, dt):
@@ -68,6 +84,14 @@ def _advance(addresses, written, steps, dt):
         _step(step, space, dt)
     written[0] = 0
     _each_body(each_body, space, read, batch)
+
+
+@kernel(nogil=True)
+def _advance_sorted(addresses, written, steps, dt, rows, before, parts, leaves, boxes):
+    for _ in range(steps):
+        before[:] = rows
+        _advance(addresses, written, 1, dt)
+        sort_in(rows, before, parts, leaves, boxes)
 
 
 @intrinsic
@@ -92,3 +116,19 @@ def _each_body(typingctx, function, space, called, data):
         return context.get_dummy_value()
 
     return types.void(types.uintp, types.uintp, types.uintp, types.uintp), codegen
+
+
+def impulse_of(joint: Constraint) -> Array:
+    """The impulse of a joint in the last physics step, N s or N m s: a view of Chipmunk's memory.
+
+    Chipmunk's interface gives its magnitude only. Raises RuntimeError where that is another.
+    """
+    first, count = IMPULSE_WORDS[type(joint)]
+    at = ffi.cast("double *", joint._constraint) + WORDS_OF_CONSTRAINT + first
+    impulse = np.frombuffer(ffi.buffer(at, 8 * count), np.float64)
+    before, impulse[:] = impulse.copy(), (3.0, 4.0)[-count:]
+    known = joint.impulse == (5.0 if count == 2 else 4.0)
+    impulse[:] = before
+    if not known:
+        raise RuntimeError("Chipmunk keeps the impulses of joints where dynslam does not know")
+    return impulse

@@ -13,6 +13,8 @@ from slam.geometry import Array
 from slam.kernel import kernel
 from slam.validation import instance, positive, within
 
+TARGET, CLOSED, SWING, BRAKING, OPENING = 0, 1, 2, 3, 4  # rows: rad, rad, -1 or 1, rad/s^2, rad
+DOOR_ROWS = 5
 BRAKING_SHARE = 0.75  # of the torque, assumed available to slow a leaf down; the rest is reserve
 
 
@@ -63,56 +65,59 @@ class Doors:
 class DoorMotors:
     """Control of the leaves of a layout: each has a target angle and a rate towards it.
 
+    table     (5, d) see `DOOR_ROWS`
     rates     (d,) rad/s, commanded rates
-    changed   (d,) its first entries are the doors whose rates the last `drive` changed
-    openings  (d,) rad, opening angles: 0 closed, positive open
+    openings  (d,) rad, opening angles: 0 closed, positive open; a view
     """
 
     def __init__(self, leaves: tuple[Door, ...], doors: Doors, is_open: np.ndarray):
-        self._closed = np.array([door.closed for door in leaves])
-        self._swing = np.array([door.swing for door in leaves], dtype=np.float64)
+        swing = np.array([door.swing for door in leaves], dtype=np.float64)
         self._angle, self._is_open = doors.open_angle, is_open.copy()
-        self._speed = doors.speed
-        self._braking = np.array([BRAKING_SHARE * doors.torque / doors.inertia(d) for d in leaves])
-        self._targets = self._closed + self._swing * self._angle * is_open
-        self.rates = np.zeros(len(leaves))
-        self.changed = np.zeros(len(leaves), dtype=np.int64)
-        self.openings = doors.open_angle * is_open.astype(np.float64)
+        self.speed = doors.speed
+        self.table = np.zeros((DOOR_ROWS, len(leaves)))
+        self.table[CLOSED] = [door.closed for door in leaves]
+        self.table[SWING] = swing
+        self.table[BRAKING] = [BRAKING_SHARE * doors.torque / doors.inertia(d) for d in leaves]
+        self.table[TARGET] = self.table[CLOSED] + swing * self._angle * is_open
+        self.table[OPENING] = doors.open_angle * is_open.astype(np.float64)
+        self.openings, self.rates = self.table[OPENING], np.zeros(len(leaves))
 
     @property
     def targets(self) -> Array:
         """(d,) rad, world, target angles of the leaves."""
-        return self._targets
+        return self.table[TARGET]
 
     def flip(self, door: int) -> None:
         """Close an open door, open a closed one."""
         self._is_open[door] ^= True
-        opened = self._swing[door] * self._angle * self._is_open[door]
-        self._targets[door] = self._closed[door] + opened
+        opened = self.table[SWING, door] * self._angle * self._is_open[door]
+        self.table[TARGET, door] = self.table[CLOSED, door] + opened
 
     def drive(self, leaves: Array, dt: float) -> int:
         """Set the rates for the next `dt` s from the leaves' angles; the number of rates changed.
 
         leaves (d, 6) states of the bodies: x, y, angle, ...
         """
-        return _drive(leaves, dt, self._targets, self._speed, self._braking,
-                      self._closed, self._swing, self.rates, self.changed,
-                      self.openings)  # fmt: skip
+        return drive(leaves, dt, self.table, self.speed, self.rates)
 
 
 @kernel
-def _drive(leaves, dt, targets, speed, braking, closed, swing, rates, changed, openings):
-    """Full speed, limited so that the leaf can still brake to rest at its target."""
+def drive(leaves, dt, table, speed, rates):
+    """Full speed, limited so that the leaf can still brake to rest at its target.
+
+    The number of rates changed; see `DoorMotors`.
+    """
     count = 0
     for d in range(len(leaves)):
         angle = leaves[d, 2]
-        openings[d] = (angle - closed[d]) * swing[d] + 0.0  # + 0.0 turns -0.0 into 0.0
-        error = targets[d] - angle
+        # + 0.0 turns -0.0 into 0.0
+        table[OPENING, d] = (angle - table[CLOSED, d]) * table[SWING, d] + 0.0
+        error = table[TARGET, d] - angle
         distance, rate = abs(error), 0.0
         if distance >= 1e-6:
-            rate = min(speed, math.sqrt(2 * braking[d] * distance), distance / dt)
+            rate = min(speed, math.sqrt(2 * table[BRAKING, d] * distance), distance / dt)
             rate = math.copysign(rate, error)
         if rate != rates[d]:
-            rates[d], changed[count] = rate, d
+            rates[d] = rate
             count += 1
     return count

@@ -7,15 +7,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynslam_env.simulation.walking import Routes, WalkState, steer
 from dynslam_env.worlds.clearance import any_crossing
-from dynslam_env.worlds.layout import Layout
+from dynslam_env.worlds.layout import LATCH_GAP, Door, Layout
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.validation import positive, within
 
 PASSABLE_SHARE = 0.75  # of a door's opening angle, from which people walk through
+LEAF_OVERLAP = 0.01  # m beyond its free edge, where a way still leads through a leaf
 BRAKING_FORCE_SHARE = 0.7  # of the force, assumed available to stop at a waypoint
 
 
@@ -71,6 +73,7 @@ class Walkers:
             self._gates[i, : len(route) - 1] = [
                 _door_between(a, b, layout) for a, b in pairwise(route)
             ]
+        self._other_leaf = _other_leaves(layout.doors)
         lengths = [len(route) for route in layout.routes]
         self._lengths = np.array(lengths, dtype=np.int64)
         self._state = np.zeros(
@@ -109,7 +112,8 @@ class Walkers:
         """
         people = self._people
         brake = BRAKING_FORCE_SHARE * people.force / people.mass
-        arrived = steer(time, dt, bodies, robot, openings >= PASSABLE_SHARE,
+        passable = openings >= PASSABLE_SHARE
+        arrived = steer(time, dt, bodies, robot, passable & passable[self._other_leaf],
                         Routes(self._routes, self._lengths, self._gates),
                         WalkState(self._state, self._clock, self._ways),
                         (people.radius, people.speed, people.patience, brake),
@@ -128,7 +132,25 @@ def _door_between(a: Array, b: Array, layout: Layout) -> int:
     leg = np.array([(*a, *b)])
     for number, door in enumerate(layout.doors):
         x, y = door.hinge
-        edge = x + door.width * math.cos(door.closed), y + door.width * math.sin(door.closed)
-        if any_crossing(leg, np.array([(x, y, *edge)])):
+        if any_crossing(leg, np.array([(x, y, *_free_edge(door, LEAF_OVERLAP))])):
             return number
     return -1
+
+
+def _free_edge(door: Door, beyond: float = 0.0) -> tuple[float, float]:
+    """m, where the free edge of the closed leaf is, or a point so far beyond it."""
+    reach = door.width + beyond
+    return door.hinge[0] + reach * math.cos(door.closed), (
+        door.hinge[1] + reach * math.sin(door.closed)
+    )
+
+
+def _other_leaves(doors: tuple[Door, ...]) -> NDArray[np.int64]:
+    """(d,) for each leaf of a double door the other one, for others itself."""
+    other = np.arange(len(doors))
+    edges = [_free_edge(door) for door in doors]
+    for i, one in enumerate(edges):
+        for j in range(i):
+            if math.dist(one, edges[j]) < 3 * LATCH_GAP:
+                other[i], other[j] = j, i
+    return other

@@ -14,25 +14,27 @@ from slam.kernel import kernel
 class Polygons:
     """The outlines of bodies, in the order of the bodies.
 
-    shapes  corners (k, 2) of each polygon, m, in the frame of its body
+    shapes   corners (k, 2) of each polygon, m, in the frame of its body
+    corners  (count, 2) m, of all
+    first    (m + 1,) index of the first corner of each
     """
 
     def __init__(self, shapes: Sequence[Array]):
         self.shapes = [_counter_clockwise(np.asarray(shape)) for shape in shapes]
-        self._corners = np.concatenate([np.empty((0, 2)), *self.shapes])
-        self._first = np.cumsum([0, *(len(shape) for shape in self.shapes)])
+        self.corners = np.concatenate([np.empty((0, 2)), *self.shapes])
+        self.first = np.cumsum([0, *(len(shape) for shape in self.shapes)])
 
     @property
     def count(self) -> int:
         """Number of edges."""
-        return len(self._corners)
+        return len(self.corners)
 
     def outline(self, bodies: Array, edges: Array) -> None:
         """Write the edges (count, 4), m, of bodies (m, 3 or more) at x, y (m), angle (rad).
 
         Counter-clockwise. The first edge of each polygon runs between its first two corners.
         """
-        _outline(bodies, self._first, self._corners, edges)
+        outline(bodies, self.first, self.corners, edges)
 
 
 def regular(radius: float, corners: int) -> Array:
@@ -49,7 +51,8 @@ def _counter_clockwise(shape: Array) -> Array:
 
 
 @kernel
-def _outline(bodies, first, corners, edges):
+def outline(bodies, first, corners, edges):
+    """See `Polygons.outline`."""
     for i in range(len(bodies)):
         start, stop = first[i], first[i + 1]
         c, s = math.cos(bodies[i, 2]), math.sin(bodies[i, 2])

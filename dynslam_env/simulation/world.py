@@ -1,100 +1,38 @@
-"""World: robot, walls, hinged doors and people as bodies of a pymunk space."""
+"""World: walls, hinged doors that flip, people who walk, and a robot that drives among them."""
 
 from __future__ import annotations
 
 import copy
-import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import pymunk
-from pymunk._chipmunk_cffi import lib
-from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
+from numpy.typing import NDArray
 
-from dynslam_env.simulation.chipmunk import BodyStates
+from dynslam_env.simulation.bodies import Bodies
+from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.doors import DoorMotors, Doors
+from dynslam_env.simulation.mechanics import Mechanics
 from dynslam_env.simulation.people import People, Walkers
-from dynslam_env.simulation.polygons import Polygons, regular
+from dynslam_env.simulation.polygons import Polygons
 from dynslam_env.simulation.robot import Robot
-from dynslam_env.worlds.layout import Door, Layout
+from dynslam_env.simulation.solids import Solids
+from dynslam_env.simulation.world_step import settle, step_freely
+from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.start_checks import check_people
-from slam.errors import InputError
 from slam.geometry import Array, Pose2
 
 CONTROL_DT = 0.1  # s, one step of the environment
 SUBSTEPS = 10  # physics steps per control step
 PHYSICS_DT = CONTROL_DT / SUBSTEPS
-FIXED, LEAF, ROBOT, PERSON = 1, 2, 4, 8  # kinds of shapes, as bits
-KINDS_TOUCHED = (FIXED, LEAF, PERSON)  # by the robot
-CONTACT_COLUMNS = ("wall", "door", "person", "at_end", "impulse")  # of a step: see `Contacts.row`
-COLLIDES_WITH = {FIXED: ROBOT | PERSON, LEAF: ROBOT | PERSON, ROBOT: FIXED | LEAF | PERSON,
-         PERSON: FIXED | LEAF | ROBOT | PERSON}  # fmt: skip
-MAX_PENETRATION = 0.009  # m, of two solids in the physics step before the contact is resolved
-FILTERS = {
-    kind: pymunk.ShapeFilter(categories=kind, mask=mask) for kind, mask in COLLIDES_WITH.items()
-}
-LEAF_MASS = 1e30  # kg: a leaf turns about its hinge, which needs no joint to stay in place
-MAX_TIP_SPEED = 3.0  # m/s, of a leaf: a faster one would need a thick margin
-PERSON_CORNERS = 8
-SET_VELOCITY, SET_ANGULAR_VELOCITY = lib.cpBodySetVelocity, lib.cpBodySetAngularVelocity
-SET_RATE = lib.cpSimpleMotorSetRate
-TOTAL_IMPULSE = lib.cpArbiterTotalImpulse
-
-
-class Contacts:
-    """Contacts of the robot with walls, doors and people: `KINDS_TOUCHED`.
-
-    any      whether there were any in this step
-    current  number of contacts now, of each kind
-    touched  whether there were any in this step, of each kind
-    impulse  N s, sum of the magnitudes of the impulses of all contacts in this step
-    """
-
-    def __init__(self) -> None:
-        self.any = False
-        self.current = [0] * len(KINDS_TOUCHED)
-        self.touched = [False] * len(KINDS_TOUCHED)
-        self.impulse = 0.0
-
-    def begin_step(self) -> None:
-        """Forget the last step."""
-        if self.any:
-            self.touched = [count > 0 for count in self.current]
-            self.any, self.impulse = any(self.touched), 0.0
-
-    def row(self) -> tuple[float, ...]:
-        """The step in numbers, as `CONTACT_COLUMNS`."""
-        return *self.touched, any(self.current), self.impulse
-
-    def watch(self, space: pymunk.Space) -> None:
-        """Count the contacts of the robot in a space."""
-        for k, kind in enumerate(KINDS_TOUCHED):
-            self._watch(space, k, kind)
-
-    def _watch(self, space: pymunk.Space, k: int, kind: int) -> None:
-        def begin(*_: object) -> None:
-            self.current[k] += 1
-            self.touched[k] = self.any = True
-
-        def add_impulse(arbiter: pymunk.Arbiter, *_: object) -> None:
-            impulse = TOTAL_IMPULSE(arbiter._arbiter)
-            self.impulse += math.hypot(impulse.x, impulse.y)
-
-        def separate(*_: object) -> None:
-            self.current[k] -= 1
-
-        space.on_collision(ROBOT, kind, begin=begin, post_solve=add_impulse, separate=separate)
 
 
 class World:
     """The simulated world of one episode.
 
-    The wheels are a kinematic body with the commanded velocity that pulls the robot by two joints
-    of limited force (setting the robot's own velocity would press it into walls). People are driven
-    in the same way. pymunk updates positions before velocities: a command takes effect one physics
-    step later.
+    Walls, leaves, robot and people are solid: see `Mechanics`. A command takes effect one physics
+    step late, as in Chipmunk, which updates positions before velocities.
 
     A copy (`copy`, `pickle`) is built anew and makes all steps again: it continues bit for bit as
     the original. (A space that pymunk 7.3 copies does not always: it has lost the impulses of the
@@ -121,30 +59,21 @@ class World:
         self._commands, self._put_down = array("d"), {}
         count = len(layout.doors)
         self.steps = 0
-        self._space = pymunk.Space()
-        self._space.collision_slop = 0.0005  # m; pymunk's default is meant for pixels
         is_open = doors.law.initial_states(door_rng.random(count) < doors.open_share, door_rng)
         self._clock = doors.law.clock(count, door_rng)
         self._doors = DoorMotors(layout.doors, doors, is_open)
         self._people = Walkers(people, layout, people_rng)
         places = self._people.starts()
         check_people(layout, places, people.radius, robot.radius)
-        self._fastest = robot.max_speed
-        self._add_walls(layout.walls)
+        solids = Solids(layout, robot, doors, people, places, self._doors.targets, PHYSICS_DT)
+        self._doors.rates = solids.bodies.rates
         self._robot_radius, self._open_angle = robot.radius, doors.open_angle
-        self._pulling: list[pymunk.Body | Constraint] = []
-        self._puller, self._body = self._add_robot(layout.start, robot)
-        self._wheels = self._puller._body
-        self._add_doors(layout.doors, doors)
-        self._add_people(people, places)
-        self._space.add(*self._pulling)
-        self.contacts = Contacts()
-        self.contacts.watch(self._space)
-        self.states = BodyStates(self._space)
-        self._split_states(self.states.rows)
-        self._init_segments(layout)
-        self.states.advance(0, PHYSICS_DT)
-        self._check_order(layout, places)
+        self._split_states(solids.bodies)
+        self._init_segments(solids)
+        self.mechanics = Mechanics(solids, PHYSICS_DT)
+        motors, shapes = self._doors, self._polygons
+        self.moving = solids.memory, self.segments, motors.table, shapes.corners, shapes.first
+        settle(*self.moving, motors.speed, CONTROL_DT)
         self._control()
 
     # -- state ---------------------------------------------------------------------------------
@@ -155,14 +84,19 @@ class World:
     first_edge: int
     """Index of the first edge in `segments`: the number of walls."""
 
-    states: BodyStates
-    """Steps the physics, and holds the states of all bodies."""
+    moving: tuple[Array, Array, Array, Array, NDArray[np.int64]]
+    """First arguments of `step_freely`."""
+
+    mechanics: Mechanics
+    """Moves the bodies, and holds their states."""
 
     robot: Array
     """(6,) x, y, angle, vx, vy, omega of the robot, m and rad and s; a view."""
 
-    contacts: Contacts
-    """Contacts of the robot, now and in the last step."""
+    @property
+    def contacts(self) -> Contacts:
+        """Contacts of the robot, now and in the last step."""
+        return self.mechanics.contacts
 
     @property
     def time(self) -> float:
@@ -204,12 +138,22 @@ class World:
 
     def step(self, vx: float, vy: float, omega: float) -> None:
         """Step by CONTROL_DT seconds with the wheels at `vx`, `vy` m/s and `omega` rad/s."""
-        self._commands.extend((vx, vy, omega))
-        wheels = self._wheels
-        SET_VELOCITY(wheels, (vx, vy))
-        SET_ANGULAR_VELOCITY(wheels, omega)
-        self.contacts.begin_step()
-        self.states.advance(SUBSTEPS, PHYSICS_DT)
+        apart = self.begin_step(wheels := (vx, vy, omega))
+        self._wheels[:] = wheels
+        self.finish_step(
+            apart and step_freely(*self.moving, self._doors.speed, SUBSTEPS, PHYSICS_DT)
+        )
+
+    def begin_step(self, wheels: Sequence[float]) -> bool:
+        """Begin a step; whether the caller may try to make it by `step_freely`."""
+        self._commands.extend(wheels)
+        return self.mechanics.prepare(SUBSTEPS)
+
+    def finish_step(self, moved: bool) -> None:
+        """Finish a step, whose motion the caller has made if `moved`."""
+        if not moved:
+            self.mechanics.advance(SUBSTEPS)
+            settle(*self.moving, self._doors.speed, CONTROL_DT)
         self.steps += 1
         self._control()
 
@@ -218,131 +162,48 @@ class World:
         return _replayed, (self._begun, self._commands, self._put_down)
 
     def _control(self) -> None:
-        """Update the edges from the states, and set the commands of doors and people."""
-        self._polygons.outline(self._movers, self._moving_edges)
+        """Set the commands of doors that flip, and of people."""
         time = self.steps * CONTROL_DT
         if self._clock.next_flip <= time:
             for door in self._clock.flips_until(time):
                 self._doors.flip(door)
-        if self._motors and (changed := self._doors.drive(self._leaves, CONTROL_DT)):
-            for door in self._doors.changed[:changed].tolist():
-                SET_RATE(self._motors[door]._constraint, self._doors.rates[door])
-        if self._feet:
+            self._doors.drive(self._leaves, CONTROL_DT)
+        if len(self._feet):
             self._steer_people()
 
     def _steer_people(self) -> None:
         here = np.array([*self.robot[:2], self._robot_radius])
         shares = self.openings / self._open_angle
         self._people.steer(self.time, CONTROL_DT, self._walking, here, shares)
-        for feet, velocity in zip(self._feet, self._people.velocities.tolist(), strict=True):
-            SET_VELOCITY(feet._body, velocity)
+        self._feet[:] = self._people.velocities
 
     def put_robot(self, pose: Pose2) -> None:
         """Put the robot down at `pose`, at rest; the caller knows that it fits there."""
         self._put_down[self.steps] = pose
-        for body in (self._puller, self._body):
-            body.position, body.angle = (pose.x, pose.y), pose.theta
-            body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
-        self.states.advance(0, PHYSICS_DT)
+        self.mechanics.put_robot(pose)
 
     # -- building ------------------------------------------------------------------------------
 
-    def _add_walls(self, walls: Array) -> None:
-        static = self._space.static_body
-        for x1, y1, x2, y2 in walls.tolist():
-            self._add_shape(pymunk.Segment(static, (x1, y1), (x2, y2), self._margin(0.0)), FIXED)
-
-    def _margin(self, speed: float) -> float:
-        """Collision margin in m around a solid of this speed, m/s; the laser does not see it."""
-        return max((self._fastest + speed) * PHYSICS_DT - MAX_PENETRATION, 0.0)
-
-    def _add_shape(self, shape: pymunk.Shape, kind: int) -> None:
-        shape.filter = FILTERS[kind]
-        shape.collision_type, shape.friction = kind, 0.2
-        self._space.add(shape)
-
-    def _add_robot(self, start: Pose2, robot: Robot) -> tuple[pymunk.Body, pymunk.Body]:
-        """The wheels, and the body that they pull."""
-        moment = pymunk.moment_for_circle(robot.mass, 0, robot.radius)
-        body = pymunk.Body(robot.mass, moment)
-        body.position, body.angle = (start.x, start.y), start.theta
-        wheels = self._pulled(body, robot.traction)
-        turn = GearJoint(wheels, body, 0.0, 1.0)
-        turn.max_bias, turn.max_force = 0.0, robot.traction * robot.wheel_base / 2
-        self._pulling.append(turn)
-        self._add_shape(pymunk.Circle(body, robot.radius), ROBOT)
-        return wheels, body
-
-    def _pulled(self, body: pymunk.Body, force: float) -> pymunk.Body:
-        """A kinematic body that pulls `body` with at most `force` N."""
-        puller = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-        puller.position, puller.angle = body.position, body.angle
-        pull = PivotJoint(puller, body, (0, 0), (0, 0))
-        pull.max_bias = 0.0  # match velocities only, do not correct positions
-        pull.max_force = force
-        self._space.add(body)
-        self._pulling += [puller, pull]
-        return puller
-
-    def _add_doors(self, layout: tuple[Door, ...], doors: Doors) -> None:
-        self._motors: list[SimpleMotor] = []
-        for door, angle in zip(layout, self._doors.targets.tolist(), strict=True):
-            if doors.fixed:
-                body = pymunk.Body(body_type=pymunk.Body.STATIC)
-            else:
-                body = pymunk.Body(LEAF_MASS, doors.inertia(door))
-            body.position, body.angle = door.hinge, angle
-            self._space.add(body)
-            if not doors.fixed:
-                self._add_motor(body, door, doors)
-            margin = self._margin(0.0 if doors.fixed else _tip_speed(door, doors))
-            self._add_shape(pymunk.Poly(body, door.corners.tolist(), radius=margin), LEAF)
-
-    def _add_motor(self, body: pymunk.Body, door: Door, doors: Doors) -> None:
-        frame = self._space.static_body
-        motor = SimpleMotor(body, frame, 0.0)
-        motor.max_force = doors.torque
-        angles = door.closed, door.closed + door.swing * doors.open_angle
-        self._space.add(motor, RotaryLimitJoint(frame, body, min(angles), max(angles)))
-        self._motors.append(motor)
-
-    def _add_people(self, people: People, places: Array) -> None:
-        self._feet: list[pymunk.Body] = []
-        self._person = regular(people.radius, PERSON_CORNERS)
-        for x, y in places.tolist():
-            body = pymunk.Body(people.mass, float("inf"))
-            body.position = x, y
-            self._feet.append(self._pulled(body, people.force))
-            margin = self._margin(people.speed)
-            self._add_shape(pymunk.Poly(body, self._person.tolist(), radius=margin), PERSON)
-
-    def _split_states(self, rows: Array) -> None:
-        """Views of the states of robot, leaves and people, the order in which they were added."""
-        last_leaf = 1 + len(self._motors)
-        last = last_leaf + len(self._feet)
+    def _split_states(self, bodies: Bodies) -> None:
+        """Views of the rows of robot, leaves and people, and of the commands of wheels and feet."""
+        rows, (hung, count) = bodies.rows, map(int, bodies.numbers[:2])
+        last_leaf, last = 1 + hung, 1 + hung + count
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
         self._walking, self._movers = rows[last_leaf:last], rows[1:last]
+        self._wheels, self._feet = rows[last, 3:], rows[last + 1 : last + 1 + count, 3:5]
 
-    def _check_order(self, layout: Layout, people: Array) -> None:
-        """Raise RuntimeError if pymunk, which documents no order of bodies, has changed it."""
-        hinges = [door.hinge for door in layout.doors] if self._motors else []
-        places = np.array([layout.start[:2], *hinges, *people.tolist()])
-        if not np.array_equal(self.bodies[:, :2], places):
-            raise RuntimeError("pymunk lists its bodies in an order that dynslam does not know")
-
-    def _init_segments(self, layout: Layout) -> None:
+    def _init_segments(self, solids: Solids) -> None:
         """Allocate `segments`, and write the edges that never change: walls and fixed leaves."""
-        leaves = [door.corners for door in layout.doors]
-        fixed, hung = ([], leaves) if self._motors else (leaves, [])
-        self._polygons = Polygons([*hung, *[self._person] * len(self._feet)])
-        immovable = Polygons(fixed)
-        self.first_edge = len(layout.walls)
+        walls, fixed = solids.layout.walls, solids.immovable
+        hung = [door.corners for door in solids.hung]
+        self._polygons = Polygons([*hung, *[solids.person] * len(self._feet)])
+        immovable = Polygons([door.corners for door in fixed])
+        self.first_edge = len(walls)
         first_moving = self.first_edge + immovable.count
         self.segments = np.empty((first_moving + self._polygons.count, 4))
-        self.segments[: self.first_edge] = layout.walls
-        self._moving_edges = self.segments[first_moving:]
-        hinges = np.array([door.hinge for door in layout.doors]).reshape(-1, 2)
-        poses = np.column_stack([hinges, self._doors.targets])[: len(fixed)]
+        self.segments[: self.first_edge] = walls
+        hinges = np.array([door.hinge for door in fixed]).reshape(-1, 2)
+        poses = np.column_stack([hinges, solids.angles[: len(fixed)]])
         immovable.outline(poses, self.segments[self.first_edge :])
 
 
@@ -355,14 +216,3 @@ def _replayed(begun: tuple[Any, ...], commands: array[float], put_down: dict[int
         if step < len(wheels):
             world.step(*wheels[step])
     return world
-
-
-def _tip_speed(door: Door, doors: Doors) -> float:
-    """Speed of a leaf's free edge at full speed, m/s; raises InputError beyond MAX_TIP_SPEED."""
-    speed = doors.speed * door.width
-    if speed > MAX_TIP_SPEED:
-        raise InputError(
-            f"a leaf {door.width:g} m wide cannot open in Doors.swing_time = "
-            f"{doors.swing_time:g} s: its edge may move at {MAX_TIP_SPEED:g} m/s at most"
-        )
-    return speed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from typing import Any
@@ -16,9 +16,11 @@ from dynslam_env.sensors.effect_scanner import scanner_of
 from dynslam_env.sensors.laser import Scanner
 from dynslam_env.sensors.odometry import NoiseStreams, StepMotion, read_velocities
 from dynslam_env.simulation.config import WorldConfig
+from dynslam_env.simulation.contacts import CONTACT_COLUMNS
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
-from dynslam_env.simulation.world import CONTACT_COLUMNS, CONTROL_DT, PHYSICS_DT, World
+from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, SUBSTEPS, World
+from dynslam_env.simulation.world_table import WorldTable
 from dynslam_env.worlds.layout import Generator, Layout
 from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
@@ -48,7 +50,7 @@ class WorldBatch:
 
     def __init__(self, config: WorldConfig, n: int, threads: int = 1):
         self.config = config
-        self._threads = Threads(threads)
+        self._threads, self._table = Threads(threads), WorldTable(n)
         self.drive = DifferentialDrive(config.robot, n, CONTROL_DT, PHYSICS_DT)
         self.progress = TaskProgress(config.task, n)
         self.displacements, self._before, self._noise = (np.zeros((n, 3)) for _ in range(3))
@@ -124,7 +126,7 @@ class WorldBatch:
         self._before[:] = drive.poses
         self._wheels = drive.wheels.tolist()
         self._noise_streams.take(which, self._noise)
-        self._threads.each(self._advance, which.tolist())
+        self._threads.each(self._advance, which)
         drive.read_bodies(which)
         self._read_odometry(which)
         self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
@@ -179,17 +181,39 @@ class WorldBatch:
             pose, self.config.robot.radius, world.segments, world.first_edge, self.layouts[i].path
         )
 
-    def _advance(self, i: int) -> None:
-        """Step the physics of world `i`, then scan."""
+    def _advance(self, which: Rows) -> None:
+        """Step the physics of worlds `which`, then scan."""
+        table, rows = self._table, which.tolist()
+        for i in rows:
+            world = self.worlds[i]
+            table.bind(i, world, self.scanners[i])
+            table.apart[i] = world.begin_step(self._wheels[i])
+        speed = self.config.doors.speed
+        table.step(which, self.drive.wheels, self.drive.bodies, speed, SUBSTEPS, PHYSICS_DT)
+        for i, moved in zip(rows, table.moved[which].tolist(), strict=True):
+            self._finish(i, moved)
+        self._look(which, rows)
+
+    def _finish(self, i: int, moved: bool) -> None:
+        """Finish the step of world `i`."""
         world = self.worlds[i]
-        world.step(*self._wheels[i])
-        self.drive.bodies[i] = world.robot
+        world.finish_step(moved)
+        if not moved:
+            self.drive.bodies[i] = world.robot
         if world.contacts.any:
             self.contacts[i], self.collided[i] = world.contacts.row(), True
         elif self.collided[i]:
             self.contacts[i], self.collided[i] = 0.0, False
-        self._scan(i)
-        if self.config.faults:
+
+    def _look(self, which: Rows, rows: list[int]) -> None:
+        if type(scanner := self.scanners[rows[0]]) is Scanner and not self.config.laser.dropout:
+            for i in rows:
+                self._table.scans[i] = self.scanners[i].next_row()
+            self._table.look(which, scanner, self.drive.bodies, self.ranges, self.scans)
+        else:
+            for i in rows:
+                self._scan(i)
+        for i in rows if self.config.faults else ():
             self._faults(i).disturb_scan(self.ranges[i], self.scans[i])
 
     def _scan(self, i: int) -> None:
@@ -219,17 +243,17 @@ class Threads:
         """A copy has threads of its own."""
         return Threads, (self._count,)
 
-    def each(self, call: Callable[[int], None], rows: Sequence[int]) -> None:
-        """Call `call(i)` for all `rows`, in any order across threads; an error is raised again.
+    def each(self, call: Callable[[Rows], None], rows: Rows) -> None:
+        """Call `call` with parts of `rows`, all of them together; an error is raised again.
 
         All calls have ended when this returns or raises.
         """
-        if self._pool is None:
-            return _call_each(call, rows)
+        if self._pool is None or len(rows) < self._count:
+            return call(rows) if len(rows) else None
         parts = [rows[k :: self._count] for k in range(self._count)]
-        others = [self._pool.submit(_call_each, call, part) for part in parts[1:] if part]
+        others = [self._pool.submit(call, part) for part in parts[1:]]
         try:
-            _call_each(call, parts[0])
+            call(parts[0])
         finally:
             wait(others)
         for other in others:
@@ -239,8 +263,3 @@ class Threads:
         """Stop the threads; no calls are possible afterwards."""
         if self._pool is not None:
             self._pool.shutdown()
-
-
-def _call_each(call: Callable[[int], None], rows: Sequence[int]) -> None:
-    for i in rows:
-        call(i)

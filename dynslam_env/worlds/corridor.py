@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, narrowed
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -35,6 +35,7 @@ class Corridor:
     furniture        pieces per room, fewer where no more fit
     narrowest        narrowest door, as a share of door_width; 1: all are as wide
     cut              m, longest side of the corners that oblique walls cut off; 0: none
+    doubled          share of the doors that have two leaves, where these swing clear
     """
 
     length: float = 12.0
@@ -51,6 +52,7 @@ class Corridor:
     furniture: int = 0
     narrowest: float = 1.0
     cut: float = 0.0
+    doubled: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "width", "door_width", "door_thickness", "wall_thickness")
@@ -60,6 +62,7 @@ class Corridor:
         whole(self, "furniture", 0)
         within(self, "narrowest", MIN_NARROWEST, 1.0)
         within(self, "cut", 0.0)
+        within(self, "doubled", 0.0, 1.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", self.partition)
         within(self, "margin", 0.0, self.length / 2)
@@ -83,6 +86,7 @@ class Corridor:
         plan = narrowed(self._plan(rng), self.narrowest, rng)
         ends = (self.margin, 0.0), (self.length - self.margin, 0.0)
         path = np.array([*ends, ends[0]])
+        plan = doubled(plan, self.doubled, path, rng)
         rooms = range(1, len(plan.spaces))
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)

@@ -26,6 +26,7 @@ class Doorway(NamedTuple):
     width      m, of the opening
     opens_to   index of the space into which the leaf opens; None: no leaf
     at_start   whether the leaf is hinged at the start of the opening, else at its end
+    double     whether there are two leaves, one at each end, each half as wide
     """
 
     spaces: tuple[int, int]
@@ -33,6 +34,17 @@ class Doorway(NamedTuple):
     width: float
     opens_to: int | None = None
     at_start: bool = True
+    double: bool = False
+
+    def halves(self) -> tuple[Doorway, ...]:
+        """A doorway with one leaf for each leaf; empty without a leaf."""
+        if self.opens_to is None:
+            return ()
+        if not self.double:
+            return (self,)
+        half = self._replace(width=self.width / 2, double=False)
+        far = self.start + self.width / 2
+        return half._replace(at_start=True), half._replace(start=far, at_start=False)
 
 
 class Wall(NamedTuple):
@@ -136,8 +148,8 @@ class FloorPlan:
 
     @cached_property
     def doors(self) -> tuple[Door, ...]:
-        """The doors, in the order of their doorways."""
-        return tuple(self.leaf(each) for each in self.doorways if each.opens_to is not None)
+        """The leaves, in the order of their doorways."""
+        return tuple(leaf for each in self.doorways for leaf in self.leaves(each))
 
     def _opening(self, doorway: Doorway) -> Rect:
         wall, stop = self.wall(doorway), doorway.start + doorway.width
@@ -145,8 +157,12 @@ class FloorPlan:
             return Rect(doorway.start, wall.low, stop, wall.high)
         return Rect(wall.low, doorway.start, wall.high, stop)
 
+    def leaves(self, doorway: Doorway) -> tuple[Door, ...]:
+        """The leaves in `doorway`: none, one or two."""
+        return tuple(self.leaf(half) for half in doorway.halves())
+
     def leaf(self, doorway: Doorway) -> Door:
-        """The door in `doorway`, which opens to `doorway.opens_to`."""
+        """The leaf in `doorway`, which has one, and opens to `doorway.opens_to`."""
         wall = self.wall(doorway)
         side = -1 if doorway.opens_to == wall.lower else 1
         across = (wall.low + wall.high + side * self.door_thickness) / 2

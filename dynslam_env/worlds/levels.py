@@ -26,7 +26,11 @@ Ranges = Mapping[str, Range]
 CLUTTER: Mapping[str, Ranges] = {
     "easy": {},
     "medium": {"furniture": Range(0, 2), "narrowest": Range(0.8, 1.0), "cut": Range(0.0, 0.8)},
-    "hard": {"furniture": Range(2, 4), "narrowest": Range(0.72, 0.9), "cut": Range(0.5, 1.2)},
+    "hard": {
+        "furniture": Range(2, 4),
+        "narrowest": Range(0.72, 0.9),
+        "cut": Range(0.5, 1.2),
+    },
 }
 """Pieces per room, share of door_width, m: the same ranges in each kind of world."""
 

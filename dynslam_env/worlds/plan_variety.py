@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dynslam_env.worlds.clearance import clear, clear_of_legs, edges, legs, sweep
-from dynslam_env.worlds.floor_plan import FloorPlan
+from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.furniture import PIECE_CLEARANCE, furnish
 from dynslam_env.worlds.outline import Rect
 from dynslam_env.worlds.routes import Solid, waiting_point
@@ -18,6 +18,7 @@ from slam.geometry import Array
 CUT_SHARE = 0.6  # of the corners, that is cut where it is clear of ways and leaves
 FREE_WAY = 0.47  # m: the robot's radius plus its deviation from the path
 MIN_NARROWEST = 0.5  # of the full width of a door
+SWEEP_CLEARANCE = 0.1  # m, between the areas that the leaves of two doorways sweep
 MIN_CUT = 0.4  # of the longest cut, the shortest one
 
 
@@ -65,6 +66,34 @@ def narrowed(plan: FloorPlan, least: float, rng: np.random.Generator) -> FloorPl
             doorway = doorway._replace(start=doorway.start + shift, width=width)
         doorways.append(doorway)
     return replace(plan, doorways=tuple(doorways))
+
+
+def doubled(plan: FloorPlan, share: float, path: Array, rng: np.random.Generator) -> FloorPlan:
+    """The plan with two leaves in this share of its doors, where these keep clear of the path
+    (p, 2), m, and of other leaves.
+
+    For a share of 0 it is the same plan, and nothing is drawn.
+    """
+    if share == 0.0:
+        return plan
+    for i, draw in enumerate(rng.random(len(plan.doorways)).tolist()):
+        if plan.doorways[i].opens_to is not None and draw < share:
+            changed = plan.doorways[i]._replace(double=True)
+            if _swings_clear(plan, i, changed, path):
+                before, after = plan.doorways[:i], plan.doorways[i + 1 :]
+                plan = replace(plan, doorways=(*before, changed, *after))
+    return plan
+
+
+def _swings_clear(plan: FloorPlan, i: int, changed: Doorway, path: Array) -> bool:
+    """Whether the leaves of doorway `i`, when it has `changed`, keep clear of path and leaves."""
+    others = [each for k, each in enumerate(plan.doorways) if k != i]
+    near = [sweep(leaf) for each in others for leaf in plan.leaves(each)]
+    return all(
+        clear_of_legs(swept, legs(path), FREE_WAY)
+        and all(clear(swept, other, SWEEP_CLEARANCE) for other in near)
+        for swept in map(sweep, plan.leaves(changed))
+    )
 
 
 class Clutter(NamedTuple):
@@ -178,5 +207,5 @@ def _sweeps(plan: FloorPlan) -> list[list[Array]]:
     swept: list[list[Array]] = [[] for _ in plan.spaces]
     for doorway in plan.doorways:
         if doorway.opens_to is not None:
-            swept[doorway.opens_to].append(sweep(plan.leaf(doorway)))
+            swept[doorway.opens_to] += [sweep(leaf) for leaf in plan.leaves(doorway)]
     return swept

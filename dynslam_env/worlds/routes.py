@@ -60,7 +60,8 @@ class RoutePlanner:
         self._at: dict[Stop, Point] = {}
         for i, doorway in enumerate(plan.doorways):
             if doorway.opens_to is not None:
-                self._solids[doorway.opens_to].append((i, sweep(plan.leaf(doorway))))
+                swept = [(i, sweep(leaf)) for leaf in plan.leaves(doorway)]
+                self._solids[doorway.opens_to] += swept
             for space in doorway.spaces:
                 self._at[i, space] = waiting_point(plan, (i, space))
                 if self._fits(space, self._at[i, space]):

@@ -14,8 +14,10 @@ from rich.box import HORIZONTALS
 from rich.table import Table
 
 from dynslam_env import Corridor, DoorWorldEnv, DoorWorldVectorEnv, Laser, Layout, SlamWrapper
+from dynslam_env.simulation.bodies import Bodies
 from dynslam_env.simulation.chipmunk import BodyStates
-from dynslam_env.simulation.world import World
+from dynslam_env.simulation.mechanics import Mechanics
+from dynslam_env.simulation.world import PHYSICS_DT, World
 from slam.benchmark.results import Result
 
 from ..console.progress import ProgressTracker
@@ -129,9 +131,10 @@ def _against_floor(
 ) -> Result:
     """Time drives of `steps` steps, alternating with a twin of which only the physics counts."""
     (env, worlds), (twin, twin_worlds) = pair
-    floors = [PhysicsTimer(world.states) for world in twin_worlds]
-    for world, floor in zip(twin_worlds, floors, strict=True):
-        world.states = floor
+    floors = []
+    for world in twin_worlds:
+        world.mechanics = timer = PhysicsTimer(world.mechanics)
+        floors.append(timer.states)
     rng, pairs, count = np.random.default_rng(0), [], steps * len(worlds)
     for _ in range(rounds + 1):
         actions = rng.uniform(-1, 1, (steps, *shape, 2)).astype(np.float32)
@@ -149,21 +152,38 @@ def _against_floor(
     }
 
 
-class PhysicsTimer(BodyStates):
+class PhysicsTimer(Mechanics):
+    """Mechanics of a world that never leaves its space of pymunk."""
+
+    def __init__(self, mechanics: Mechanics):
+        self.bodies, self.contacts = mechanics.bodies, mechanics.contacts
+        self._timed = mechanics.in_space()
+        self.states = TimedStates(self._timed.space, self.bodies.rows)
+        self._timed.states = self.states
+
+    def prepare(self, steps: int) -> bool:
+        """See `Mechanics.prepare`: Chipmunk makes all steps."""
+        self.contacts.begin_step()
+        return False
+
+    def advance(self, steps: int) -> None:
+        """See `Mechanics.advance`."""
+        self._timed.advance(steps, PHYSICS_DT)
+
+
+class TimedStates(BodyStates):
     """States advanced by pymunk's own `Space.step`, whose time is added up."""
 
-    def __init__(self, states: BodyStates):
-        self._states, self.spent = states, 0.0
-        self.space, self.rows = states.space, states.rows
+    spent = 0.0
 
-    def advance(self, steps: int, dt: float) -> None:
-        """See `BodyStates.advance`."""
+    def advance_sorted(self, steps: int, dt: float, bodies: Bodies, leaves: int) -> None:
+        """See `BodyStates.advance_sorted`."""
         step = self.space.step
-        start = time.perf_counter()
+        start = time.process_time()
         for _ in range(steps):
             step(dt)
-        self.spent += time.perf_counter() - start
-        self._states.advance(0, dt)
+        self.spent += time.process_time() - start
+        self.advance(0, dt)
 
 
 def _drive(env: Any, actions: np.ndarray) -> None:
@@ -184,9 +204,9 @@ def _reset(rounds: int) -> Result:
 
 
 def _timed(call: Callable[[], None]) -> float:
-    start = time.perf_counter()
+    start = time.process_time()
     call()
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def _corridor(doors: int) -> Corridor:

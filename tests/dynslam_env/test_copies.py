@@ -172,7 +172,7 @@ def check_poses(one: DoorWorldEnv, env: DoorWorldEnv) -> None:
     """`one` is 8 steps ahead of `env`, which catches up."""
     for _ in range(8):
         env.step(np.array([0.9, 0.1], np.float32))
-    assert one.physics.states.rows.tobytes() == env.physics.states.rows.tobytes()
+    assert one.physics.bodies.tobytes() == env.physics.bodies.tobytes()
 
 
 def test_a_copy_shares_no_world(copied):
@@ -180,9 +180,9 @@ def test_a_copy_shares_no_world(copied):
     env.reset(seed=0)
     one = copied(env)
     assert one.physics is not env.physics
-    before = env.physics.states.rows.copy()
+    before = env.physics.bodies
     one.step(np.ones(2, np.float32))
-    assert np.array_equal(before, env.physics.states.rows)
+    assert np.array_equal(before, env.physics.bodies)
     assert not one.layout.walls.flags.writeable
 
 

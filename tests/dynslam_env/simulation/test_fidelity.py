@@ -313,7 +313,7 @@ def test_wheels_and_accelerations_are_a_pioneers(wanted, heading, held):
 def solids(world):
     """(n, 4) the edges of all leaves and people, from the shapes that physics itself has."""
     edges = []
-    for shape in world._space.shapes:
+    for shape in world.mechanics.in_space().space.shapes:
         if hasattr(shape, "get_vertices"):
             x, y = shape.body.position
             corners = np.array([v.rotated(shape.body.angle) + (x, y) for v in shape.get_vertices()])

@@ -139,8 +139,7 @@ def test_one_at_a_time_goes_through_a_door():
 def test_who_was_shoved_steps_back():
     track_of = Driven(place([], (), FAR_OFF, [np.array([(0.0, 0.0), (4.0, 0.0)])]),
                       people=People(pause_min=1e3, pause_max=1e3))  # fmt: skip
-    body = next(b for b in track_of.world._space.bodies if b.mass == People().mass)
-    body.position = 0.6, 0.3
+    track_of.world.people[0] = 0.6, 0.3
     for _ in range(40):
         track_of.step()
     assert np.abs(track_of.world.people[0]).max() < 0.2

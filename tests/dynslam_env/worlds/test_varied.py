@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dynslam_env import Corridor, Loop, Office, Varied
+from dynslam_env import Corridor, DoorWorldEnv, Layout, Loop, Office, People, Varied
 from dynslam_env.reset_options import DIFFICULTIES
+from dynslam_env.simulation.people import Walkers
 from dynslam_env.splits import SplitEpisode
 from dynslam_env.worlds.clearance import leaf
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
@@ -17,6 +18,7 @@ from dynslam_env.worlds.layout import LATCH_GAP
 from dynslam_env.worlds.outline import Rect
 from dynslam_env.worlds.plan_variety import Stands, narrowed
 from dynslam_env.worlds.start_checks import check_people, check_start
+from dynslam_env.worlds.varied import at_difficulty
 from slam import InputError
 from tests.dynslam_env.worlds.driven import drive
 from tests.dynslam_env.worlds.naive import distances
@@ -43,14 +45,19 @@ def drawn(world, count=COUNT):
 
 @each
 def test_a_hundred_worlds_are_valid(world):
-    """Starts are free, closed leaves end at a jamb on both sides, people's routes are clear."""
+    """Starts are free, closed leaves begin at a jamb and end at one or at another leaf, people's
+    routes are clear."""
     for layout in drawn(world):
         check_start(layout, layout.start, RADIUS, math.pi / 2)
         starts = np.array([route[0] for route in layout.routes]).reshape(-1, 2)
         check_people(layout, starts, 0.2, RADIUS)
         for door in layout.doors:
             ends = leaf(door, 0.0)[:2, :2]
-            assert distances(ends, layout.walls) == pytest.approx([0.0, LATCH_GAP], abs=1e-9)
+            hinged, shut = distances(ends, layout.walls)
+            others = [np.linalg.norm(ends[1] - free_edge(each)) for each in layout.doors
+                      if each is not door]  # fmt: skip
+            assert hinged == pytest.approx(0.0, abs=1e-9)
+            assert min(shut, min(others, default=1.0) / 2) == pytest.approx(LATCH_GAP, abs=1e-9)
 
 
 @each
@@ -156,3 +163,68 @@ def test_corners_are_cut_between_two_walls_and_away_from_doors():
     corners |= {(1, x, y) for x in (0.0, 6.0) for y in (4.2, 8.0)}
     assert set(found) <= corners
     assert {(0, 0.0, 0.0), (1, 6.0, 8.0)} <= set(found)
+
+
+# -- double doors ----------------------------------------------------------------------------------
+
+
+def free_edge(door):
+    return np.add(door.hinge, door.width * np.array([np.cos(door.closed), np.sin(door.closed)]))
+
+
+def test_a_double_door_fills_its_opening_with_two_leaves_that_open_to_the_same_side():
+    plan = PLAN
+    for i, doorway in enumerate(plan.doorways):
+        if doorway.opens_to is None:
+            continue
+        changed = doorway._replace(double=True)
+        one, two = plan.leaves(changed)
+        single = plan.leaf(doorway)
+        ends = [free_edge(each) for each in (one, two)]
+        assert np.linalg.norm(ends[0] - ends[1]) == pytest.approx(0.004, abs=1e-9)
+        assert one.width + two.width == pytest.approx(single.width - 0.002)
+        into = [leaf.closed + leaf.swing * np.pi / 2 for leaf in (one, two, single)]
+        assert np.cos(np.subtract(into, into[2])) == pytest.approx(1.0)
+        assert i < len(plan.doorways)
+
+
+@pytest.mark.parametrize("world", [Corridor, Loop, Office])
+def test_all_or_none_are_double(world):
+    one, none = world(doubled=1.0), world()
+    rng = np.random.default_rng
+    many = one.layout(rng(3)).doors
+    few = none.layout(rng(3)).doors
+    assert len(few) < len(many) <= 2 * len(few)
+    assert min(door.width for door in many) < 0.5
+    assert world(doubled=0.0).layout(rng(3)).plain() == none.layout(rng(3)).plain()
+
+
+def test_people_wait_for_both_leaves_of_a_double_door():
+    layout = Corridor(doubled=1.0, people=3).layout(np.random.default_rng(0))
+    walkers = Walkers(People(), layout, np.random.default_rng(0))
+    other = walkers._other_leaf
+    assert (other[other] == np.arange(len(layout.doors))).all()
+    assert (other != np.arange(len(layout.doors))).all()
+    gates = walkers._gates
+    assert (gates >= 0).any(axis=1).all()  # each way leads through a door
+
+
+def test_worlds_of_a_difficulty_have_double_doors_if_asked_for(tmp_path):
+    world = at_difficulty(Corridor(doubled=0.5), "hard")
+    layouts = [world.layout(np.random.default_rng(i)) for i in range(8)]
+    widths = [[round(door.width, 9) for door in layout.doors] for layout in layouts]
+    pairs = [len(set(each)) < len(each) for each in widths]
+    assert any(pairs)
+    layouts[0].save(tmp_path / "world.json")
+    assert Layout.load(tmp_path / "world.json").plain() == layouts[0].plain()
+
+
+def test_a_crowd_passes_double_doors_without_walking_into_them():
+    env = DoorWorldEnv(world=Corridor(doubled=1.0, people=4))
+    env.reset(seed=1)
+    moved = 0.0
+    for _ in range(300):
+        before = env.physics.people.copy()
+        env.step(np.zeros(2, np.float32))
+        moved += np.abs(env.physics.people - before).sum()
+    assert moved > 10.0

@@ -1,0 +1,42 @@
+"""The reward thresholds are those of the tables of reference scores."""
+
+import json
+import re
+
+import gymnasium as gym
+import pytest
+
+from docs.making.cards import PAGE
+from docs.making.patrol_scores import table
+from dynslam_env import WORLDS
+
+TEXT = (PAGE.parent / "splits.md").read_text(encoding="utf-8")
+INTERVAL = r"-?[\d.]+ \((-?[\d.]+) to -?[\d.]+\)"
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_world_is_solved_from_the_low_end_of_the_scripted_paths_return(name):
+    row = re.search(rf"\| `{name}` \| its own \| scripted path \| [^|]+\| {INTERVAL}", TEXT)
+    assert row
+    assert gym.spec(name).reward_threshold == float(row[1])
+
+
+def test_a_patrol_is_solved_from_the_low_end_of_the_lookouts_return():
+    row = re.search(rf"\| lookout \| {INTERVAL}", TEXT)
+    assert row
+    assert gym.spec("DoorPatrol-v0").reward_threshold == float(row[1])
+
+
+def test_the_table_counts_only_episodes_that_all_agents_finished(tmp_path):
+    scores = {"door_brier": 0.1, "coverage": 0.5, "contact": 0.0, "ate": 0.01}
+    rows = [("a", 0, 1.0), ("b", 0, 3.0), ("a", 1, 2.0), ("b", 1, 5.0), ("a", 2, 900.0)]
+    lines = [
+        json.dumps({"variant": agent, "seed": seed, "reward": reward, "error": None} | scores)
+        for agent, seed, reward in rows
+    ]
+    (tmp_path / "results.jsonl").write_text("\n".join(lines))
+    title, head, _, first, second = table(tmp_path)
+    assert "0 to 1, 2 of them" in title
+    assert head.startswith("| agent | return |")
+    assert first.startswith("| a | 1.5 (")
+    assert second.startswith("| b | 4.0 (")
