@@ -17,6 +17,7 @@ from slam.kernel import kernel
 from slam.recovery.match import Match
 from slam.scan import Scan
 
+ONE_SIDED = 0.005  # share of the echoes, at most, that changed in the other direction
 MARGIN = 0.25  # m by which an echo must lie before what the other scan saw in its direction
 NEIGHBOURS = 2  # beams to each side, all of which must have seen farther
 MIN_POINTS = 10  # that both scans can see; fewer tell nothing
@@ -121,8 +122,11 @@ def sight(scan: Scan) -> Sight:
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
     """Share of the echoes of two scans, between which the robot moved by `displacement`, that lie
-    where the other scan saw free space; from 0 to 2, the sum of both directions."""
-    return _share(before, after, displacement) + _share(after, before, displacement.inverse())
+    where the other scan saw free space; from 0 to 2, the sum of both directions. 0 if it is of one
+    direction only: something came, or went, and the robot is where it was."""
+    came = _share(before, after, displacement)
+    went = _share(after, before, displacement.inverse())
+    return came + went if min(came, went) > ONE_SIDED else 0.0
 
 
 def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:

@@ -11,6 +11,7 @@ from slam.interface import Estimate
 from slam.recovery.continuity import RECENT, Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
+from slam.recovery.places import near
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
@@ -28,7 +29,9 @@ ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
 CERTAIN = 10.0  # nats by which they do so, whatever the map says: a place may have changed
 CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most
-OLDEST = 2  # of the last scans, which must prove it if the map contradicts
+ANY = slice(None)  # of the last scans proves a correction; but
+OLDEST = slice(-2, None)  # ones if the map contradicts: the latest may see a person walk along
+SLIGHT = 0.42, 0.2  # m and rad; a larger correction is proven by the latest scan
 LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
@@ -89,15 +92,22 @@ class OdometryFailure:
             pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
             corrected = recent.overlaps(match, pose)
             proof = evidence(overlaps, corrected)
-            usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP
-            certain = usual and evidence(overlaps, corrected, OLDEST) > CERTAIN
-            agrees = certain or self._agrees(match.agreement(pose))
-            if odds + proof > 0.0 and agrees:
+            if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
                 self.sudden = proof < PROVEN
                 return pose
         for sign in suspected:
             sign.dismiss()
         return found
+
+    def _accepted(self, match: Match, pose: Pose2, overlaps: Array, corrected: Array) -> bool:
+        """Whether the map, or the scans before, agree with a correction."""
+        found = match.estimate.pose
+        if not near(found, pose, *SLIGHT) and not _shown_at_once(overlaps, corrected):
+            return False
+        there, here = match.agreement(pose), match.agreement(found)
+        usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP
+        proven = usual and evidence(overlaps, corrected, OLDEST) > CERTAIN
+        return (proven and there.explained >= here.explained) or self._agrees(there)
 
     def _provable(self, overlaps: Array) -> float:
         """Nats by which the last scans may speak for a correction, by how much less than usual they
@@ -137,16 +147,26 @@ class OdometryFailure:
         return prediction.pose if match.after_gap and not seen else found
 
 
-def evidence(found: Array, corrected: Array, oldest: int = RECENT) -> float:
+def _shown_at_once(found: Array, corrected: Array) -> bool:
+    """Whether the latest scan proves a correction, by how many echoes more agree with it: a large
+    failure of the odometry shows at once, while a door that moves before the laser hides more and
+    more of what the older scans saw."""
+    if len(found) < RECENT:
+        return False
+    more = corrected[0, 0] * corrected[0, 1] - found[0, 0] * found[0, 1]
+    return ECHO_EVIDENCE * float(more) > CERTAIN
+
+
+def evidence(found: Array, corrected: Array, asked: slice = ANY) -> float:
     """Log-likelihood ratio, nats, of a correction, by the overlaps (k, 2) of the last scans where
     the match found the scan, and where it is corrected: if the odometry failed after one of them,
     that one agrees better with the corrected pose. This does not depend on the map, in which a room
     may look like itself turned around.
 
-    oldest  so many of the scans are asked: the latest ones may see the same person walk along
+    asked  which of the scans may prove it
     """
     if len(found) < RECENT:
         return 0.0
-    possible = corrected[-oldest:, 0] > found[0, 0] - LESS_OVERLAP
-    gains = (corrected[-oldest:, 0] - found[-oldest:, 0]) * corrected[-oldest:, 1]
+    possible = corrected[asked, 0] > found[0, 0] - LESS_OVERLAP
+    gains = (corrected[asked, 0] - found[asked, 0]) * corrected[asked, 1]
     return ECHO_EVIDENCE * float(gains[possible].max(initial=-found[0, 1]))
