@@ -26,7 +26,7 @@ from slam.layers.wall_direction import wall_direction
 from slam.preprocessing.laser_sense import turned_over
 from slam.sessions.session import Session
 
-QUICK = ["--skip", "film,rrd,mcap", "--slam", "static-ml"]
+QUICK = ["--skip", "mcap,rrd", "--slam", "static-ml"]
 
 
 @pytest.fixture(scope="module")
