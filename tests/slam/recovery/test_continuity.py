@@ -36,8 +36,15 @@ def test_a_robot_that_drives_sees_the_same_room(moved):
 
 
 def test_something_that_moves_changes_its_share_of_the_scan():
-    share = changed(room(Pose2()), room(Pose2(), slice(80, 100)), Pose2())
-    assert share == pytest.approx(20 / 177, abs=0.01)  # of the beams with two neighbours a side
+    share = changed(room(Pose2(), slice(30, 50)), room(Pose2(), slice(80, 100)), Pose2())
+    assert share == pytest.approx(2 * 20 / 177, abs=0.02)  # of the beams with two neighbours a side
+
+
+def test_what_only_comes_or_only_goes_does_not_move_the_robot():
+    """A door that closes before the laser hides half of what it saw, and nothing appears."""
+    door = room(Pose2(), slice(60, 130))
+    assert changed(room(Pose2()), door, Pose2()) == 0.0
+    assert changed(door, room(Pose2()), Pose2()) == 0.0
 
 
 def test_a_robot_that_was_carried_sees_all_of_it_changed():

@@ -5,7 +5,7 @@ import pytest
 
 from slam.recovery.continuity import RECENT
 from slam.recovery.lost_belief import LostBelief
-from slam.recovery.odometry_failure import OdometryFailure, evidence
+from slam.recovery.odometry_failure import OLDEST, OdometryFailure, _shown_at_once, evidence
 from slam.recovery.wide_search import WideSearch
 
 USUAL = np.full(RECENT, 0.97)
@@ -64,3 +64,17 @@ def test_an_earlier_scan_that_hardly_agrees_is_no_witness():
     found = seen(0.98, 0.9, 0.7, 0.5, 0.3)
     corrected = seen(0.5, 0.5, 0.5, 0.6, 0.7)  # a little better, far from what agrees
     assert evidence(found, corrected) < -10.0
+
+
+def test_a_large_failure_shows_at_the_latest_scan():
+    slipped, true = seen(0.5, 0.5, 0.5, 0.5, 0.5), seen(0.97, 0.97, 0.97, 0.97, 0.97)
+    assert _shown_at_once(slipped, true)
+    door = seen(0.93, 0.84, 0.82, 0.81, 0.79)  # it opens more and more
+    assert not _shown_at_once(door, true)
+    assert not _shown_at_once(slipped, seen(0.97, 0.97, 0.97, 0.97, 0.97, echoes=20))
+
+
+def test_a_person_who_walks_along_proves_nothing_to_the_oldest_scans():
+    found, along = seen(0.83, 0.82, 0.79, 0.79, 0.78), seen(1.0, 0.99, 0.89, 0.8, 0.79)
+    assert evidence(found, along) > 8.0
+    assert evidence(found, along, OLDEST) < 1.0
