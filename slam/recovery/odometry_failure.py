@@ -29,8 +29,8 @@ ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
 CERTAIN = 10.0  # nats by which they do so, whatever the map says: a place may have changed
 CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most
-ANY = slice(None)  # of the last scans proves a correction; but
-OLDEST = slice(-2, None)  # ones if the map contradicts: the latest may see a person walk along
+ANY = slice(None)  # of the last scans: each of them may prove a correction
+OLDEST = slice(-2, None)  # of them: these must, where the map contradicts it (see `evidence`)
 SLIGHT = 0.42, 0.2  # m and rad; a larger correction is proven by the latest scan
 LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
@@ -163,7 +163,7 @@ def evidence(found: Array, corrected: Array, asked: slice = ANY) -> float:
     that one agrees better with the corrected pose. This does not depend on the map, in which a room
     may look like itself turned around.
 
-    asked  which of the scans may prove it
+    asked  which of the scans may prove it: the latest ones may see a person walk along
     """
     if len(found) < RECENT:
         return 0.0
