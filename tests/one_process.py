@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
 COMPILING = Path(tempfile.gettempdir()) / f"dynslam-compiling-{os.getuid()}.lock"
@@ -31,7 +32,7 @@ def compile_each_kernel_once() -> None:
         with lock:
             if depth[0]:  # a kernel that another one calls
                 return compiled(dispatcher, signature)
-            with alone(COMPILING):
+            with event.trigger_event("numba:compiler_lock"), alone(COMPILING):  # waiting counts too
                 depth[0] = 1
                 try:
                     return compiled(dispatcher, signature)
