@@ -24,7 +24,7 @@ MIN_POINTS = 10  # that both scans can see; fewer tell nothing
 NEAR = 0.1  # m from the outline of the other scan, at most, of an echo of the same surface
 MAX_GAP = 0.5  # m between neighbouring echoes of one surface
 WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
-FEW = 200  # echoes that are compared, at most
+PIECE = 0.1  # m, of a surface that counts once
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
 FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 
@@ -33,6 +33,8 @@ class Sight(NamedTuple):
     """What a scan saw; poses are those of the sensor.
 
     points    (n, 2) m, its echoes in the robot's frame
+    pieces    (m, 2) m, those of them that lie PIECE apart: a leaf before the laser fills half of
+              its beams, and is no more than its length of what the robot sees
     angles    (beams,) rad, ascending
     free      (beams,) m, that is free in each direction and NEIGHBOURS to each side
     outline   (n, 2) m, its echoes in the sensor's frame
@@ -41,6 +43,7 @@ class Sight(NamedTuple):
     """
 
     points: Array
+    pieces: Array
     angles: Array
     free: Array
     outline: Array
@@ -95,12 +98,10 @@ class Recent:
     def overlaps(self, match: Match, pose: Pose2) -> Array:
         """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
         it was taken at `pose`; and the number of its echoes in view."""
-        points, away = self._sight(match.scan).points, match.last.between(pose)
-        step = max(math.ceil(len(points) / FEW), 1)
+        pieces, away = self._sight(match.scan).pieces, match.last.between(pose)
         return _overlaps(
-            self._outlines, self._bearings, self._frames, self._newest, self._number, points, step,
-            *away,
-        )  # fmt: skip
+            self._outlines, self._bearings, self._frames, self._newest, self._number, pieces, *away
+        )
 
     def _sight(self, scan: Scan) -> Sight:
         """What the scan saw; that of a keyframe is needed up to three times."""
@@ -117,7 +118,7 @@ def sight(scan: Scan) -> Sight:
     points = np.ascontiguousarray(scan.points[::order])
     outline = transform_points(scan.mount.inverse(), points)
     bearings = np.ascontiguousarray(scan.angles[scan.hit][::order])
-    return Sight(points, angles, free, outline, bearings, scan.mount)
+    return Sight(points, _pieces(points), angles, free, outline, bearings, scan.mount)
 
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
@@ -181,9 +182,21 @@ def _following(angles, angle, place):
 
 
 @kernel
-def _overlaps(outlines, bearings, frames, newest, number, points, step, x, y, theta):
-    """See `Recent.overlaps`: of the last `number` rows up to the newest one; of the points one in
-    `step` is compared.
+def _pieces(points):
+    """(m, 2) of neighbouring points those that are PIECE away from the one before."""
+    kept, last = np.empty(len(points), np.int64), 0
+    number = 0
+    for k in range(len(points)):
+        dx, dy = points[k, 0] - points[last, 0], points[k, 1] - points[last, 1]
+        if k == 0 or dx * dx + dy * dy > PIECE * PIECE:
+            kept[number] = last = k
+            number += 1
+    return points[kept[:number]]
+
+
+@kernel
+def _overlaps(outlines, bearings, frames, newest, number, points, x, y, theta):
+    """See `Recent.overlaps`: of the last `number` rows up to the newest one.
 
     frames    (RECENT, FRAME) of each scan: its echoes in `outlines` and `bearings`, first and last
               angle, the robot's pose from its sensor, its pose from the scan before
@@ -195,11 +208,9 @@ def _overlaps(outlines, bearings, frames, newest, number, points, step, x, y, th
         frame = frames[row]
         echoes, view = int(frame[0]), (frame[1], frame[2])
         sensor = _after((frame[3], frame[4], frame[5]), away)
-        near, known = _near(
-            outlines[row, :echoes], bearings[row, :echoes], view, points, step, *sensor
-        )
+        near, known = _near(outlines[row, :echoes], bearings[row, :echoes], view, points, *sensor)
         result[k, 0] = near / known if known >= MIN_POINTS else 0.0
-        result[k, 1] = known * step
+        result[k, 1] = known
         away = _after((frame[6], frame[7], frame[8]), away)
     return result
 
@@ -213,12 +224,12 @@ def _after(one, other):
 
 
 @kernel
-def _near(outline, bearings, view, points, step, x0, y0, theta):
-    """Numbers of the points, one in `step` of them, moved by a pose, within NEAR of the line along
-    an outline at ascending `bearings`, and of all in view: at angles from view[0] to view[1]."""
+def _near(outline, bearings, view, points, x0, y0, theta):
+    """Numbers of the points, moved by a pose, within NEAR of the line along an outline at ascending
+    `bearings`, and of all in view: at angles from view[0] to view[1]."""
     c, s = np.cos(theta), np.sin(theta)
     number = known = place = 0
-    for k in range(0, len(points), step):
+    for k in range(len(points)):
         x = x0 + c * points[k, 0] - s * points[k, 1]
         y = y0 + s * points[k, 0] + c * points[k, 1]
         angle = _from(view[0], math.atan2(y, x))

@@ -13,7 +13,7 @@ from slam.recovery.places import near
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
-CONTINUOUS = 0.35, math.radians(25.0)  # m, rad, between scans that see much the same
+CONTINUOUS = 0.35, math.radians(50.0)  # m, rad, between scans that see much the same
 GAP = 1.5  # m between keyframes: the scans were interrupted
 
 

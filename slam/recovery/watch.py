@@ -157,10 +157,12 @@ class Watch:
         strange = self._strange(agreement)
         proof = WITHOUT_JUMP if self._jump is None else AFTER_JUMP
         jump = None if strange or self._jump is None else self._jump.seen_from(pose)
-        if not self._rivals.vote(endpoint, scan, here, self.belief, proof, jump):
-            if strange:
-                self._rivals.votes += 1
-            elif self._contradicts_no_more(agreement):
+        votes = self._rivals.votes
+        against = self._rivals.vote(endpoint, scan, here, self.belief, proof, jump)
+        if strange:
+            self._rivals.votes = votes + 1
+        elif not against:
+            if self._contradicts_no_more(agreement):
                 return self._dismissed()
             else:
                 self._unsure = True
