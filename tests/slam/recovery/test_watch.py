@@ -64,6 +64,16 @@ def test_it_says_that_it_was_carried_as_long_as_it_is_not_found(variant: str, se
     assert (lost[~wrong] <= 0.5).all()
 
 
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+def test_wheels_that_turn_90_degrees_in_a_room_are_corrected(variant: str) -> None:
+    """Within 0.2 s they turn by 40 degrees, and new ground is on the way."""
+    fault = [OdometryScale(1.01), Slip(0.0, math.radians(90.0), at=(10.0, 20.0))]
+    episode = record_path("DoorOffice-v0", 110, odometry=CALIBRATED, faults=fault)
+    result = run(make(variant, true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_moving_doors_are_no_loss(seed: int) -> None:
     wrong, lost = judged("none", seed, "static-ml")
