@@ -32,6 +32,7 @@ CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than 
 ANY = slice(None)  # of the last scans: each of them may prove a correction
 OLDEST = slice(-2, None)  # of them: these must, where the map contradicts it (see `evidence`)
 SLIGHT = 0.42, 0.2  # m and rad; a larger correction is proven by the latest scan
+SLIGHT_REACH = 0.42, 0.42, 0.2  # m, m, rad: the window where it cannot prove one
 LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, at most
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
@@ -89,7 +90,8 @@ class OdometryFailure:
         if not suspected:
             return found
         if worse + self._provable(overlaps) + self.wide.prior_odds(prediction, found) > 0.0:
-            pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found)
+            reach = self.wide.reach if _may_be_shown_at_once(overlaps) else SLIGHT_REACH
+            pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found, reach)
             corrected = recent.overlaps(match, pose)
             proof = evidence(overlaps, corrected)
             if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
@@ -155,6 +157,13 @@ def _shown_at_once(found: Array, corrected: Array) -> bool:
         return False
     more = corrected[0, 0] * corrected[0, 1] - found[0, 0] * found[0, 1]
     return ECHO_EVIDENCE * float(more) > CERTAIN
+
+
+def _may_be_shown_at_once(found: Array) -> bool:
+    """Whether so many echoes disagree with the latest scan that it may prove a large correction."""
+    if len(found) < RECENT:
+        return False
+    return ECHO_EVIDENCE * float((1.0 - found[0, 0]) * found[0, 1]) > CERTAIN
 
 
 def evidence(found: Array, corrected: Array, asked: slice = ANY) -> float:

@@ -45,11 +45,19 @@ class WideSearch:
         positive(self, "rate")
 
     def best(
-        self, endpoint: Endpoint, scan: Scan, narrow: Prediction, found: Pose2
+        self,
+        endpoint: Endpoint,
+        scan: Scan,
+        narrow: Prediction,
+        found: Pose2,
+        window: tuple[float, float, float] | None = None,
     ) -> tuple[Pose2, float]:
         """The best pose of the window, and the log-odds, nats, that the odometry failed and the
-        scan was taken there, against `found`, the best pose by the `narrow` prediction."""
-        reach = np.array(self.reach)
+        scan was taken there, against `found`, the best pose by the `narrow` prediction.
+
+        window  m, m, rad: half its width, if it is smaller than `reach`
+        """
+        reach = np.array(self.reach if window is None else window)
         around = np.array(narrow.pose[:2])
         size = FARTHEST + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
