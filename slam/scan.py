@@ -20,6 +20,8 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 
+PIECE = 0.1  # m, of a surface that counts once
+
 
 @dataclass(frozen=True)
 class Scan:
@@ -90,6 +92,12 @@ class Scan:
         """(hits, 2) end points of the beams with an echo, m, in the robot's frame."""
         return _points(self.ranges, self.directions, self.hit, self.mount.x, self.mount.y)
 
+    @cached_property
+    def pieces(self) -> Array:
+        """(n, 2) of the end points those that are PIECE from the one before: a leaf right before
+        the laser fills half of its beams, but is no more than its length of what the robot sees."""
+        return _pieces(self.points)
+
 
 @kernel
 def _points(ranges, directions, hit, x, y):
@@ -101,3 +109,15 @@ def _points(ranges, directions, hit, x, y):
             points[n, 1] = directions[k, 1] * ranges[k] + y
             n += 1
     return points
+
+
+@kernel
+def _pieces(points):
+    kept = np.empty(len(points), np.int64)
+    number = last = 0
+    for k in range(len(points)):
+        dx, dy = points[k, 0] - points[last, 0], points[k, 1] - points[last, 1]
+        if k == 0 or dx * dx + dy * dy > PIECE * PIECE:
+            kept[number] = last = k
+            number += 1
+    return points[kept[:number]]

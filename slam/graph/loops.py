@@ -162,7 +162,7 @@ class Matcher:
         posterior = Posterior(unpacked.endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
         pose = loops.refine.climb(posterior, start)
         information = cautious(wide_information(unpacked.endpoint, scan, pose))
-        shares = unpacked.endpoint.shares(scan, pose)
+        shares = unpacked.endpoint.shares(scan.points, pose)
         return Match(pose, self._tempered(information, pose.theta), *shares)
 
     def _tempered(self, information: Array, heading: float) -> Array:

@@ -24,7 +24,6 @@ MIN_POINTS = 10  # that both scans can see; fewer tell nothing
 NEAR = 0.1  # m from the outline of the other scan, at most, of an echo of the same surface
 MAX_GAP = 0.5  # m between neighbouring echoes of one surface
 WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
-PIECE = 0.1  # m, of a surface that counts once
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
 FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 
@@ -32,9 +31,7 @@ FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 class Sight(NamedTuple):
     """What a scan saw; poses are those of the sensor.
 
-    points    (n, 2) m, its echoes in the robot's frame
-    pieces    (m, 2) m, those of them that lie PIECE apart: a leaf before the laser fills half of
-              its beams, and is no more than its length of what the robot sees
+    pieces    (n, 2) m, the surfaces, in the robot's frame: see `Scan.pieces`
     angles    (beams,) rad, ascending
     free      (beams,) m, that is free in each direction and NEIGHBOURS to each side
     outline   (n, 2) m, its echoes in the sensor's frame
@@ -42,7 +39,6 @@ class Sight(NamedTuple):
     mount     pose of the sensor on the robot
     """
 
-    points: Array
     pieces: Array
     angles: Array
     free: Array
@@ -115,10 +111,9 @@ def sight(scan: Scan) -> Sight:
     free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
     order = -1 if len(free) > 1 and scan.angles[-1] < scan.angles[0] else 1
     angles, free = np.ascontiguousarray(scan.angles[::order]), np.ascontiguousarray(free[::order])
-    points = np.ascontiguousarray(scan.points[::order])
-    outline = transform_points(scan.mount.inverse(), points)
+    outline = transform_points(scan.mount.inverse(), np.ascontiguousarray(scan.points[::order]))
     bearings = np.ascontiguousarray(scan.angles[scan.hit][::order])
-    return Sight(points, _pieces(points), angles, free, outline, bearings, scan.mount)
+    return Sight(scan.pieces, angles, free, outline, bearings, scan.mount)
 
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
@@ -133,7 +128,7 @@ def change(before: Sight, after: Sight, displacement: Pose2) -> float:
 def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:
     """Share of the echoes of `other` in the free space of `seen`, `displacement` before."""
     sensor = seen.mount.inverse() @ displacement
-    free, known = _counts(seen.angles, seen.free, other.points, sensor.x, sensor.y, sensor.theta)
+    free, known = _counts(seen.angles, seen.free, other.pieces, sensor.x, sensor.y, sensor.theta)
     return free / known if known >= MIN_POINTS else 0.0
 
 
@@ -179,19 +174,6 @@ def _following(angles, angle, place):
     while place < len(angles) and angles[place] < angle:
         place += 1
     return place
-
-
-@kernel
-def _pieces(points):
-    """(m, 2) of neighbouring points those that are PIECE away from the one before."""
-    kept, last = np.empty(len(points), np.int64), 0
-    number = 0
-    for k in range(len(points)):
-        dx, dy = points[k, 0] - points[last, 0], points[k, 1] - points[last, 1]
-        if k == 0 or dx * dx + dy * dy > PIECE * PIECE:
-            kept[number] = last = k
-            number += 1
-    return points[kept[:number]]
 
 
 @kernel

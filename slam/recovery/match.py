@@ -43,5 +43,5 @@ class Match(NamedTuple):
         return math.dist(self.last[:2], self.prediction.pose[:2]) > GAP
 
     def agreement(self, pose: Pose2) -> Agreement:
-        """The agreement of the map with the scan at a pose."""
-        return Agreement(*self.endpoint.shares(self.scan, pose))
+        """The agreement of the map with what the scan saw, at a pose."""
+        return Agreement(*self.endpoint.shares(self.scan.pieces, pose))

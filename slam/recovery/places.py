@@ -108,7 +108,7 @@ def searched(scan: Scan, most: int = FEW) -> Array:
 def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:
     """The place at a pose."""
     value = endpoint.log_likelihood(scan, np.array([pose]))[0]
-    return Place(pose, float(value), Agreement(*endpoint.shares(scan, pose)))
+    return Place(pose, float(value), Agreement(*endpoint.shares(scan.pieces, pose)))
 
 
 def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:

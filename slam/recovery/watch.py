@@ -60,6 +60,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
+        self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
 
@@ -91,8 +92,9 @@ class Watch:
     def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:
         """The same for a scan that is not matched, `displacement` after the last keyframe: if it
         changed much, the robot may be elsewhere, or its odometry be late."""
-        change = self._recent.change(scan, displacement)
-        lost = max(self.belief.probability, UNCHECKED if change > STARTLING else 0.0)
+        startling = self._recent.change(scan, displacement) > STARTLING
+        self._startled = self._startled or startling
+        lost = max(self.belief.probability, UNCHECKED if startling else 0.0)
         return estimate._replace(lost=lost)
 
     def found(self) -> None:
@@ -118,8 +120,9 @@ class Watch:
         if not self.doubted:
             self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None
         agreement, changed = match.agreement(pose), self._recent.add(match)
-        self.belief.update(agreement, changed, self.odometry.sudden)
-        self.odometry.sudden = False
+        startled = self._startled and self._contradicts_more(agreement)
+        self.belief.update(agreement, changed, self.odometry.sudden or startled)
+        self.odometry.sudden = self._startled = False
         self._rivals.keyframe()
         self._since_check.move(match.last.between(pose))
         begins = self.belief.jumped and self._jump is None
@@ -179,9 +182,12 @@ class Watch:
 
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
         """Whether the map contradicts no more than usual, if that is asked for: after a jump."""
+        return self._jump is None or not self._contradicts_more(agreement)
+
+    def _contradicts_more(self, agreement: Agreement) -> bool:
+        """Whether the map contradicts more than usual."""
         more = max(NO_MORE_CONTRADICTED, self.belief.contradicted_spread)
-        most = self.belief.contradicted + more
-        return self._jump is None or agreement.contradicted <= most
+        return agreement.contradicted > self.belief.contradicted + more
 
     def _dismissed(self) -> float:
         """The probability after a check that does not speak against the believed place."""

@@ -128,14 +128,14 @@ class Endpoint:
             self.unknown, floor / self.beta - ROUNDING, self.top,
         )  # fmt: skip
 
-    def shares(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
-        """Shares of the echoes that the map explains (occupied) and contradicts (free)."""
+    def shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
+        """Shares of echoes (n, 2) that the map explains (occupied) and contradicts (free)."""
         tiles = self.tiles
         above, below = field.counts(
-            *pose, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
+            *pose, points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
             self.free, self._explained,
         )  # fmt: skip
-        n = max(len(scan.points), 1)
+        n = max(len(points), 1)
         return above / n, below / n
 
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:

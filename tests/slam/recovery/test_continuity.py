@@ -37,7 +37,8 @@ def test_a_robot_that_drives_sees_the_same_room(moved):
 
 def test_something_that_moves_changes_its_share_of_the_scan():
     share = changed(room(Pose2(), slice(30, 50)), room(Pose2(), slice(80, 100)), Pose2())
-    assert share == pytest.approx(2 * 20 / 177, abs=0.02)  # of the beams with two neighbours a side
+    obstacle = 0.6 * np.radians(20.0)  # m, it is gone from one place and came to the other
+    assert share == pytest.approx(2 * obstacle / (4 * HALF), abs=0.02)  # of half the walls
 
 
 def test_what_only_comes_or_only_goes_does_not_move_the_robot():

@@ -185,10 +185,10 @@ def test_shares_are_those_of_echoes_near_something_and_of_echoes_where_it_is_fre
             near += value > math.log(0.9 * 0.4 + 0.1)
             free += value < math.log(0.9 * 0.1 + 0.1)
         n = len(scan.points)
-        found.append(endpoint.shares(scan, Pose2.of(pose)))
+        found.append(endpoint.shares(scan.points, Pose2.of(pose)))
         assert found[-1] == pytest.approx((near / n, free / n))
     assert found[0][0] > 0.95
     assert found[0][1] < 0.02
     assert max(free for _, free in found) > 0.3
-    assert endpoint.shares(scan, Pose2(500.0)) == (0.0, 0.0)
-    assert endpoint.shares(beam(math.nan), Pose2()) == (0.0, 0.0)
+    assert endpoint.shares(scan.points, Pose2(500.0)) == (0.0, 0.0)
+    assert endpoint.shares(beam(math.nan).points, Pose2()) == (0.0, 0.0)

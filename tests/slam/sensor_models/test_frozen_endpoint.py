@@ -17,14 +17,14 @@ def test_a_frozen_endpoint_equals_the_endpoint_when_it_was_frozen(parameters) ->
     poses = np.asarray(np.array(HERE) + around(HERE, n=2), dtype=np.float64)
     values, bounds = reading.log_likelihood(scan, poses), reading.bound(scan, poses, 0.03)
     slopes = [reading.slope(scan, HERE, level) for level in range(Endpoint.levels)]
-    shares = reading.shares(scan, HERE)
+    shares = reading.shares(scan.points, HERE)
     frozen = FrozenEndpoint(reading)
     mapped(grid, reading, walls=np.array([(0.0, -1.0, 0.0, 1.0)]))
     assert not np.array_equal(reading.log_likelihood(scan, poses), values)
     found = frozen.unpacked()
     np.testing.assert_array_equal(found.log_likelihood(scan, poses), values)
     np.testing.assert_array_equal(found.bound(scan, poses, 0.03), bounds)
-    assert found.shares(scan, HERE) == shares
+    assert found.shares(scan.points, HERE) == shares
     for level, slope in enumerate(slopes):
         for mine, its in zip(found.slope(scan, HERE, level), slope, strict=True):
             np.testing.assert_array_equal(mine, its)
