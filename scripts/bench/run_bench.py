@@ -16,7 +16,6 @@ from slam.validation import number, unknown_name, whole_number
 
 from ..console.output import own_directory
 from ..console.progress import progress_bar
-from ..console.selection import LIST_VARIANTS, parse_selection
 from ..report.lost import lost_terminal
 from ..report.write import write_report
 from ..trials import cache
@@ -26,7 +25,7 @@ from ..trials.pool import check_workers, on_cluster, results_of
 from ..trials.results import Condition, read_rows
 from ..trials.sources import SimulatedDrive
 from ..trials.worker_process import WorkerProcesses
-from .suites import SUITES, Suite, known_variants, logs
+from .suites import SUITES, Suite, logs, parse_variants
 from .user_suite import read_suite
 
 if TYPE_CHECKING:
@@ -38,9 +37,7 @@ MAX_ERRORS_PRINTED = 5
 def run_bench(options: BenchCommand) -> int:
     """Run, write, print; the exit status."""
     suite = _suite(options)
-    variants = parse_selection(
-        "variant", options.variants or ",".join(suite.variants), known_variants(), LIST_VARIANTS
-    )
+    variants = parse_variants(options.variants or ",".join(suite.variants))
     seeds = suite.seeds if options.seeds is None else options.seeds
     whole_number("seeds", seeds, 1)
     whole_number("first", options.first, 0)

@@ -1,0 +1,1 @@
+"""SLAM systems outside of dynslam, run as programs: adapters, their programs, their trajectories."""
