@@ -1,1 +1,1 @@
-"""SLAM systems outside of dynslam, run as programs: adapters, their programs, their trajectories."""
+"""SLAM systems outside of dynslam: adapters, their programs, the trajectories they write."""

@@ -41,10 +41,7 @@ def read_result(
 
     Raises InputError for a file that cannot be read, without a pose, or with stamps that go back.
     """
-    if columns == PLAIN:
-        given = read_tum(path)
-    else:
-        given = _of_columns(path, columns.split())
+    given = read_tum(path) if columns == PLAIN else _of_columns(path, columns.split())
     return Trajectory(_recorded(given.times, episode, stamps) + offset, given.poses)
 
 
