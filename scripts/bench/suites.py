@@ -46,8 +46,9 @@ from slam.registry import builder_of
 
 from ..console.selection import ALL, LIST_VARIANTS, parse_selection
 from ..outside.adapter import PREFIX, find_adapter, known_outside
+from ..trials.code import code_of, code_of_adapter
 from ..trials.jobs import Trial
-from ..trials.outside_trial import SCORING_TIME, OutsideTrial
+from ..trials.outside_trial import SCORING_TIME, OutsideTrial, told_version
 from ..trials.scoring import LOG_ENDINGS, stem
 from ..trials.sources import LogFile, SimulatedDrive, Source
 
@@ -96,9 +97,11 @@ def maker(name: str, limit: float) -> Callable[..., Trial]:
     """Makes the trials of a variant, ours or an outside one. Raises InputError as `shipped`, and
     for an adapter that cannot be used."""
     if not name.startswith(PREFIX):
-        return partial(Trial, builder=shipped(name), limit=limit)
-    whole = limit + SCORING_TIME
-    return partial(OutsideTrial, limit=whole, program_limit=limit, adapter=find_adapter(name))
+        builder = shipped(name)
+        return partial(Trial, builder=builder, limit=limit, code=code_of(name)._asdict())
+    adapter, whole = find_adapter(name), limit + SCORING_TIME
+    code = code_of_adapter(adapter, told_version(adapter))._asdict()
+    return partial(OutsideTrial, limit=whole, program_limit=limit, adapter=adapter, code=code)
 
 
 def shipped(name: str) -> bytes | None:

@@ -84,6 +84,7 @@ class Trial:
     builder    cloudpickled builder of a variant registered by the user; None for ours
     limit      time limit, s
     pictured   whether to record the run for pictures
+    code       the code of the variant: see `code.Code`
     """
 
     suite: str
@@ -93,6 +94,7 @@ class Trial:
     builder: bytes | None = None
     limit: float = 600.0
     pictured: bool = False
+    code: Mapping[str, str] | None = None
 
     def __call__(self) -> Done:
         """Run and score; an exception and non-finite numbers are results, too."""
@@ -152,6 +154,7 @@ class Trial:
             "episode": self.source.key,
             "error": None,
             "source": self.source.plain(),
+            "code": self.code,
             **origin(),
         }
         if episode is not None:

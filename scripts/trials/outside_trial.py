@@ -62,7 +62,7 @@ class OutsideTrial(Trial):
             "ms_per_matched_scan": 1e3 * spent.wall / keyframes,
             "peak_memory_mb": spent.memory,
             "memory_mb": spent.memory,
-            "slam": {"type": "outside", **self.adapter.plain, "found": _version(self.adapter)},
+            "slam": {"type": "outside", **self.adapter.plain},
         }
         return done, measured
 
@@ -126,7 +126,7 @@ def _version_of(words: tuple[str, ...]) -> str:
     return next(iter(found.stdout.strip().splitlines()), "")
 
 
-def _version(adapter: Adapter) -> str:
+def told_version(adapter: Adapter) -> str:
     """The version that the program tells of itself; empty if it tells none."""
     if not adapter.version:
         return ""
