@@ -70,7 +70,7 @@ class _Lines(Progress):
     def _write(self) -> None:
         while not self._ended.wait(LINE_EVERY):
             for task in self.tasks:
-                if not task.finished:
+                if not task.finished and task.total != 0:
                     self.console.print(line(task), highlight=False, soft_wrap=True)
 
 

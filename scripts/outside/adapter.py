@@ -8,7 +8,7 @@ import sys
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property, partial
+from functools import cached_property
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,7 @@ class Adapter:
     name        after `outside:`
     folder      of the TOML file: `{folder}` in a command
     commands    run one after the other, in an empty folder; words are separated as by a shell
+    prepare     commands that run before these and are not measured, such as a conversion
     log         format of the recording that it reads
     max_beams   of a scan: of more, each k-th is kept, with the least k that suffices
     trajectory  file that it writes; `{out}` in a command
@@ -51,6 +52,7 @@ class Adapter:
     name: str
     folder: Path
     commands: tuple[str, ...]
+    prepare: tuple[str, ...] = ()
     log: str = "carmen"
     max_beams: int = 1000
     trajectory: str = "trajectory.tum"
@@ -65,8 +67,8 @@ class Adapter:
     def __post_init__(self) -> None:
         for name in ("log", "trajectory", "columns", "stamps", "version", "about"):
             instance(name, getattr(self, name), str, "a text")
-        if not self.commands or not all(isinstance(one, str) for one in self.commands):
-            raise InputError(f"commands must be a list of texts, got {list(self.commands)!r}")
+        if not self.commands:
+            raise InputError("commands must be a list of texts, got []")
         one_of("log", self.log, LOG_FORMATS)
         one_of("stamps", self.stamps, STAMPS)
         whole_number("max_beams", self.max_beams, 2)
@@ -74,7 +76,7 @@ class Adapter:
         positive_number("memory_mb", self.memory_mb)
         check_columns(self.columns)
         instance("programs", self.programs, dict, "a table")
-        for one in (*self.commands, self.version):
+        for one in (*self.prepare, *self.commands, self.version):
             self.words(one, dict.fromkeys(PLACES, "-"))
 
     def words(self, command: str, places: Mapping[str, object]) -> list[str]:
@@ -100,7 +102,11 @@ class Adapter:
     def plain(self) -> dict[str, Any]:
         """Its entries as JSON, but the folder; kept beside every result."""
         kept = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "folder"}
-        return kept | {"commands": list(self.commands), "programs": dict(self.programs)}
+        return kept | {
+            "commands": list(self.commands),
+            "prepare": list(self.prepare),
+            "programs": dict(self.programs),
+        }
 
 
 def known_outside() -> list[str]:
@@ -127,10 +133,14 @@ def read_adapter(path: Path) -> Adapter:
         allowed = tuple(one.name for one in fields(Adapter) if one.name not in ("name", "folder"))
         for entry in given:
             one_of("an entry", entry, allowed)
-        commands = given.pop("commands", ())
-        instance("commands", commands, list, "a list of texts") if commands else None
-        make = partial(Adapter, path.stem, path.resolve().parent, tuple(commands))
-        return make(**given)
+        lists = {name: _texts(name, given.pop(name, [])) for name in ("commands", "prepare")}
+        return Adapter(path.stem, path.resolve().parent, **lists, **given)
+
+
+def _texts(name: str, given: object) -> tuple[str, ...]:
+    if not isinstance(given, list) or not all(isinstance(one, str) for one in given):
+        raise InputError(f"{name} must be a list of texts, got {given!r}")
+    return tuple(given)
 
 
 def _files() -> dict[str, Path]:

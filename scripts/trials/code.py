@@ -66,7 +66,9 @@ def code_of_adapter(adapter: Adapter, told: str) -> Code:
     """
     found = hashlib.sha256(repr(sorted(adapter.plain.items())).encode() + told.encode())
     for path in sorted(adapter.folder.iterdir()):
-        if path.is_file() and any(path.name in command for command in adapter.commands):
+        if path.is_file() and any(
+            path.name in command for command in (*adapter.prepare, *adapter.commands)
+        ):
             found.update(path.read_bytes())
     return Code(adapter.name, told, found.hexdigest()[:16])
 

@@ -82,8 +82,13 @@ class OutsideTrial(Trial):
         shown = _decimated(replace(episode, truth=None, meta=_odometry(episode)), adapter.max_beams)
         log = FOR_PROGRAMS[adapter.log](shown, folder / "recording")
         places = _places(adapter) | {"log": log, "out": out, "seed": self.source.seed}
-        commands = [adapter.words(command, places) for command in adapter.commands]
-        spent = run_programs(commands, folder, self.program_limit, adapter.memory_mb)
+        prepare, commands = (
+            [adapter.words(command, places) for command in group]
+            for group in (adapter.prepare, adapter.commands)
+        )
+        limit = self.program_limit
+        limit -= run_programs(prepare, folder, limit, adapter.memory_mb).wall
+        spent = run_programs(commands, folder, limit, adapter.memory_mb)
         given = read_result(out, episode, adapter.columns, adapter.stamps, adapter.offset)
         return filled(episode, given), spent
 

@@ -25,6 +25,7 @@ from .broken import BROKEN
 
 VARYING = (
     "seconds",
+    "cpu_seconds",
     "ms_per_matched_scan",
     "peak_memory_mb",
     "memory_mb",
