@@ -22,6 +22,7 @@ from ..outside.adapter import Adapter
 from .sources import code_digest
 
 OURS = "dynslam"
+UNKNOWN = "unknown"  # the module of code that was typed in, or run from a string
 
 
 class Code(NamedTuple):
@@ -85,7 +86,7 @@ def _modules(part: Any, depth: int = 4) -> Iterator[str]:
         for one in (part.func, *part.args, *part.keywords.values()):
             yield from _modules(one, depth - 1)
     elif inspect.isclass(part) or inspect.isfunction(part) or inspect.ismethod(part):
-        yield part.__module__
+        yield part.__module__ or UNKNOWN
         cells = getattr(part, "__closure__", None) or ()
         for cell in cells if depth else ():
             yield from _modules(cell.cell_contents, depth - 1)
