@@ -95,7 +95,8 @@ def _check_workers(client: Client, address: str) -> None:
         raise InputError(
             f"the scheduler at {address} has no workers: start some by `dask worker {address}`"
         ) from None
-    found, own = cast(dict[str, Any], client.run(_code)), own_code()
+    answers = client.run(_code, on_error="ignore")  # of those that have not died since
+    found, own = cast(dict[str, Any], answers), own_code()
     others = [worker for worker, theirs in found.items() if theirs != own]
     if others:
         raise InputError(
