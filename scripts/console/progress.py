@@ -21,6 +21,7 @@ from rich.text import Text
 
 T = TypeVar("T")
 LINE_EVERY = 30.0  # s between lines where standard error is no terminal
+RATE_OVER = 300.0  # s, the time that a rate is measured over
 SLOW = 1.0  # a second: below this rate, it is told per minute
 
 
@@ -46,8 +47,10 @@ def progress_bar() -> Progress:
         TimeRemainingColumn(),
     )
     if console.is_terminal:
-        return Progress(*columns, console=console, transient=True)
-    return _Lines(*columns, console=console, disable=True, auto_refresh=False)
+        return Progress(*columns, console=console, transient=True, speed_estimate_period=RATE_OVER)
+    return _Lines(
+        *columns, console=console, disable=True, auto_refresh=False, speed_estimate_period=RATE_OVER
+    )
 
 
 class _RateColumn(ProgressColumn):
