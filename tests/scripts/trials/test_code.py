@@ -59,7 +59,7 @@ def test_a_package_that_is_installed_names_its_version(monkeypatch):
     import scipy.stats
 
     monkeypatch.setattr(registry, "_BUILDERS", dict(registry._BUILDERS))
-    registry.register("theirs", scipy.stats.norm.pdf)
+    registry.register("theirs", scipy.stats.norm.pdf)  # pyright: ignore[reportArgumentType]
     assert code_of("theirs")[:2] == ("scipy", scipy.__version__)
 
 

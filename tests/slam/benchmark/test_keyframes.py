@@ -13,7 +13,7 @@ from slam.trajectory import Trajectory
 
 def drive(poses) -> Episode:
     """Scans at 0, 0.1, 0.2 s ... with the odometry `poses`."""
-    times = 0.1 * np.arange(len(poses))
+    times = np.arange(len(poses), dtype=np.float64) / 10
     scans = tuple(Scan(np.ones(3), np.arange(3.0), 5.0, time=t) for t in times)
     return Episode(scans, Trajectory(times, np.array(poses, float)))
 
