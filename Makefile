@@ -1,11 +1,12 @@
 # make demo: set up and run the paper's experiment.  make test: set up and run every check.
 # make docs: set up and build the documentation into out/site.  make fuzz: ten minutes of damaged files.
+# make release: build the wheel and the sdist into dist/ and try them in empty environments.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test types pytest fuzz docs format clean
+.PHONY: demo test types pytest fuzz docs release format clean
 
 demo: $(VENV)/core.stamp
 	$(BIN)/dynslam demo
@@ -33,6 +34,9 @@ docs: $(VENV)/all.stamp
 	$(BIN)/python -m docs.making.parameters
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 	@echo "out/site/index.html (to search it: $(BIN)/python -m http.server -d out/site)"
+
+release:
+	.ci/release $(PYTHON)
 
 format: $(VENV)/all.stamp
 	$(BIN)/ruff format .

@@ -39,6 +39,10 @@ class BenchCommand:
     """Address of a Dask scheduler, such as tcp://host:8786, whose workers do the runs."""
     resume: bool = False
     """Continue the results in the directory: only missing runs are done."""
+    retry_failed: bool = False
+    """--resume, and runs without a result are tried again."""
+    mixed: bool = False
+    """With --resume: go on although the code of a variant has changed since its first runs."""
     limit: float = 600.0
     """Time limit of a run in s, with its scores and pictures; a longer one counts as failed."""
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 from scipy import stats
 
 from slam.benchmark.results import Result
-from slam.benchmark.statistics import Interval, adjusted, median, paired
+from slam.benchmark.statistics import MIN_PAIRS, Interval, adjusted, median, paired, pairs_needed
 from slam.errors import InputError
 from slam.validation import number
 
 from ..console.exits import EXIT_FOUND
 from ..report.scores import COST, QUALITY, Score, present
-from ..report.summary import MIN_PAIRS, Summary
+from ..report.summary import Summary
+from ..trials.code import OURS, Code
 from ..trials.results import Condition, read_rows
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class Change(NamedTuple):
     before      median before
     difference  after minus before, over the paired runs
     q           p corrected for multiple comparisons
+    needed      pairs for a verdict, if the differences go on as they are; None if not known
     """
 
     condition: Condition
@@ -42,6 +44,7 @@ class Change(NamedTuple):
     pairs: int
     p: float
     q: float = 1.0
+    needed: int | None = None
 
     def verdict(self, tolerance: float) -> str:
         """`better` or `worse`; empty if not significant or within the relative `tolerance`."""
@@ -59,8 +62,14 @@ class Change(NamedTuple):
         return (
             f"{self.verdict(tolerance) or 'same':>6}: {self.variant}, {self.condition}: "
             f"{self.score.name} {self.score.format(self.before)}{self.score.unit}, after minus "
-            f"before {value}{interval}, q = {self.q:.3f}, {self.pairs} pairs"
+            f"before {value}{interval}, q = {self.q:.3f}, {self.pairs} pairs{self._more(tolerance)}"
         )
+
+    def _more(self, tolerance: float) -> str:
+        """How many pairs a verdict needs, where there is none for too few."""
+        if self.verdict(tolerance) or not self.needed or self.needed <= self.pairs:
+            return ""
+        return f"; a verdict needs about {self.needed}"
 
 
 def compare_benches(options: CompareCommand) -> int:
@@ -93,6 +102,8 @@ def _print_changes(
     print(f"before: {commits[0]}; after: {commits[1]}")
     if any(old["episode"] != new["episode"] for old, new in pairs):
         print("the episodes differ: the simulator or a log was changed")
+    for line in _codes(pairs):
+        print(line)
     shown = [c for c in found if options.every or c.verdict(options.tolerance)]
     gone = before - len(pairs)
     if gone:
@@ -104,11 +115,30 @@ def _print_changes(
         f"{len(found)} comparisons: {verdicts.count('better')} better, {verdicts.count('worse')} "
         f"worse, {verdicts.count('')} not significant or within {100 * options.tolerance:g} %"
     )
+    few = sum(change.pairs < MIN_PAIRS for change in found)
+    if few:
+        print(f"{few} comparisons have fewer than the {MIN_PAIRS} pairs that any verdict needs")
     for row in broken[:10]:
         print(f"failed: {row['variant']}, {Condition.of(row)}, seed {row['seed']}: "
               f"{row['error']}")  # fmt: skip
     if len(broken) > 10:
         print(f"and {len(broken) - 10} more failed")
+
+
+def _codes(pairs: Sequence[tuple[Result, Result]]) -> list[str]:
+    """A line for each variant whose code is another one after, and for each that is not ours."""
+    found: dict[str, list[str]] = {}
+    for old, new in pairs:
+        codes = found.setdefault(new["variant"], [])
+        before, after = Code.of(old), Code.of(new)
+        foreign = after is not None and after.package != OURS
+        if before != after:
+            codes.append(f"{before or 'unknown'} before, {after or 'unknown'} after")
+        elif foreign:
+            codes.append(f"{after} before and after")
+    return [
+        f"code of {name}: {one}" for name, codes in found.items() for one in dict.fromkeys(codes)
+    ]
 
 
 def changes(pairs: Sequence[tuple[Result, Result]], scores: Sequence[Score]) -> list[Change]:
@@ -135,8 +165,10 @@ def _change(
     if score is LOST:
         return _lost(condition, variant, old, new)
     pair = paired(new, old)
-    before = median(old).value
-    return Change(condition, variant, score, before, pair.difference, len(known), pair.p)
+    before, needed = median(old).value, pairs_needed(new, old)
+    return Change(
+        condition, variant, score, before, pair.difference, len(known), pair.p, needed=needed
+    )
 
 
 def _lost(condition: Condition, variant: str, old: Sequence[float], new: Sequence[float]) -> Change:

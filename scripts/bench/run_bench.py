@@ -16,8 +16,8 @@ from slam.validation import number, unknown_name, whole_number
 
 from ..console.output import own_directory
 from ..console.progress import progress_bar
-from ..console.selection import LIST_VARIANTS, parse_selection
 from ..report.lost import lost_terminal
+from ..report.terminal import results_terminal
 from ..report.write import write_report
 from ..trials import cache
 from ..trials.batch import missing, run_batch
@@ -26,7 +26,7 @@ from ..trials.pool import check_workers, on_cluster, results_of
 from ..trials.results import Condition, read_rows
 from ..trials.sources import SimulatedDrive
 from ..trials.worker_process import WorkerProcesses
-from .suites import SUITES, Suite, known_variants, logs
+from .suites import SUITES, Suite, logs, parse_variants
 from .user_suite import read_suite
 
 if TYPE_CHECKING:
@@ -38,9 +38,7 @@ MAX_ERRORS_PRINTED = 5
 def run_bench(options: BenchCommand) -> int:
     """Run, write, print; the exit status."""
     suite = _suite(options)
-    variants = parse_selection(
-        "variant", options.variants or ",".join(suite.variants), known_variants(), LIST_VARIANTS
-    )
+    variants = parse_variants(options.variants or ",".join(suite.variants))
     seeds = suite.seeds if options.seeds is None else options.seeds
     whole_number("seeds", seeds, 1)
     whole_number("first", options.first, 0)
@@ -49,7 +47,8 @@ def run_bench(options: BenchCommand) -> int:
     trials = suite.trials(variants, range(options.first, options.first + seeds), options.limit)
     out = own_directory(options.out or Path("out") / f"bench-{suite.name}")
     path = out / "results.jsonl"
-    todo = missing(trials, path, options.resume)
+    resume = options.resume or options.retry_failed
+    todo = missing(trials, path, resume, options.retry_failed, options.mixed)
     status = run_batch(lambda bar: _results(options, todo, bar), len(todo), out, "bench", "runs")
     rows = read_rows(path) if path.exists() else []
     if not rows:
@@ -57,7 +56,7 @@ def run_bench(options: BenchCommand) -> int:
     with progress_bar() as bar:
         for _ in bar.track(write_report(rows, out, variants), total=None, description="report"):
             pass
-    for table in lost_terminal(rows, variants):
+    for table in (results_terminal(rows, variants), *lost_terminal(rows, variants)):
         Console().print(table)
     _print_outcome(rows, out)
     return status

@@ -1,8 +1,7 @@
-"""`dynslam score EPISODE TRAJECTORY.tum [MAP.yaml]`: scores of any SLAM system's output."""
+"""`dynslam score EPISODE TRAJECTORY.tum [MAP.yaml] ...`: scores of any SLAM system's output."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -12,42 +11,27 @@ import tyro
 
 @dataclass
 class ScoreCommand:
-    """Score a trajectory, and a map if given, against the truth of a recorded episode.
+    """Score trajectories, and maps if given, against the truth of recorded episodes.
 
-    The scores are those of `dynslam bench`, at the scans within the trajectory's time span.
+    The scores are those of `dynslam bench`, at the scans within each trajectory's time span.
     """
 
     episode: tyro.conf.Positional[Path]
-    """Episode with the truth (.npz), as `dynslam record` writes it."""
-    trajectory: tyro.conf.Positional[Path]
-    """The estimated trajectory in the TUM format, with the stamps of the scans."""
-    map: tyro.conf.Positional[Path | None] = None
-    """The estimated map, in the trajectory's frame: the YAML beside its PGM (nav2's convention)."""
+    """Episode with the truth (.npz), as `dynslam record` writes it; or a folder of them: a
+    trajectory belongs to the episode whose name its own, or that of its folder, begins with."""
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """Estimated trajectories in the TUM format, with the stamps of the scans. A file that ends in
+    .yaml is the map of the trajectory before it, in the same frame (nav2's convention)."""
     frame: Literal["anchored", "world", "aligned"] = "anchored"
     """Pose of the trajectory's frame in the world. anchored: from the true first pose; world: the
     two frames are equal; aligned: least squares fit."""
+    offset: float = 0.0
+    """Added to the stamps of the trajectories, in s: for a system with a clock of its own."""
     json: bool = False
-    """Print all scores as one JSON object."""
+    """Print all scores as one JSON object; of several trajectories as a list."""
 
     def __call__(self) -> int:
         """Read, score, print."""
-        from slam.geometry import Pose2
-        from slam.io.episode_file import load_episode
-        from slam.io.ros_map import read_placed_map
-        from slam.io.tum import read_tum
-        from slam.metrics.external import score_external
+        from .score_files import score_files
 
-        from ..report.scores import QUALITY, present
-
-        episode, trajectory = load_episode(self.episode), read_tum(self.trajectory)
-        grid, frame = read_placed_map(self.map) if self.map is not None else (None, Pose2())
-        scores = score_external(episode, trajectory, grid, frame, self.frame)
-        if self.json:
-            print(json.dumps(scores))
-            return 0
-        print(f"{scores['scans']} of {len(episode.scans)} scans")
-        for score in present(QUALITY, [scores]):
-            value = score.of(scores)
-            assert value is not None
-            print(f"{score.name:>24}: {score.format(value)}{score.unit}")
-        return 0
+        return score_files(self)

@@ -44,7 +44,11 @@ from slam.errors import InputError
 from slam.io.formats import has_registered_reader
 from slam.registry import builder_of
 
+from ..console.selection import ALL, LIST_VARIANTS, parse_selection
+from ..outside.adapter import PREFIX, find_adapter, known_outside
+from ..trials.code import code_of, code_of_adapter
 from ..trials.jobs import Trial
+from ..trials.outside_trial import SCORING_TIME, OutsideTrial, told_version
 from ..trials.scoring import LOG_ENDINGS, stem
 from ..trials.sources import LogFile, SimulatedDrive, Source
 
@@ -79,16 +83,25 @@ class Suite:
 
         The runs on the first seed of each case are recorded for pictures.
         """
-        builders = {name: shipped(name) for name in variants}
+        makers = {name: maker(name, limit) for name in variants}
         return [
-            Trial(
-                self.name, case.condition, source, name, builders[name], limit, seed == seeds.start
-            )
+            makers[name](self.name, case.condition, source, name, pictured=seed == seeds.start)
             for seed in seeds
             for case in self.cases
             for source in (case.source(seed),)
             for name in variants
         ]
+
+
+def maker(name: str, limit: float) -> Callable[..., Trial]:
+    """Makes the trials of a variant, ours or an outside one. Raises InputError as `shipped`, and
+    for an adapter that cannot be used."""
+    if not name.startswith(PREFIX):
+        builder = shipped(name)
+        return partial(Trial, builder=builder, limit=limit, code=code_of(name)._asdict())
+    adapter, whole = find_adapter(name), limit + SCORING_TIME
+    code = code_of_adapter(adapter, told_version(adapter))._asdict()
+    return partial(OutsideTrial, limit=whole, program_limit=limit, adapter=adapter, code=code)
 
 
 def shipped(name: str) -> bytes | None:
@@ -288,6 +301,12 @@ SUITES: dict[str, Callable[[], Suite]] = {
 }
 
 
-def known_variants() -> list[str]:
-    """Names that a bench takes: the variants, and the ceilings, which know the truth."""
-    return [*slam.variants(), *CEILINGS]
+def parse_variants(names: str) -> list[str]:
+    """Variants of a bench by name: ours, registered ones, ceilings, and `outside:NAME`; `all` are
+    those without an adapter. Raises InputError for an unknown one, with the nearest names."""
+    known = [*slam.variants(), *CEILINGS]
+    if names.strip() == ALL:
+        return known
+    files = [name.strip() for name in names.split(",") if name.strip().endswith(".toml")]
+    outside = [*known_outside(), *(name for name in files if name.startswith(PREFIX))]
+    return parse_selection("variant", names, [*known, *outside], LIST_VARIANTS)

@@ -1,7 +1,8 @@
-"""A progress bar on standard error, so that standard output can be piped."""
+"""Progress on standard error, so that standard output can be piped: a bar, or a line at times."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar
 
@@ -10,12 +11,18 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    ProgressColumn,
+    Task,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.text import Text
 
 T = TypeVar("T")
+LINE_EVERY = 30.0  # s between lines where standard error is no terminal
+RATE_OVER = 300.0  # s, the time that a rate is measured over
+SLOW = 1.0  # a second: below this rate, it is told per minute
 
 
 class ProgressTracker(Protocol):
@@ -27,19 +34,69 @@ class ProgressTracker(Protocol):
 
 
 def progress_bar() -> Progress:
-    """A bar with the count, the elapsed and the remaining time; it disappears when finished.
-
-    Nothing is drawn if standard error is not a terminal.
-    """
+    """A bar with the count, the rate, the elapsed and the remaining time; it disappears when
+    finished. Where standard error is no terminal, a line of the same every half minute."""
     console = Console(stderr=True)
-    return Progress(
+    columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
+        _RateColumn(),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        console=console,
-        disable=not console.is_terminal,
-        transient=True,
     )
+    if console.is_terminal:
+        return Progress(*columns, console=console, transient=True, speed_estimate_period=RATE_OVER)
+    return _Lines(
+        *columns, console=console, disable=True, auto_refresh=False, speed_estimate_period=RATE_OVER
+    )
+
+
+class _RateColumn(ProgressColumn):
+    """Items a second, or a minute."""
+
+    def render(self, task: Task) -> Text:
+        return Text(rate(task))
+
+
+class _Lines(Progress):
+    """Draws no bar, and writes a line of every task that is under way every LINE_EVERY s."""
+
+    def start(self) -> None:
+        self._ended = threading.Event()
+        threading.Thread(target=self._write, daemon=True).start()
+
+    def stop(self) -> None:
+        self._ended.set()
+
+    def _write(self) -> None:
+        while not self._ended.wait(LINE_EVERY):
+            for task in self.tasks:
+                if not task.finished and task.total != 0:
+                    self.console.print(line(task), highlight=False, soft_wrap=True)
+
+
+def line(task: Task) -> str:
+    """A task in a line: how many of how many, the rate, the time left."""
+    if task.total is None:
+        return f"{task.description}: {task.elapsed or 0:.0f} s"
+    left = "" if task.time_remaining is None else f"{duration(task.time_remaining)} left"
+    done = f"{task.description}: {task.completed:g} of {task.total:g}"
+    return ", ".join(part for part in (done, rate(task), left) if part)
+
+
+def rate(task: Task) -> str:
+    """Items of a task a second, or a minute where that is less than one; empty if not known."""
+    speed = task.finished_speed or task.speed
+    if not speed:
+        return ""
+    return f"{speed:.1f} a second" if speed >= SLOW else f"{60 * speed:.1f} a minute"
+
+
+def duration(seconds: float) -> str:
+    """A time for people: `40 s`, `12 min`, `3 h 20 min`."""
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min"

@@ -3,52 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import tyro
 
 from slam.errors import InputError
 from slam.validation import one_of, unknown_name
-
-if TYPE_CHECKING:
-    from slam.episode import Episode
-
-
-def _npz(episode: Episode, path: Path) -> None:
-    from slam.io.episode_file import save_episode
-
-    save_episode(episode, path.with_suffix(".npz"))
-
-
-def _carmen(episode: Episode, path: Path) -> None:
-    from slam.io.carmen.writer import write_carmen
-
-    write_carmen(episode, path.with_suffix(".log.gz"))
-
-
-def _mcap(episode: Episode, path: Path) -> None:
-    from slam.io.bags.write import write_bag
-
-    write_bag(episode, path)
-
-
-def _tum(episode: Episode, path: Path) -> None:
-    from slam.io.tum import write_tum
-    from slam.trajectory import Trajectory
-
-    assert episode.truth is not None
-    write_tum(Trajectory(episode.times, episode.truth.poses), path.with_suffix(".tum"))
-
-
-FORMATS: dict[str, Callable[[Episode, Path], None]] = {
-    "npz": _npz,
-    "carmen": _carmen,
-    "mcap": _mcap,
-    "tum": _tum,
-}
 
 
 @dataclass
@@ -92,11 +53,12 @@ class RecordCommand:
         from ..console.progress import progress_bar
         from ..console.selection import parse_selection
         from ..trials.cache import episode_of
+        from ..trials.episode_formats import RECORDED
         from ..trials.sources import SimulatedDrive
 
         if self.env not in WORLDS:
             raise InputError(unknown_name("environment", self.env, WORLDS))
-        formats = parse_selection("format", self.formats, list(FORMATS), "dynslam record --help")
+        formats = parse_selection("format", self.formats, list(RECORDED), "dynslam record --help")
         known = {"doors": NAMED_LAWS.names(), "laser": tuple(LASERS), "robot": tuple(ROBOTS)}
         known |= {"difficulty": DIFFICULTIES}
         stem = self.env if self.split is None else f"{self.env}-{self.split}"
@@ -110,7 +72,7 @@ class RecordCommand:
             for seed in bar.track(seeds, description=self.env):
                 episode = episode_of(SimulatedDrive(self.env, seed, parameters, split=self.split))
                 for name in formats:
-                    FORMATS[name](episode, out / f"{stem}-{seed}")
+                    RECORDED[name](episode, out / f"{stem}-{seed}")
         episodes = "1 episode" if len(seeds) == 1 else f"{len(seeds)} episodes"
         print(f"{episodes} of {self.env} as {', '.join(formats)} in {out}")
         return 0

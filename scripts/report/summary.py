@@ -10,6 +10,7 @@ import numpy as np
 
 from slam.benchmark.results import Result
 from slam.benchmark.statistics import (
+    MIN_PAIRS,
     Interval,
     Paired,
     Ranks,
@@ -23,8 +24,6 @@ from slam.benchmark.statistics import (
 
 from ..trials.results import Condition
 from .scores import ATE, BRIER, F1, F1_OVER_TIME, Score, main_score, present
-
-MIN_PAIRS = 6  # with fewer, no difference can be significant at 5 %
 
 
 class Group(NamedTuple):

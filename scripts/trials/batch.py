@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -15,6 +16,7 @@ from slam.errors import InputError
 
 from ..console.exits import EXIT_INTERRUPTED
 from ..console.progress import progress_bar
+from .code import Code
 from .jobs import Done, Job
 from .recorded_run import save
 from .results import Condition, read_rows
@@ -22,11 +24,16 @@ from .results import Condition, read_rows
 J = TypeVar("J", bound=Job)
 
 
-def missing(jobs: Sequence[J], path: Path, resume: bool) -> list[J]:
+def missing(
+    jobs: Sequence[J], path: Path, resume: bool, again: bool = False, mixed: bool = False
+) -> list[J]:
     """The jobs without a row in the results file at `path`.
 
-    Raises InputError if there is a file but no `resume`, and if its rows are of another suite or of
-    other episodes than `jobs`: medians must not mix them.
+    again  whether a row without a result counts as none
+    mixed  whether rows of other code may stay beside those of this
+
+    Raises InputError if there is a file but no `resume`, and if its rows are of another suite, of
+    other episodes than `jobs`, or of other code: medians must not mix them.
     """
     if not path.exists():
         return list(jobs)
@@ -38,7 +45,9 @@ def missing(jobs: Sequence[J], path: Path, resume: bool) -> list[J]:
     rows, planned = read_rows(path), [job.row() for job in jobs]
     _check_suites(rows, planned, path)
     _check_episodes(rows, planned, path)
-    finished = {row["run"] for row in rows}
+    if not mixed:
+        _check_code(rows, planned, path)
+    finished = {row["run"] for row in rows if not (again and row["error"] is not None)}
     return [job for job, row in zip(jobs, planned, strict=True) if row["run"] not in finished]
 
 
@@ -59,6 +68,23 @@ def _check_episodes(rows: Sequence[Result], planned: Sequence[Result], path: Pat
                 f"{path} holds runs on another episode as {condition}, seed {seed}: the suite, a "
                 f"log, the steps or the simulator were changed; choose another directory by --out"
             )
+
+
+def _check_code(rows: Sequence[Result], planned: Sequence[Result], path: Path) -> None:
+    """Of the variants that are to run: were their rows made by the same code?"""
+    now = {row["variant"]: Code.of(row) for row in planned if "variant" in row}
+    counts = Counter((row["variant"], Code.of(row)) for row in rows)
+    others = [
+        f"{variant}: {count} {'run' if count == 1 else 'runs'} of {code or 'unknown code'}, now "
+        f"{now[variant]}"
+        for (variant, code), count in counts.items()
+        if variant in now and code != now[variant]
+    ]
+    if others:
+        raise InputError(
+            f"{path} would mix results of two codes ({'; '.join(others)}): go on all the same by "
+            f"--mixed, or choose another directory by --out"
+        )
 
 
 def run_batch(

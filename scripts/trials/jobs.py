@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import time
 import traceback
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -19,10 +20,12 @@ from slam.benchmark.results import Result, origin
 from slam.benchmark.run import Run, build, run, warm_up
 from slam.episode import Episode
 from slam.errors import InputError
+from slam.interface import Slam
+from slam.kernel import READYING
 
 from ..console.process_memory import forget_peak, peak_mb, resident_mb
 from .cache import episode_of
-from .recorded_run import RecordedRun, record_run
+from .recorded_run import RecordedRun, record_slam
 from .scoring import Scorer, scorer
 from .sources import Source, digest
 
@@ -81,6 +84,7 @@ class Trial:
     builder    cloudpickled builder of a variant registered by the user; None for ours
     limit      time limit, s
     pictured   whether to record the run for pictures
+    code       the code of the variant: see `code.Code`
     """
 
     suite: str
@@ -90,39 +94,51 @@ class Trial:
     builder: bytes | None = None
     limit: float = 600.0
     pictured: bool = False
+    code: Mapping[str, str] | None = None
 
     def __call__(self) -> Done:
         """Run and score; an exception and non-finite numbers are results, too."""
         episode = None
         try:
             episode, scores_of = _load(self.source)
-            if self.builder is not None and self.variant not in slam.variants():
-                slam.register(self.variant, cloudpickle.loads(self.builder))
-            _warm(self.variant, episode)
-            robot = build(self.variant, episode, self.source.seed)
-            before = resident_mb()
-            forget_peak()
-            done = run(robot, episode)
-            measured = {
-                "scans": len(done.poses),
-                "matched": done.matched,
-                "seconds": done.seconds,
-                "ms_per_matched_scan": done.ms_per_matched_scan,
-                "peak_memory_mb": peak_mb(),
-                "memory_mb": max(peak_mb() - before, 0.0),
-                "slam": configuration(robot),
-            }
+            done, measured = self.measured(episode)
             _check_finite(done)
             row = self.row(episode) | scores_of(done) | measured
             json.dumps(row, allow_nan=False)  # raises for numbers that JSON cannot hold
         except Exception as error:  # any exception of a variant is its result
             return Done(self.row(episode) | failure(error))
-        return Done(row, self._recorded(episode) if self.pictured else None)
+        return Done(row, self._recorded(done, episode) if self.pictured else None)
 
-    def _recorded(self, episode: Episode) -> RecordedRun | None:
+    def measured(self, episode: Episode) -> tuple[Run, Result]:
+        """The run, and what it took: scans, times, memory, the configuration of the SLAM."""
+        if self.builder is not None and self.variant not in slam.variants():
+            slam.register(self.variant, cloudpickle.loads(self.builder))
+        _warm(self.variant, episode)
+        robot = build(self.variant, episode, self.source.seed)
+        before = resident_mb()
+        forget_peak()
+        begun, readied = time.process_time(), READYING.seconds
+        done = run(robot, episode)
+        measured = {
+            "scans": len(done.poses),
+            "matched": done.matched,
+            "seconds": done.seconds,
+            "cpu_seconds": time.process_time() - begun - (READYING.seconds - readied),
+            "ms_per_matched_scan": done.ms_per_matched_scan,
+            "peak_memory_mb": peak_mb(),
+            "memory_mb": max(peak_mb() - before, 0.0),
+            "slam": configuration(robot),
+        }
+        return done, measured
+
+    def again(self, done: Run, episode: Episode) -> Slam:
+        """A SLAM that repeats the run `done`, for its pictures."""
+        return build(self.variant, episode, self.source.seed)
+
+    def _recorded(self, done: Run, episode: Episode) -> RecordedRun | None:
         """The recorded run; None if it fails: the scores do not need it."""
         try:
-            return record_run(self.variant, episode, self.source.seed)
+            return record_slam(self.again(done, episode), episode)
         except Exception:
             return None
 
@@ -138,6 +154,7 @@ class Trial:
             "episode": self.source.key,
             "error": None,
             "source": self.source.plain(),
+            "code": self.code,
             **origin(),
         }
         if episode is not None:

@@ -64,12 +64,15 @@ def on_cluster(jobs: Sequence[Trial], address: str) -> Iterator[Done]:
         raise InputError(f"no Dask scheduler at {address!r} ({error})") from None
     with client:
         _check_workers(client, address)
-        waiting = {client.submit(do, job, pure=False): job for job in jobs}
+        code = own_code()
+        waiting = {client.submit(do, job, code, pure=False): job for job in jobs}
         for future in as_completed(list(waiting)):
             job = waiting.pop(future)
             if future.cancelled():
                 raise InputError(f"the scheduler at {address} is gone; --resume goes on")
             error = future.exception()
+            if isinstance(error, InputError):  # of `do`: a worker that has joined since
+                raise error
             yield Done(job.row() | failure(str(error))) if error else future.result()
             future.release()
 
@@ -92,7 +95,8 @@ def _check_workers(client: Client, address: str) -> None:
         raise InputError(
             f"the scheduler at {address} has no workers: start some by `dask worker {address}`"
         ) from None
-    found, own = cast(dict[str, Any], client.run(_code)), own_code()
+    answers = client.run(_code, on_error="ignore")  # of those that have not died since
+    found, own = cast(dict[str, Any], answers), own_code()
     others = [worker for worker, theirs in found.items() if theirs != own]
     if others:
         raise InputError(
@@ -101,9 +105,20 @@ def _check_workers(client: Client, address: str) -> None:
         )
 
 
-def do(job: Trial) -> Done:
-    """Do a job on a worker, in a process of its own."""
+def do(job: Trial, code: str) -> Done:
+    """Do a job on a worker, in a process of its own. Raises InputError if this worker's code is not
+    `code`: it may have joined after `_check_workers`."""
+    if _own_code_once() != code:
+        raise InputError(
+            "a worker that joined has another version of dynslam or of its libraries: install the "
+            "same everywhere; --resume goes on"
+        )
     return _processes().do(job)
+
+
+@cache
+def _own_code_once() -> str:
+    return own_code()
 
 
 @cache

@@ -13,6 +13,7 @@ from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid, grown
+from slam.interface import Slam
 from slam.io.arrays import floats, read_arrays
 from slam.io.files import replacing
 from slam.io.guard import guarded
@@ -60,7 +61,12 @@ class RecordedRun(NamedTuple):
 
 def record_run(variant: str, episode: Episode, seed: int) -> RecordedRun:
     """Run `variant` on the episode and record it."""
-    playback = Playback(build(variant, episode, seed), episode)
+    return record_slam(build(variant, episode, seed), episode)
+
+
+def record_slam(robot: Slam, episode: Episode) -> RecordedRun:
+    """Run a SLAM on the episode and record it."""
+    playback = Playback(robot, episode)
     moments = thinned(np.arange(len(episode.scans)), MAX_MOMENTS)
     wanted, seen = set(moments.tolist()), []
     for number, _ in enumerate(playback):

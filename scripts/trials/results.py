@@ -61,9 +61,14 @@ def _is_factor(row: Result, name: object) -> bool:
 def _once(rows: list[Result], path: Path) -> list[Result]:
     """The rows, of runs that are in the file several times the last one; says how many are: of two
     benches in one folder, intervals must not count a run twice."""
-    last = {row["run"]: row for row in rows}
-    if len(last) < len(rows):
-        _tell_doubled(path, len(rows) - len(last))
+    last: dict[str, Result] = {}
+    doubled = 0
+    for row in rows:
+        before = last.get(row["run"])
+        doubled += before is not None and before["error"] is None  # a failed run is tried again
+        last[row["run"]] = row
+    if doubled:
+        _tell_doubled(path, doubled)
     return list(last.values())
 
 

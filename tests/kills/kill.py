@@ -29,8 +29,8 @@ from tests.slam.io.samples import small_drive
 KILLS_A_ROUND = 5
 ROOT = Path(__file__).parents[2]
 TIMED = (
-    "finished", "seconds", "ms_per_matched_scan", "ms_per_step", "peak_memory_mb", "memory_mb",
-    "commit",
+    "finished", "seconds", "cpu_seconds", "ms_per_matched_scan", "ms_per_step", "peak_memory_mb",
+    "memory_mb", "commit",
 )  # fmt: skip
 """What differs from run to run in rows and summaries; the commit, if the checkout is edited."""
 OF_TIMES = (".html", ".csv", ".png", ".svg", ".md", ".tex")  # pages that show times: names alone

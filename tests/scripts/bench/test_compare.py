@@ -138,3 +138,27 @@ def test_the_folders_of_two_benches_will_do(tmp_path, capsys):
         written(folder / "results.jsonl", rows())
     assert main.status(["compare", *map(str, folders)]) == 0
     assert "36 pairs of runs" in capsys.readouterr().out
+
+
+def coded(found: list[Row], variant: str, code: tuple[str, str, str] | None) -> list[Row]:
+    named = code and dict(zip(("package", "version", "digest"), code, strict=True))
+    return [{**r, "code": named} if r["variant"] == variant else r for r in found]
+
+
+def test_it_says_whose_code_a_variant_is_and_whether_it_changed(compared):
+    ours, old, new = ("dynslam", "0.1", "abc"), ("mine", "1.0", "123"), ("mine", "1.1", "456")
+    before = coded(coded(rows(), "a", ours), "b", old)
+    _, told = compared(before, coded(before, "b", new))
+    assert "code of b: mine 1.0 123 before, mine 1.1 456 after" in told
+    assert "code of a" not in told
+    _, told = compared(before, before)
+    assert "code of b: mine 1.0 123 before and after" in told
+
+
+def test_it_says_how_many_pairs_a_verdict_needs(compared):
+    few = rows(seeds=5)
+    _, told = compared(few, worsened(few, "b", 0.005), "--every")
+    assert "comparisons have fewer than the 6 pairs that any verdict needs" in told
+    assert "5 pairs; a verdict needs about 6" in told
+    _, told = compared(rows(), worsened(rows(), "b", 0.005), "--every")
+    assert "fewer than" not in told

@@ -146,3 +146,58 @@ def test_mistakes_are_told(arguments, told, capsys, tmp_path):
     assert main.status(["record", *arguments, "--out", str(tmp_path)]) == 2
     assert told in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def several(recorded, tmp_path):
+    """Two episodes, and for each the true trajectory under three names."""
+    for stem in ("DoorCorridor-v0-5", "DoorCorridor-v0-7"):
+        (tmp_path / stem).mkdir()
+        for name in (f"{stem}.tum", f"{stem}-mine.tum", f"{stem}/trajectory.tum"):
+            (tmp_path / name).write_bytes((recorded / f"{stem}.tum").read_bytes())
+    return tmp_path
+
+
+def test_many_trajectories_find_their_episodes_by_name_and_share_a_table_of_80_columns(
+    recorded, several, capsys, monkeypatch
+):
+    monkeypatch.chdir(several)
+    monkeypatch.setenv("COLUMNS", "80")
+    long = "DoorCorridor-v0-7-of-a-system-with-a-name-that-is-longer-than-its-column-is-wide.tum"
+    (several / "DoorCorridor-v0-7-mine.tum").rename(long)
+    files = ["DoorCorridor-v0-5.tum", long, "DoorCorridor-v0-7/trajectory.tum"]
+    assert main.status(["score", str(recorded), *files]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert sum("0.0" in line for line in lines) == 3
+    assert main.status(["score", str(recorded), *files, "--json"]) == 0
+    scores = json.loads(capsys.readouterr().out)
+    assert [one["trajectory"] for one in scores] == files
+    assert all(one["ate"] < 1e-6 for one in scores)
+    assert scores[0]["of"] == len(load_episode(recorded / "DoorCorridor-v0-5.npz").scans)
+
+
+def test_stamps_of_another_clock_are_moved_by_an_offset(recorded, several, capsys):
+    late = several / "late.tum"
+    lines = (several / "DoorCorridor-v0-7.tum").read_text().splitlines()[1:]
+    moved = [f"{float(line.split()[0]) + 1e6:.6f} {line.split(' ', 1)[1]}\n" for line in lines]
+    late.write_text("".join(moved))
+    episode = str(recorded / "DoorCorridor-v0-7.npz")
+    assert main.status(["score", episode, str(late)]) == 2
+    assert main.status(["score", episode, str(late), "--offset=-1e6", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["ate"] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (("map.yaml",), "a map follows its trajectory"),
+        (("DoorCorridor-v0-5.tum", "a.yaml", "b.yaml"), "a map follows its trajectory"),
+        ((), "no trajectory named"),
+        (("DoorCorridor-v0-50.tum",), "no episode in"),
+    ],
+)
+def test_files_that_belong_together_in_no_way_are_told(recorded, several, capsys, names, told):
+    files = [str(several / name) for name in names]
+    assert main.status(["score", str(recorded), *files]) == 2
+    assert told in capsys.readouterr().err

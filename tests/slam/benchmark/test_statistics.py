@@ -159,3 +159,22 @@ def test_ranks_of_too_little_have_p_of_one() -> None:
     assert ranks(np.array([[1.0, 2.0, 3.0]])).p == 1.0
     assert ranks(np.array([[1.0, 2.0]] * 9)).p == 1.0
     assert ranks(np.ones((5, 3))).p == 1.0
+
+
+def test_the_number_of_pairs_for_a_verdict_is_what_simulation_finds():
+    rng = np.random.default_rng(5)
+    large = rng.normal(0.5, 1.0, 4000)
+    needed = statistics.pairs_needed(large, np.zeros(4000))
+    assert needed is not None
+    found = [
+        statistics.paired(rng.normal(0.5, 1.0, needed), np.zeros(needed)).p < 0.05
+        for _ in range(400)
+    ]
+    assert 0.72 < np.mean(found) < 0.88
+
+
+def test_a_difference_that_never_varies_needs_six_pairs_and_none_at_all_any_number():
+    assert statistics.pairs_needed([1.0, 2.0, 3.0], [0.5, 1.5, 2.5]) == 6
+    assert statistics.pairs_needed([1.0, 2.0], [1.0, 2.0]) is None
+    assert statistics.pairs_needed([1.0, np.inf], [0.5, 1.5]) is None
+    assert statistics.pairs_needed([1.0], [0.5]) is None

@@ -1,0 +1,1 @@
+"""SLAM systems outside of dynslam: adapters, their programs, the trajectories they write."""
