@@ -46,9 +46,9 @@ WAYS = ("frozen", "living")
 
 def table(rows: Sequence[Result], variants: Sequence[str]) -> str:
     """Markdown of each world: for the frozen and the living map, the share of visits placed (mean)
-    and the scores (median over campaigns). Campaigns count that all variants have finished. * differs
-    from the first variant by Wilcoxon's signed rank test, at 5 % of false discoveries among all
-    comparisons of a world."""
+    and the scores (median over campaigns). Campaigns count that all variants have finished. *
+    differs from the first variant by Wilcoxon's signed rank test, at 5 % of false discoveries among
+    all comparisons of a world."""
     worlds = dict.fromkeys(row["world"] for row in rows)
     return "\n".join(_of_world(world, rows, variants) for world in worlds)
 

@@ -22,7 +22,7 @@ class MapCommand(MappedSource):
     """
 
     slam: str | None = None
-    """SLAM variant. Default: dynamic-graph, which closes loops."""
+    """SLAM variant. Default: dynamic-graph, which closes loops; with --localise, hmm-ml."""
     out: Path | None = None
     """Folder to write to. Default: out/FILE."""
     onto: Path | None = None

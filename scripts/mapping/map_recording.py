@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from .live import Live
     from .map import MapCommand
 
-DEFAULT_VARIANT = "dynamic-graph"
+DEFAULT_VARIANT, DEFAULT_LOCALISER = "dynamic-graph", "hmm-ml"
 MAX_DOORS_PRINTED = 10
 PICTURES = ".yaml", ".pgm", ".png"
 CONFIG_FILE = "config.toml"
@@ -125,7 +125,7 @@ def _variant(options: MapCommand) -> str:
         )
     if options.slam:
         check_variant(options.slam)
-    return options.slam or DEFAULT_VARIANT
+    return options.slam or (DEFAULT_LOCALISER if options.localise else DEFAULT_VARIANT)
 
 
 def _drawing(options: MapCommand) -> Drawing:
