@@ -49,8 +49,9 @@ def unpacked_doors(data: dict[str, Any]) -> tuple[RememberedDoor, ...]:
     doors, until = floats(data[DOORS], 2), floats(data[UNTIL], 1)
     if len(doors) != len(until) or not np.isfinite(doors).all() or np.isnan(until).any():
         raise InputError("each door needs finite numbers and a time")
-    if not np.isin(doors[:, -2:], (-1, 0, 1)).all():
-        raise InputError("a door's hinge is at one of its ends, and it opens to one of two sides")
+    widths = np.hypot(*(doors[:, 2:4] - doors[:, :2]).T)
+    if not (np.isin(doors[:, -2:], (-1, 0, 1)).all() and (widths > 0).all()):
+        raise InputError("a door has a width, a hinge at one of its ends, and opens to one side")
     return tuple(
         RememberedDoor(unpacked_door(row), unpacked_forecast(_of_door(data, k)), time)
         for k, (row, time) in enumerate(zip(doors.tolist(), until.tolist(), strict=True))
