@@ -34,7 +34,7 @@ from slam.layers import layers
 from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.ghosts import Ghosts
 from slam.metrics.lost import LOST_DISTANCE, LOST_TURN
-from slam.sessions.continuation import continued, localiser
+from slam.sessions.continuation import continued, empty, localiser
 from slam.sessions.pruning import pruned
 from slam.sessions.redrawing import map_model_of
 from slam.sessions.relocalisation import certain, compared
@@ -129,6 +129,7 @@ class Building:
     def __init__(self, variant: str, seed: int):
         self._layered = variant == LAYERED
         self._variant, self._seed = ITS_VARIANT if self._layered else variant, seed
+        empty(self._variant)  # raises for one that continues no map
         self.session: Session | None = None
         self.grid: OccupancyGrid | None = None
         self.map_bytes = 0
@@ -212,8 +213,11 @@ def _wrong(poses: Array, truth: Array) -> np.ndarray:
 
 def _means(visits: Sequence[dict[str, float | None]]) -> dict[str, float | None]:
     """The mean of each score over the visits that have it."""
-    found = {name: [v[name] for v in visits if v[name] is not None] for name in visits[0]}
-    return {name: float(np.mean(values)) if values else None for name, values in found.items()}
+    means: dict[str, float | None] = {}
+    for name in visits[0]:
+        values = [value for visit in visits if (value := visit[name]) is not None]
+        means[name] = float(np.mean(values)) if values else None
+    return means
 
 
 def _map_bytes(robot: Any) -> int:

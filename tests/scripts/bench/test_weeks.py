@@ -10,11 +10,18 @@ from dynslam_cli.bench.weeks import Building, WeeksTrial, visit_scores
 from dynslam_cli.bench.weeks_table import table
 from dynslam_cli.main import status
 
+from agents import record_corridor
+from slam.episode import Episode
 from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.layers import layers
 from slam.sessions.session import Session
 from slam.sessions.static_layer import of_what_stands
+
+
+@pytest.fixture(scope="module")
+def drive() -> Episode:
+    return record_corridor(7, max_episode_steps=200)
 
 
 @pytest.fixture
@@ -44,24 +51,24 @@ def test_a_failure_is_a_result():
     assert "continued by a variant" in row["error"]
 
 
-def test_a_visit_that_is_placed_wrongly_or_not_at_all_is_told(short_episode):
+def test_a_visit_that_is_placed_wrongly_or_not_at_all_is_told(drive):
     building = Building("static-ml", 0)
-    done = building.visit(short_episode)
+    done = building.visit(drive)
     assert done is not None
     made, start = done
     assert building.grid is not None
-    assert visit_scores(short_episode, done, building.grid)["right"] == 1.0
-    none = visit_scores(short_episode, None, building.grid)
+    assert visit_scores(drive, done, building.grid)["right"] == 1.0
+    none = visit_scores(drive, None, building.grid)
     assert (none["unplaced"], none["right"], none["off"], none["ate"]) == (1.0, 0.0, 1.0, None)
     off = made.online + (1.0, 0.0, 0.0)
     moved = type(made)(off, off, made.grid, made.matched, made.spent, made.lost)
-    wrong = visit_scores(short_episode, (moved, start @ Pose2(1.0, 0.0, 0.0)), building.grid)
+    wrong = visit_scores(drive, (moved, start @ Pose2(1.0, 0.0, 0.0)), building.grid)
     assert (wrong["wrong"], wrong["off"], wrong["ate"]) == (1.0, 1.0, None)
 
 
-def test_what_changes_is_left_out_of_the_static_layer(short_episode):
-    truth = short_episode.truth
-    known = Session(short_episode.scans, truth.poses)
+def test_what_changes_is_left_out_of_the_static_layer(drive):
+    truth = drive.truth
+    known = Session(drive.scans, truth.poses)
     made = layers(known.scans, known.poses)
     standing = of_what_stands(known, made)
     gone = [np.isnan(a.ranges) & ~np.isnan(b.ranges)

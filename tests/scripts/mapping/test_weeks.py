@@ -52,7 +52,7 @@ def test_a_map_goes_on_in_its_own_folder(short_episode: Episode, house: Path, tm
 def test_an_update_that_dies_leaves_the_old_session_whole(
     short_episode: Episode, house: Path, tmp_path: Path, monkeypatch
 ):
-    before = (house / "session.npz").read_bytes()
+    before, next_day = (house / "session.npz").read_bytes(), on_day(short_episode, 1, tmp_path)
 
     def torn(file, **arrays):
         file.write(before[:1000])
@@ -61,7 +61,7 @@ def test_an_update_that_dies_leaves_the_old_session_whole(
     with monkeypatch.context() as patch:
         patch.setattr(session_module.np, "savez_compressed", torn)
         onto = ["--onto", str(house / "session.npz"), "--out", str(house), *QUICK]
-        assert main.status(["map", on_day(short_episode, 1, tmp_path), *onto]) == 130
+        assert main.status(["map", next_day, *onto]) == 130
     assert (house / "session.npz").read_bytes() == before
     assert not [path for path in house.iterdir() if path.suffix == ".tmp"]
 
