@@ -123,7 +123,7 @@ class Campaign:
         whole(self, "boxes", 0)
         whole(self, "seed", 0)
         positive(self, "minutes")
-        number("Campaign.begin", self.begin)
+        number("Campaign.begin", self.begin, 0.0)
         within(self, "minutes", 0.1, min(LONGEST, (CLOSES - OPENS) * 60.0 / self.visits))
 
     @property

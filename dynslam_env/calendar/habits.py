@@ -121,7 +121,7 @@ class Habits(DoorCalendar):
         positive(self, "cycle")
         within(self, "variety", 0.0, 10.0)
         whole(self, "seed", 0)
-        number("Habits.begin", self.begin)
+        number("Habits.begin", self.begin, 0.0)
         instance("Habits.dwell", self.dwell, Dwell)
         if np.shape(self.week) != (7, 24) or not ((rate := np.array(self.week)) >= 0).all():
             raise InputError("Habits.week must be 7 days of 24 probabilities each")
