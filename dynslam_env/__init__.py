@@ -1,5 +1,8 @@
 """Gymnasium environments of worlds that change, for SLAM and navigation."""
 
+from dynslam_env.calendar.campaign import Campaign, OnDate, Visit
+from dynslam_env.calendar.door_calendar import DoorCalendar, InPairs, Recorded
+from dynslam_env.calendar.habits import Dwell, Empirical, Habits, Weibull
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.faults.carried import CarriedAway
 from dynslam_env.faults.fault import Fault, FaultState
@@ -52,17 +55,21 @@ __all__ = [
     "PATROLS",
     "ROBOTS",
     "WORLDS",
+    "Campaign",
     "CarriedAway",
     "Clock",
     "Corridor",
     "Coupled",
     "Door",
+    "DoorCalendar",
     "DoorWorldEnv",
     "DoorWorldVectorEnv",
     "Doors",
     "Driver",
+    "Dwell",
     "EchoLoss",
     "Effect",
+    "Empirical",
     "Exponential",
     "Fault",
     "FaultState",
@@ -72,6 +79,8 @@ __all__ = [
     "FromMap",
     "Gap",
     "Generator",
+    "Habits",
+    "InPairs",
     "Lag",
     "Laser",
     "Latency",
@@ -83,10 +92,12 @@ __all__ = [
     "Odometry",
     "OdometryScale",
     "Office",
+    "OnDate",
     "People",
     "Periodic",
     "Quantisation",
     "RangeNoise",
+    "Recorded",
     "Recorder",
     "Robot",
     "Scripted",
@@ -97,6 +108,8 @@ __all__ = [
     "Task",
     "Uniform",
     "Varied",
+    "Visit",
+    "Weibull",
     "WheelEncoders",
     "WrongBeams",
     "record",

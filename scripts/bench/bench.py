@@ -20,7 +20,8 @@ class BenchCommand:
     suite: tyro.conf.Positional[str]
     """paper: the paper's experiment; change: how much change each variant stands; worlds: all
     environments; faults: wheels that slip, a laser that lags, and others, and whether a variant
-    knows that it is lost; sensors: lasers and robots as they are, an effect at a time; logs: a
+    knows that it is lost; sensors: lasers and robots as they are, an effect at a time; weeks: map
+    a building, come back on later days, one campaign a seed (writes table.md, no report); logs: a
     folder of recorded logs (--logs); or a TOML file of your own."""
     variants: str | None = None
     """SLAM variants, separated by commas, or all. Default: those of the suite. The others are

@@ -26,6 +26,8 @@ from ..trials.pool import check_workers, on_cluster, results_of
 from ..trials.results import Condition, read_rows
 from ..trials.sources import SimulatedDrive
 from ..trials.worker_process import WorkerProcesses
+from .run_weeks import NAME as WEEKS
+from .run_weeks import run_weeks
 from .suites import SUITES, Suite, logs, parse_variants
 from .user_suite import read_suite
 
@@ -37,6 +39,8 @@ MAX_ERRORS_PRINTED = 5
 
 def run_bench(options: BenchCommand) -> int:
     """Run, write, print; the exit status."""
+    if options.suite == WEEKS:
+        return run_weeks(options)
     suite = _suite(options)
     variants = parse_variants(options.variants or ",".join(suite.variants))
     seeds = suite.seeds if options.seeds is None else options.seeds
@@ -66,7 +70,7 @@ def _suite(options: BenchCommand) -> Suite:
     if options.suite.endswith(".toml"):
         return read_suite(Path(options.suite))
     if options.suite not in (*SUITES, "logs"):
-        known = (*SUITES, "logs", "or a file that ends with .toml")
+        known = (*SUITES, WEEKS, "logs", "or a file that ends with .toml")
         raise InputError(unknown_name("suite", options.suite, known))
     if options.suite == "logs":
         if options.logs is None:

@@ -16,10 +16,10 @@ from slam.grid import GridSpec
 from slam.io.files import AnyPath, replacing
 from slam.io.layers import FRAME, doors_collection
 from slam.layers import Layers
+from slam.layers.door_sights import echoes, history
 from slam.layers.doors import LEAF_DEPTH, SURE
 
 from ..figures.map_panel import MapPanel
-from .door_history import echoes, history
 from .drive import drive
 from .images import Picture, belief_picture, layers_picture, map_picture, reasons_picture
 

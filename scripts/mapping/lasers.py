@@ -31,9 +31,5 @@ class Lasers(NamedTuple):
             return [session]
         number = {mount: k for k, mount in enumerate(self.mounts)}
         laser = np.array([number.get(scan.mount, 0) for scan in session.scans])
-        chosen = [np.flatnonzero(laser == k) for k in range(len(self.mounts))]
-        return [
-            Session(tuple(session.scans[k] for k in which.tolist()), session.poses[which])
-            for which in chosen
-            if len(which)
-        ]
+        chosen = [laser == k for k in range(len(self.mounts))]
+        return [session.kept(which) for which in chosen if which.any()]

@@ -22,12 +22,12 @@ class MapCommand(MappedSource):
     """
 
     slam: str | None = None
-    """SLAM variant. Default: dynamic-graph, which closes loops; with --onto, hmm-ml."""
+    """SLAM variant. Default: dynamic-graph, which closes loops; with --localise, hmm-ml."""
     out: Path | None = None
     """Folder to write to. Default: out/FILE."""
     onto: Path | None = None
-    """session.npz of an earlier map to continue. Where the recording begins in it is found; if
-    it may be several places, the command ends with status 2 and names them."""
+    """session.npz of an earlier map to continue, any number of times. Where the recording begins in
+    it is found; if it may be several places, the command ends with status 2 and names them."""
     start: tuple[float, float, float] | None = None
     """Start pose in the map of --onto, if known: x and y in m, heading in degrees. It is compared
     with the other places of the map, and corrected where it is certainly wrong."""

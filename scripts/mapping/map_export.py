@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
 from slam.layers import Layers
 from slam.layers.classification import DOOR_LEAF, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
+from slam.sessions.door_memory import remembered, with_remembered
+from slam.sessions.pruning import pruned
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
 
@@ -35,6 +38,7 @@ from .lost_file import write_lost
 from .mapping_run import MappingRun
 from .nav2_files import write_nav2
 from .run_clock import RunClock
+from .weeks_picture import write_weeks
 
 SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
 SNAPSHOTS = {"film": 150, "mcap": 8, "rrd": 8}  # maps of the run that a part shows, at most
@@ -70,7 +74,7 @@ class MapExport:
         self.snapshots = mapping.snapshots()
         self.estimates = mapping.estimates
         new = session_of(self.episode, self.run.poses)
-        self.session = new if before is None else before.followed_by(new.scans, new.poses)
+        self.session = new if before is None else pruned(before.followed_by(new.scans, new.poses))
         self.layers: Layers | None = None
         self._writers: dict[str, Callable[[], list[str]]] = {
             "session": self._session,
@@ -137,12 +141,16 @@ class MapExport:
     def _layers(self) -> list[str]:
         lasers = Lasers.of_episode(self.episode)
         made = self.drawing.layers(self.session, self.run.grid, lasers, self.variant)
+        self.session = replace(self.session, doors=remembered(self.session, made.doors))
+        made, weeks = with_remembered(made, self.session.doors)
+        self._session()
         self.layers = made
         write_ros_map(self.drawing.standing(made), self.out / "map.yaml")
         write_png(layers_figure(made, self.title), self.out / "layers.png")
         write_layers(made, self.out / "layers.npz")
-        write_doors(made, self.out / "doors.geojson")
-        return ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
+        write_doors(made, self.out / "doors.geojson", weeks)
+        names = ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
+        return [*names, *write_weeks(made.doors, weeks, self.out)]
 
     def _nav2(self) -> list[str]:
         if self.layers is None:

@@ -18,7 +18,7 @@ from slam.io.tum import read_tum
 from slam.layers.doors import SURE
 from slam.metrics.reference import score_reference
 from slam.sessions.continuation import continued, empty, localiser
-from slam.sessions.session import Session
+from slam.sessions.session import Session, check_order
 from slam.trajectory import Trajectory
 
 from ..console.compiling import compiling_told
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from .live import Live
     from .map import MapCommand
 
-DEFAULT_VARIANT, DEFAULT_CONTINUED_VARIANT = "dynamic-graph", "hmm-ml"
+DEFAULT_VARIANT, DEFAULT_LOCALISER = "dynamic-graph", "hmm-ml"
 MAX_DOORS_PRINTED = 10
 PICTURES = ".yaml", ".pgm", ".png"
 CONFIG_FILE = "config.toml"
@@ -72,6 +72,8 @@ def map_recording(options: MapCommand, begun: float) -> int:
     lasers, warnings = options.read_limited()
     out = _out(options)
     episode, corrected = prepared(lasers, clock, options.file)
+    if session is not None and not options.localise:
+        check_order(session, episode)
     if drawing.resolution < CELL:
         check_size(episode.scans, episode.odometry.at(episode.times), drawing.resolution)
     compile_first(variant, episode)
@@ -123,7 +125,7 @@ def _variant(options: MapCommand) -> str:
         )
     if options.slam:
         check_variant(options.slam)
-    return options.slam or (DEFAULT_CONTINUED_VARIANT if options.onto else DEFAULT_VARIANT)
+    return options.slam or (DEFAULT_LOCALISER if options.localise else DEFAULT_VARIANT)
 
 
 def _drawing(options: MapCommand) -> Drawing:
@@ -151,9 +153,10 @@ def _tell_of_mask(drawing: Drawing, export: MapExport, options: MapCommand) -> N
 
 
 def _out(options: MapCommand) -> Path:
-    """The folder to write to, which must not hold the map that is continued."""
+    """The folder to write to. It may be that of the map that is continued, but not of one that the
+    robot is localised in, whose files would be those of another run."""
     out = options.out or Path("out") / stem(options.file)
-    if options.onto is not None and out.resolve() == options.onto.resolve().parent:
+    if options.localise and options.onto and out.resolve() == options.onto.resolve().parent:
         raise InputError(
             f"{out}: holds the map of --onto, which needs another folder to write to (--out)"
         )

@@ -25,7 +25,7 @@ class RecordCommand:
     """Id of the environment, such as DoorCorridor-v0."""
     seeds: str = "5000"
     """Seeds: a number, a range such as 5000-5009, or several of these separated by commas. With
-    --split, the numbers of episodes there."""
+    --split, the numbers of episodes there; with --days, the buildings."""
     split: str | None = None
     """train, validation or test: record episodes of this split."""
     difficulty: str | None = None
@@ -41,6 +41,16 @@ class RecordCommand:
     laser of the paper's experiment, without effects."""
     robot: str | None = None
     """Pioneer-3DX or TurtleBot3. Default: the robot of the paper's experiment."""
+    days: int | None = None
+    """Record a campaign: visits to one building on so many days. Its doors have habits, furniture
+    is moved, boxes are left and taken, and people come by the hour. A seed is a building."""
+    visits: int = 3
+    """With --days: the number of visits a day, between 7 and 19 o'clock."""
+    minutes: float = 3.0
+    """With --days: how long a visit lasts."""
+    history: Path | None = None
+    """With --days: the doors do what a real door did, by a CSV file with the header
+    begin_s,end_s,state (state 1: open). Door k is k weeks ahead of door 0."""
 
     def __call__(self) -> int:
         """Record, write."""
@@ -55,6 +65,7 @@ class RecordCommand:
         from ..trials.cache import episode_of
         from ..trials.episode_formats import RECORDED
         from ..trials.sources import SimulatedDrive
+        from .campaign import record_campaigns
 
         if self.env not in WORLDS:
             raise InputError(unknown_name("environment", self.env, WORLDS))
@@ -67,6 +78,10 @@ class RecordCommand:
             one_of(name, value, known[name])
         one_of("split", self.split, (None, *SPLITS))
         seeds = numbers(self.seeds)
+        if self.days is not None:
+            return record_campaigns(self, seeds, parameters, formats)
+        if self.history is not None:
+            raise InputError("--history is of a campaign: give its number of days, --days")
         out = output_directory(self.out)
         with progress_bar() as bar:
             for seed in bar.track(seeds, description=self.env):

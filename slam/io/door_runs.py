@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.forecast.watched import Runs, checked
-from slam.io.files import AnyPath, text_lines
+from slam.io.files import AnyPath, replacing, text_lines
 from slam.io.guard import RECORD_BYTES, guarded, take
 from slam.io.one_line import one_line
 
@@ -21,6 +21,14 @@ def read_door_runs(path: AnyPath) -> Runs:
     """
     with guarded(path):
         return _read(path)
+
+
+def write_door_runs(runs: Runs, path: AnyPath) -> None:
+    """Write what `read_door_runs` reads, with times to the millisecond."""
+    rows = zip(*(part.tolist() for part in runs), strict=True)
+    lines = [HEADER, *(f"{begin:.3f},{end:.3f},{state}" for begin, end, state in rows)]
+    with replacing(path) as file:
+        file.write("\n".join(lines).encode() + b"\n")
 
 
 def _read(path: AnyPath) -> Runs:

@@ -21,8 +21,13 @@ NOTHING = math.nan  # in the place of a time or a day that is not there
 
 def save_forecast(door: DoorForecast, path: str | os.PathLike[str]) -> None:
     """Write `door` to `path` (.npz) atomically. Raises InputError if it cannot be written."""
+    with replacing(path) as file:
+        np.savez_compressed(file, format=FORMAT, **packed_forecast(door))
+
+
+def packed_forecast(door: DoorForecast) -> dict[str, Any]:
+    """All that a forecast has learned, as arrays by name."""
     arrays: dict[str, Any] = {
-        "format": FORMAT,
         "timezone": door.clock.name,
         "half_life_days": door.half_life_days,
         "days": [_or_nothing(door.reference), _or_nothing(door.rates_day)],
@@ -34,17 +39,17 @@ def save_forecast(door: DoorForecast, path: str | os.PathLike[str]) -> None:
         "window_age": door.window.age,
         "look": [] if door.look is None else [*door.look[:2], _or_nothing(door.look.since)],
     }
-    arrays |= door.sums()
-    with replacing(path) as file:
-        np.savez_compressed(file, **arrays)
+    return arrays | door.sums()
 
 
 def load_forecast(path: str | os.PathLike[str]) -> DoorForecast:
     """Read a file of `save_forecast`. Raises InputError for any other; never runs a pickle."""
-    return parsed(path, WHAT, FORMAT, _forecast)
+    return parsed(path, WHAT, FORMAT, unpacked_forecast)
 
 
-def _forecast(data: dict[str, Any]) -> DoorForecast:
+def unpacked_forecast(data: dict[str, Any]) -> DoorForecast:
+    """The forecast of such arrays. Raises InputError, KeyError, ValueError or TypeError for
+    others."""
     door = DoorForecast(str(data["timezone"]), float(data["half_life_days"]))
     for name, sums in door.sums().items():
         sums[...] = _like(sums, data, name)

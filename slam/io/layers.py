@@ -7,6 +7,7 @@ robot's map are metres in its frame, as the foreign member `frame` says in every
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from slam.layers import Layers
 from slam.layers.classification import CHANGING, DOOR_LEAF, FREE, KEPT, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
 
+Week = dict[str, Any] | None
 FORMAT = "dynslam-layers-2"
 WHAT = "layers written by dynslam"
 FRAME = "map, x and y in metres: not the longitude and latitude of RFC 7946"
@@ -45,24 +47,28 @@ def picture(layers: Layers) -> np.ndarray:
     return pixels
 
 
-def doors_collection(layers: Layers) -> dict[str, Any]:
+def doors_collection(layers: Layers, weeks: Sequence[Week] = ()) -> dict[str, Any]:
     """The doors found as a GeoJSON FeatureCollection of polygons, the most probable first.
+
+    weeks  of the first doors, what was learned of their habits: `DoorForecast.to_dict`
 
     `hinge` is the end of the gap at which the open leaf was seen, and `opens_to` the side of it, as
     seen along the polygon's first edge; null if the leaf was not seen open, or slides.
     """
-    features = [_feature(number, door) for number, door in enumerate(layers.doors, 1)]
+    habits = [*weeks, *([None] * (len(layers.doors) - len(weeks)))]
+    listed = zip(layers.doors, habits, strict=True)
+    features = [_feature(number, *door) for number, door in enumerate(listed, 1)]
     return {"type": "FeatureCollection", "frame": FRAME, "features": features}
 
 
-def write_doors(layers: Layers, path: AnyPath) -> None:
+def write_doors(layers: Layers, path: AnyPath, weeks: Sequence[Week] = ()) -> None:
     """Write `doors_collection`."""
-    text = json.dumps(doors_collection(layers), indent=1, allow_nan=False)
+    text = json.dumps(doors_collection(layers, weeks), indent=1, allow_nan=False)
     with replacing(path) as file:
         file.write(text.encode() + b"\n")
 
 
-def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
+def _feature(number: int, door: MappedDoor, week: Week) -> dict[str, Any]:
     corners = np.round(door.outline, 3).tolist()
     return {
         "type": "Feature",
@@ -82,6 +88,7 @@ def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
             "seen_closed_scans": door.seen_closed,
             "hinge": None if door.hinge < 0 else np.round(door.ends[door.hinge], 3).tolist(),
             "opens_to": {1: "left", -1: "right"}.get(door.swing),
+            **({} if week is None else {"week": week}),
         },
     }
 
@@ -89,7 +96,6 @@ def _feature(number: int, door: MappedDoor) -> dict[str, Any]:
 def write_layers(layers: Layers, path: AnyPath) -> None:
     """Write all layers to `path` (.npz)."""
     spec = layers.spec
-    doors = [(*door.ends.ravel(), *door[1:]) for door in layers.doors]
     with replacing(path) as file:
         np.savez_compressed(
             file,
@@ -101,7 +107,7 @@ def write_layers(layers: Layers, path: AnyPath) -> None:
             occupied=layers.occupied,
             rate=layers.rate,
             watched=layers.watched,
-            doors=np.array(doors, dtype=np.float64).reshape(-1, 4 + len(MappedDoor._fields) - 1),
+            doors=packed_doors(layers.doors),
         )
 
 
@@ -121,12 +127,18 @@ def _layers(data: dict[str, np.ndarray]) -> Layers:
         raise ValueError("kinds of cells, or a resolution, that there are not")
     if reason.dtype != np.uint8 or (reason > DOOR_LEAF).any():
         raise ValueError("reasons that there are not")
-    doors = tuple(_door(row) for row in data["doors"].tolist())
+    doors = tuple(unpacked_door(row) for row in data["doors"].tolist())
     spec = GridSpec(resolution, row0, col0, *kind.shape)
     return Layers(spec, kind, reason, rasters[0], rasters[1], rasters[2], doors)
 
 
-def _door(row: list[float]) -> MappedDoor:
+def packed_doors(doors: Sequence[MappedDoor]) -> np.ndarray:
+    """(n, 13) doors as rows of numbers."""
+    rows = [(*door.ends.ravel(), *door[1:]) for door in doors]
+    return np.array(rows, dtype=np.float64).reshape(-1, 4 + len(MappedDoor._fields) - 1)
+
+
+def unpacked_door(row: list[float]) -> MappedDoor:
     """The door of a row of the array that is stored."""
     share, flips, watched, first, last, seen_open, seen_closed, probability, hinge, swing = row[4:]
     scans = int(seen_open), int(seen_closed)

@@ -113,13 +113,19 @@ def fits(place: Place) -> bool:
     return explained >= MIN_EXPLAINED and contradicted <= MAX_CONTRADICTED
 
 
-def compared(session: Session, episode: Episode, given: Pose2 | None = None) -> Comparison:
+def compared(
+    session: Session,
+    episode: Episode,
+    given: Pose2 | None = None,
+    map_model: MapModel | None = None,
+) -> Comparison:
     """Compare the places at which an episode may begin in the session's map, by as much of its
     path as is needed to tell them apart.
 
-    given  a start pose in the map, which may be wrong
+    given      a start pose in the map, which may be wrong
+    map_model  an empty map, in which the session is drawn; default: `Clamped`
     """
-    places = WholeMap(_sensor_model(session))
+    places = WholeMap(_sensor_model(session, Clamped() if map_model is None else map_model))
     result = None
     for beginning in beginnings(episode):
         before, result = result, _compared(places, beginning, given)
@@ -185,10 +191,10 @@ def _shifted(place: Place, back: Pose2) -> Place:
     return place._replace(pose=place.pose @ back)
 
 
-def _sensor_model(session: Session) -> Endpoint:
+def _sensor_model(session: Session, map_model: MapModel) -> Endpoint:
     """A sensor model on the map of the session, for matching."""
-    map_model: MapModel = Clamped()
-    changed = [map_model.integrate(scan, pose) for scan, pose in session.keyframes()]
+    for scan, pose in session.keyframes():
+        map_model.integrate(scan, pose)
     reading = Endpoint()
-    reading.refresh(map_model, np.unique(np.concatenate(changed)))
+    reading.refresh(map_model, np.flatnonzero(map_model.cells.observed.flat))
     return reading

@@ -8,6 +8,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,12 +27,15 @@ from scripts.trials.recorded_run import load, record_run, save
 from scripts.trials.results import read_rows
 from slam.episode import Episode
 from slam.errors import InputError
+from slam.forecast.door import DoorForecast
+from slam.io.door_memory import RememberedDoor
 from slam.io.door_runs import read_door_runs
 from slam.io.forecast_file import load_forecast, save_forecast
 from slam.io.guard import guarded
 from slam.io.kitti import read_kitti, write_kitti
 from slam.io.layers import picture, read_layers, write_layers
 from slam.io.loaded_recording import LoadedRecording
+from slam.layers.doors import MappedDoor
 from slam.preprocessing.clock import synchronised
 from slam.preprocessing.deskewing import deskewed
 from slam.sessions.session import Session, session_of
@@ -143,7 +147,10 @@ def _write_kitti(path: Path) -> None:
 
 def _session() -> Session:
     drive = small_drive()
-    return session_of(drive, np.zeros((len(drive.scans), 3)))
+    forecast = DoorForecast.fit([0.0, 60.0], [60.0, 120.0], [0, 1])
+    door = MappedDoor(np.array([[0.0, 0.0], [0.9, 0.0]]), 0.5, 1, 9.0, 0, 9, 9, 9, 0.95)
+    known = session_of(drive, np.zeros((len(drive.scans), 3)))
+    return replace(known, doors=(RememberedDoor(door, forecast, 120.0),))
 
 
 def _layers(path: Path) -> object:

@@ -1,15 +1,18 @@
 # pyright: reportMissingImports=false
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from dynslam_cli import main
+from dynslam_cli.main import status
 from dynslam_cli.recordings.record import numbers
 from rosbags.highlevel import AnyReader
 
 from agents import record_corridor
 from slam.errors import InputError
 from slam.io.carmen.reader import read_carmen
+from slam.io.door_runs import read_door_runs
 from slam.io.episode_file import load_episode
 from slam.io.tum import read_tum
 
@@ -201,3 +204,27 @@ def test_files_that_belong_together_in_no_way_are_told(recorded, several, capsys
     files = [str(several / name) for name in names]
     assert main.status(["score", str(recorded), *files]) == 2
     assert told in capsys.readouterr().err
+
+
+def test_a_campaign_is_written_with_its_building_and_doors(tmp_path: Path):
+    options = "DoorOffice-v0 --days 2 --visits 1 --minutes 0.2 --seeds 3 --formats npz --out"
+    assert status(["record", *options.split(), str(tmp_path)]) == 0
+    names = sorted(path.name for path in tmp_path.iterdir())
+    doors = [f"DoorOffice-v0-3-door{k}.csv" for k in range(5)]
+    visits = [f"DoorOffice-v0-3-day0{day}-0.npz" for day in (0, 1)]
+    assert names == sorted(["DoorOffice-v0-3-building.json", *doors, *visits])
+    first, second = (load_episode(tmp_path / name) for name in visits)
+    assert second.times[0] - first.times[-1] > 3600.0
+    history = read_door_runs(tmp_path / doors[0])
+    assert history.end[-1] - history.begin[0] == 2 * 86400.0
+
+
+def test_campaigns_refuse_what_they_cannot_take(tmp_path: Path, capsys):
+    wrong = ["record", "DoorOffice-v0", "--out", str(tmp_path)]
+    assert status([*wrong, "--days", "2", "--doors", "static"]) == 2
+    assert status([*wrong, "--history", "door.csv"]) == 2
+    assert status([*wrong, "--days", "2", "--history", str(tmp_path / "none.csv")]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert "no --doors" in told[0]
+    assert "--days" in told[1]
+    assert "none.csv" in told[2]

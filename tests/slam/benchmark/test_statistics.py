@@ -163,11 +163,11 @@ def test_ranks_of_too_little_have_p_of_one() -> None:
 
 def test_the_number_of_pairs_for_a_verdict_is_what_simulation_finds():
     rng = np.random.default_rng(5)
-    large = rng.normal(0.5, 1.0, 4000)
-    needed = statistics.pairs_needed(large, np.zeros(4000))
+    large = rng.normal(0.5, 1.0, 4000).tolist()
+    needed = statistics.pairs_needed(large, [0.0] * 4000)
     assert needed is not None
     found = [
-        statistics.paired(rng.normal(0.5, 1.0, needed), np.zeros(needed)).p < 0.05
+        statistics.paired(rng.normal(0.5, 1.0, needed).tolist(), [0.0] * needed).p < 0.05
         for _ in range(400)
     ]
     assert 0.72 < np.mean(found) < 0.88

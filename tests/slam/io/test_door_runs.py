@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from slam import InputError
-from slam.io.door_runs import HEADER, read_door_runs
+from slam.io.door_runs import HEADER, read_door_runs, write_door_runs
 
 
 def written(path: Path, *lines: str) -> Path:
@@ -18,6 +18,13 @@ def test_runs_and_gaps_are_read(tmp_path: Path) -> None:
     assert runs.begin.tolist() == [0.0, 120.0]
     assert runs.end.tolist() == [60.0, 180.5]
     assert runs.state.tolist() == [0, 1]
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    lines = HEADER, "1451865600.000,1451865660.250,0", "1451865720.000,1451865780.125,1"
+    runs = read_door_runs(written(tmp_path / "door.csv", *lines))
+    write_door_runs(runs, tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text() == "\n".join(lines) + "\n"
 
 
 @pytest.mark.parametrize(

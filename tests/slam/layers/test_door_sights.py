@@ -1,8 +1,8 @@
 # pyright: reportMissingImports=false
 import numpy as np
-from dynslam_cli.map_page.door_history import MAX_GAP, Echoes, Sight, echoes, history
 
 from slam.geometry import Pose2
+from slam.layers.door_sights import MAX_GAP, Echoes, Sight, echoes, history
 from slam.layers.doors import MappedDoor
 from slam.scan import Scan
 

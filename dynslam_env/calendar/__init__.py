@@ -1,0 +1,1 @@
+"""Worlds with a calendar: doors with habits, things that are moved, visits over weeks."""

@@ -1,0 +1,233 @@
+"""The suite `weeks`: is a robot that comes back on later days localised, and is its map of today?
+
+One campaign (`dynslam_env.Campaign`) and one map model are one run. The first visits are mapped.
+Each later visit is placed without a start pose, and then treated in two ways:
+
+frozen  localised in the map of the first visits, which never changes
+living  mapped onto the session of all visits before, and added to it
+
+A visit counts as placed rightly if the start found is within 0.3 m and 10 degrees of the true one.
+"""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import redirect_stderr
+from dataclasses import dataclass
+from typing import Any
+
+import cloudpickle
+import numpy as np
+
+import slam
+from dynslam_env import WORLDS, Campaign
+from dynslam_env.simulation.config import WorldConfig
+from slam.benchmark.results import Result, origin
+from slam.benchmark.run import Run, build, run, true_start
+from slam.episode import Episode
+from slam.errors import InputError
+from slam.geometry import Array, Pose2, between
+from slam.grid import OccupancyGrid
+from slam.layers import layers
+from slam.metrics.episode_scorer import EpisodeScorer
+from slam.metrics.ghosts import Ghosts
+from slam.metrics.lost import LOST_DISTANCE, LOST_TURN
+from slam.sessions.continuation import continued, empty, localiser
+from slam.sessions.pruning import pruned
+from slam.sessions.redrawing import map_model_of
+from slam.sessions.relocalisation import certain, compared
+from slam.sessions.session import Session, session_of
+from slam.sessions.static_layer import of_what_stands
+
+from ..recordings.campaign import recorded
+from ..trials.jobs import Done, failure, file_name
+from ..trials.sources import digest, simulator
+
+LAYERED, ITS_VARIANT = "layers", "static-ml"  # localised in what always stands, of all scans so far
+MAPPED, LATER = (0, 1), (3, 8, 13)  # days of the visits
+PLACES = {"DoorCorridor-v0": 0.5, "DoorOffice-v0": 2.0}  # min of a visit
+CELL = 0.05  # m
+
+
+@dataclass(frozen=True)
+class WeeksTrial:
+    """One map model in one campaign: a job.
+
+    env      one of PLACES
+    variant  a SLAM variant MAP-ml or MAP-graph, or LAYERED
+    seed     of the campaign
+    builder  cloudpickled builder of a variant registered by the user; None for ours
+    limit    time limit, s
+    code     the code of the variant: see `code.Code`
+    """
+
+    env: str
+    variant: str
+    seed: int
+    builder: bytes | None = None
+    limit: float = 3600.0
+    code: Mapping[str, str] | None = None
+
+    def campaign(self) -> Campaign:
+        """The campaign."""
+        world = WorldConfig.of({"world": WORLDS[self.env][1].get("world")}).world
+        return Campaign(
+            world, days=max(LATER) + 1, visits=1, minutes=PLACES[self.env], seed=self.seed
+        )
+
+    def row(self) -> Result:
+        """The part of the row that is known before the run."""
+        world = self.env.removeprefix("Door").removesuffix("-v0").lower()
+        key = digest({"env": self.env, "seed": self.seed, "simulator": simulator()})
+        return {
+            "run": f"{key}-{file_name(self.variant)}", "suite": "weeks", "condition": ["world"],
+            "world": world, "variant": self.variant, "seed": self.seed, "episode": key,
+            "error": None, "code": self.code, **origin(),
+        }  # fmt: skip
+
+    def __call__(self) -> Done:
+        """Run and score; an exception of the tested code is a result."""
+        try:
+            if self.builder is not None and self.variant not in slam.variants():
+                slam.register(self.variant, cloudpickle.loads(self.builder))
+            with redirect_stderr(io.StringIO()):
+                return Done(self.row() | self._scores())
+        except Exception as error:
+            return Done(self.row() | failure(error))
+
+    def _scores(self) -> dict[str, Any]:
+        begun = time.perf_counter()
+        plan = self.campaign().plan()
+        building = Building(self.variant, self.seed)
+        for day in MAPPED:
+            building.visit(recorded(self.env, plan[day], {}))
+        assert building.session is not None
+        first, old = building.session, building.grid
+        frozen, living = [], []
+        for day in LATER:
+            episode = recorded(self.env, plan[day], {})
+            frozen.append(visit_scores(episode, building.localised(first, episode), old))
+            done = building.visit(episode)
+            living.append(visit_scores(episode, done, building.grid))
+        return {
+            **{f"frozen_{name}": value for name, value in _means(frozen).items()},
+            **{f"living_{name}": value for name, value in _means(living).items()},
+            "map_bytes": building.map_bytes,
+            "session_bytes": _bytes(building.session),
+            "seconds": time.perf_counter() - begun,
+        }
+
+
+class Building:
+    """What one robot knows of a building, visit by visit.
+
+    session    all visits that were placed, pruned
+    grid       the map after the last of them
+    map_bytes  of the map model in memory
+    """
+
+    def __init__(self, variant: str, seed: int):
+        self._layered = variant == LAYERED
+        self._variant, self._seed = ITS_VARIANT if self._layered else variant, seed
+        empty(self._variant)  # raises for one that continues no map
+        self.session: Session | None = None
+        self.grid: OccupancyGrid | None = None
+        self.map_bytes = 0
+
+    def visit(self, episode: Episode) -> tuple[Run, Pose2] | None:
+        """Map a visit onto what is known; the first one begins at its true pose. None, and nothing
+        changed, if it cannot be placed."""
+        if self.session is None:
+            start, robot = true_start(episode), build(self._variant, episode, self._seed)
+        else:
+            known = self._standing(self.session)
+            start = self._placed(known, episode)
+            if start is None:
+                return None
+            robot = continued(known, self._variant, start, self._seed)
+        done = run(robot, episode)
+        new = session_of(episode, done.poses)
+        before = self.session
+        self.session = new if before is None else pruned(before.followed_by(new.scans, new.poses))
+        self.grid, self.map_bytes = done.grid, _map_bytes(robot)
+        if self._layered:
+            self.grid = layers(self.session.scans, self.session.poses).static_map()
+        return done, start
+
+    def localised(self, session: Session, episode: Episode) -> tuple[Run, Pose2] | None:
+        """Localise a visit in the map of a session, which is not changed; None if it cannot be
+        placed."""
+        known = self._standing(session)
+        start = self._placed(known, episode)
+        if start is None:
+            return None
+        return run(localiser(known, self._variant, start, self._seed), episode), start
+
+    def _standing(self, session: Session) -> Session:
+        if not self._layered:
+            return session
+        return of_what_stands(session, layers(session.scans, session.poses))
+
+    def _placed(self, session: Session, episode: Episode) -> Pose2 | None:
+        """Where the visit begins in the map, drawn by the map model."""
+        model = map_model_of(self._variant, CELL)
+        try:
+            return certain(compared(session, episode, map_model=model)).pose
+        except InputError:
+            return None
+
+
+def visit_scores(
+    episode: Episode, done: tuple[Run, Pose2] | None, grid: OccupancyGrid | None
+) -> dict[str, float | None]:
+    """Scores of one visit: how it was placed and localised, and of the map as one of today.
+
+    off  share of the scans whose pose is wrong; 1 for a visit that was not placed
+    ate  m, of visits placed rightly
+    """
+    truth = episode.known_truth("a score")
+    scores: dict[str, float | None] = {
+        "right": 0.0, "wrong": 0.0, "unplaced": float(done is None), "off": 1.0, "ate": None,
+    }  # fmt: skip
+    if done is not None:
+        made, start = done
+        placed = not _wrong(np.array([start]), truth.poses[:1])[0]
+        scores["right" if placed else "wrong"] = 1.0
+        scores["off"] = float(_wrong(made.online, truth.poses).mean())
+        error = np.hypot(*(made.online - truth.poses)[:, :2].T)
+        scores["ate"] = float(np.sqrt((error**2).mean())) if placed else None
+    assert grid is not None
+    today = EpisodeScorer(episode, CELL).map_scores(grid, Pose2())
+    ghosts = Ghosts(episode, CELL).score(grid)
+    return scores | {
+        "f1": today["f1_10cm"], "brier": today["brier_now_all"], "ghosts": ghosts.ghosts_per_m,
+    }  # fmt: skip
+
+
+def _wrong(poses: Array, truth: Array) -> np.ndarray:
+    """(n,) whether poses (n, 3) are wrong."""
+    error = between(truth, poses)
+    far = np.hypot(error[:, 0], error[:, 1]) > LOST_DISTANCE
+    return far | (np.abs(error[:, 2]) > LOST_TURN)
+
+
+def _means(visits: Sequence[dict[str, float | None]]) -> dict[str, float | None]:
+    """The mean of each score over the visits that have it."""
+    means: dict[str, float | None] = {}
+    for name in visits[0]:
+        values = [value for visit in visits if (value := visit[name]) is not None]
+        means[name] = float(np.mean(values)) if values else None
+    return means
+
+
+def _map_bytes(robot: Any) -> int:
+    if hasattr(robot, "nbytes"):
+        return int(robot.nbytes)
+    return int(robot.map_model.cells.tiles.nbytes)
+
+
+def _bytes(session: Session) -> int:
+    """Bytes of the session's arrays of scans and poses, before they are compressed."""
+    return sum(scan.ranges.nbytes + scan.angles.nbytes for scan in session.scans)

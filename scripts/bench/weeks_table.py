@@ -1,0 +1,113 @@
+"""The table of the suite `weeks`: scores of each map model, compared with the first one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.benchmark.results import Result
+from slam.benchmark.statistics import adjusted, median, paired
+
+SIGNIFICANT = 0.05
+
+
+class Column(NamedTuple):
+    """A score.
+
+    name    in the results
+    title   of the column
+    scale   by which it is shown
+    digits  after the point
+    """
+
+    name: str
+    title: str
+    scale: float = 1.0
+    digits: int = 2
+
+
+PLACED = (
+    Column("right", "rightly, %", 100.0, 1),
+    Column("wrong", "wrongly, %", 100.0, 1),
+    Column("unplaced", "not at all, %", 100.0, 1),
+)
+SCORES = (
+    Column("off", "scans off, %", 100.0, 2),
+    Column("ate", "ATE, mm", 1e3, 1),
+    Column("f1", "F1", 1.0, 3),
+    Column("brier", "Brier", 1.0, 4),
+    Column("ghosts", "ghosts/m", 1.0, 2),
+)
+COSTS = (Column("map_bytes", "map, MB", 1e-6, 1), Column("seconds", "time, s", 1.0, 0))
+WAYS = ("frozen", "living")
+
+
+def table(rows: Sequence[Result], variants: Sequence[str]) -> str:
+    """Markdown of each world: for the frozen and the living map, the share of visits placed (mean)
+    and the scores (median over campaigns). Campaigns count that all variants have finished. *
+    differs from the first variant by Wilcoxon's signed rank test, at 5 % of false discoveries among
+    all comparisons of a world."""
+    worlds = dict.fromkeys(row["world"] for row in rows)
+    return "\n".join(_of_world(world, rows, variants) for world in worlds)
+
+
+def _of_world(world: str, rows: Sequence[Result], variants: Sequence[str]) -> str:
+    found = {
+        (row["variant"], row["seed"]): row
+        for row in rows
+        if row["world"] == world and row["error"] is None
+    }
+    seeds = sorted({seed for _, seed in found})
+    seeds = [seed for seed in seeds if all((name, seed) in found for name in variants)]
+    if not seeds:
+        return f"{world}: no campaign was finished by all variants\n"
+    marks = _marks(found, variants, seeds)
+    campaigns = f"{world}: {len(seeds)} campaigns\n"
+    return "\n".join([campaigns, *(_of_way(way, found, variants, seeds, marks) for way in WAYS)])
+
+
+def _of_way(
+    way: str,
+    found: dict[tuple[str, int], Result],
+    variants: Sequence[str],
+    seeds: Sequence[int],
+    marks: set[tuple[str, str]],
+) -> str:
+    columns = [*PLACED, *SCORES, *(COSTS if way == "living" else ())]
+    lines = [
+        f"| {way} | {' | '.join(column.title for column in columns)} |",
+        "|---" * (len(columns) + 1) + "|",
+    ]
+    for variant in variants:
+        cells = []
+        for column in columns:
+            name = column.name if column in COSTS else f"{way}_{column.name}"
+            values = _values(found, variant, seeds, name)
+            value = np.mean(values) if column in PLACED else median(values).value
+            mark = "*" if (variant, name) in marks else ""
+            cells.append(f"{column.scale * value:.{column.digits}f}{mark}")
+        lines.append(f"| `{variant}` | {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
+
+
+def _values(
+    found: dict[tuple[str, int], Result], variant: str, seeds: Sequence[int], name: str
+) -> list[float]:
+    """One value a campaign; infinite where there is none, as the ATE of a robot never placed."""
+    values = [found[variant, seed][name] for seed in seeds]
+    return [np.inf if value is None else float(value) for value in values]
+
+
+def _marks(
+    found: dict[tuple[str, int], Result], variants: Sequence[str], seeds: Sequence[int]
+) -> set[tuple[str, str]]:
+    """(variant, score) that differ from the first variant."""
+    names = [f"{way}_{column.name}" for way in WAYS for column in (*PLACED, *SCORES)]
+    pairs = [(variant, name) for variant in variants[1:] for name in names]
+    ps = [
+        paired(_values(found, variant, seeds, name), _values(found, variants[0], seeds, name)).p
+        for variant, name in pairs
+    ]
+    return {pair for pair, p in zip(pairs, adjusted(ps), strict=True) if p < SIGNIFICANT}

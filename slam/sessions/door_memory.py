@@ -1,0 +1,94 @@
+"""Doors of a building from visit to visit: found again, and their habits learned."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from slam.forecast.door import DoorForecast
+from slam.io.door_memory import RememberedDoor
+from slam.layers import Layers
+from slam.layers.door_sights import Sight, echoes, history
+from slam.layers.doors import MappedDoor
+from slam.sessions.session import Session, is_dated
+
+SAME_DISTANCE = 0.4  # m between the middles of a door that is found again,
+SAME_TURN = math.radians(30.0)  # rad, and of their lines
+FORGOTTEN = 90 * 86400.0  # s after the last look, when a door that is not found is forgotten
+
+
+def remembered(session: Session, found: Sequence[MappedDoor]) -> tuple[RememberedDoor, ...]:
+    """The doors of the session, given those that are found in it now: known ones, as they are found
+    now, and new ones that are sure. Their habits are learned from the recordings since."""
+    known, left = [], [door for door in found if door.sure]
+    for one in session.doors:
+        again = _same(one.door, found)
+        left = [door for door in left if door is not again]
+        if again is not None or not _forgotten(one):
+            known.append(one if again is None else one._replace(door=again))
+    new = [RememberedDoor(door, DoorForecast(), -math.inf) for door in left]
+    return _learned(session, [*known, *new])
+
+
+def with_remembered(
+    made: Layers, doors: Sequence[RememberedDoor]
+) -> tuple[Layers, list[dict[str, Any] | None]]:
+    """The layers with the doors that are remembered, the most probable first, then those found that
+    are not; and of the first ones the week, None where no time was unix time."""
+    first = sorted(doors, key=lambda one: -one.door.probability)
+    known = [one.door for one in first]
+    others = [door for door in made.doors if not any(door is one for one in known)]
+    weeks = [None if one.forecast.look is None else one.forecast.to_dict() for one in first]
+    return replace(made, doors=(*known, *others)), weeks
+
+
+def _same(door: MappedDoor, found: Iterable[MappedDoor]) -> MappedDoor | None:
+    """The nearest of the doors found that may be this one."""
+    near = [other for other in found if _distance(door, other) < SAME_DISTANCE]
+    near = [other for other in near if _turn(door, other) < SAME_TURN]
+    return min(near, key=lambda other: _distance(door, other), default=None)
+
+
+def _distance(one: MappedDoor, other: MappedDoor) -> float:
+    return float(np.hypot(*(one.ends.mean(axis=0) - other.ends.mean(axis=0))))
+
+
+def _turn(one: MappedDoor, other: MappedDoor) -> float:
+    """rad between the lines of two doors, at most a right angle."""
+    a, b = ((door.ends[1] - door.ends[0]) / door.width for door in (one, other))
+    return math.acos(min(abs(float(a @ b)), 1.0))
+
+
+def _forgotten(one: RememberedDoor) -> bool:
+    look = one.forecast.look
+    return look is not None and one.until - look.time > FORGOTTEN
+
+
+def _learned(session: Session, doors: list[RememberedDoor]) -> tuple[RememberedDoor, ...]:
+    """The doors with what the recordings after `until` show of them; the old ones do not change."""
+    forecasts, times = [copy.deepcopy(one.forecast) for one in doors], session.times
+    until = np.array([one.until for one in doors])
+    for recording in np.unique(session.recordings).tolist():
+        which = np.flatnonzero(session.recordings == recording)
+        begin, end = times[which[[0, -1]]].tolist()
+        if not is_dated(begin) or not (until < begin).any():
+            continue
+        seen = echoes([session.scans[k] for k in which.tolist()], session.poses[which])
+        for k in np.flatnonzero(until < begin).tolist():
+            _learn(forecasts[k], history(doors[k].door, seen), begin)
+        until = np.maximum(until, end)
+    learned = zip(doors, forecasts, until.tolist(), strict=True)
+    return tuple(RememberedDoor(one.door, forecast, end) for one, forecast, end in learned)
+
+
+def _learn(forecast: DoorForecast, sights: Iterable[Sight], begin: float) -> None:
+    for sight in sights:
+        if sight.end > sight.begin:
+            forecast.update(begin + sight.begin, begin + sight.end, int(sight.open))
+        else:
+            forecast.observe(begin + sight.begin, int(sight.open))

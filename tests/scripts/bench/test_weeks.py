@@ -1,0 +1,110 @@
+# pyright: reportMissingImports=false
+"""`dynslam bench weeks`: a small campaign is run, and the table compares whole campaigns."""
+
+import json
+
+import numpy as np
+import pytest
+from dynslam_cli.bench import weeks
+from dynslam_cli.bench.weeks import Building, WeeksTrial, visit_scores
+from dynslam_cli.bench.weeks_table import table
+from dynslam_cli.main import status
+
+from agents import record_corridor
+from slam.episode import Episode
+from slam.geometry import Pose2
+from slam.grid import OccupancyGrid
+from slam.layers import layers
+from slam.sessions.session import Session
+from slam.sessions.static_layer import of_what_stands
+
+
+@pytest.fixture(scope="module")
+def drive() -> Episode:
+    return record_corridor(7, max_episode_steps=200)
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr(weeks, "MAPPED", (0,))
+    monkeypatch.setattr(weeks, "LATER", (1, 2))
+
+
+@pytest.mark.parametrize("variant", ["static-ml", "layers"])
+def test_a_campaign_is_scored(short, variant: str):
+    row = WeeksTrial("DoorCorridor-v0", variant, 7)().row
+    assert row["error"] is None
+    assert row["world"] == "corridor"
+    for way in ("frozen", "living"):
+        shares = [row[f"{way}_{name}"] for name in ("right", "wrong", "unplaced")]
+        assert sum(shares) == pytest.approx(1.0)
+        assert row[f"{way}_right"] == 1.0
+        assert row[f"{way}_off"] < 0.1
+        assert row[f"{way}_ate"] < 0.05
+        assert 0.6 < row[f"{way}_f1"] <= 1.0
+        assert 0.0 < row[f"{way}_brier"] < 0.2
+    json.dumps(row, allow_nan=False)
+
+
+def test_a_failure_is_a_result():
+    row = WeeksTrial("DoorCorridor-v0", "odometry", 7)().row
+    assert "continued by a variant" in row["error"]
+
+
+def test_a_visit_that_is_placed_wrongly_or_not_at_all_is_told(drive):
+    building = Building("static-ml", 0)
+    done = building.visit(drive)
+    assert done is not None
+    made, start = done
+    assert building.grid is not None
+    assert visit_scores(drive, done, building.grid)["right"] == 1.0
+    none = visit_scores(drive, None, building.grid)
+    assert (none["unplaced"], none["right"], none["off"], none["ate"]) == (1.0, 0.0, 1.0, None)
+    off = made.online + (1.0, 0.0, 0.0)
+    moved = type(made)(off, off, made.grid, made.matched, made.spent, made.lost)
+    wrong = visit_scores(drive, (moved, start @ Pose2(1.0, 0.0, 0.0)), building.grid)
+    assert (wrong["wrong"], wrong["off"], wrong["ate"]) == (1.0, 1.0, None)
+
+
+def test_what_changes_is_left_out_of_the_static_layer(drive):
+    truth = drive.truth
+    known = Session(drive.scans, truth.poses)
+    made = layers(known.scans, known.poses)
+    standing = of_what_stands(known, made)
+    gone = [np.isnan(a.ranges) & ~np.isnan(b.ranges)
+            for a, b in zip(standing.scans, known.scans, strict=True)]  # fmt: skip
+    assert 0 < np.mean(gone) < 0.2
+    again = layers(standing.scans, standing.poses)
+    assert again.changing.sum() < 0.2 * made.changing.sum()
+    assert isinstance(made.static_map(), OccupancyGrid)
+
+
+def row(variant: str, seed: int, off: float, **more) -> dict:
+    scores = {"right": 1.0, "wrong": 0.0, "unplaced": 0.0, "off": off, "ate": 0.01, "f1": 0.9,
+              "brier": 0.1, "ghosts": 1.0}  # fmt: skip
+    both = {
+        f"{way}_{name}": value for way in ("frozen", "living") for name, value in scores.items()
+    }
+    costs = {"map_bytes": 1e6, "seconds": 9.0}
+    base = {"variant": variant, "seed": seed, "world": "corridor", "error": None}
+    return {**base, **both, **costs, **more}
+
+
+def test_the_table_compares_whole_campaigns():
+    rows = [row("a-ml", k, 0.10 + 0.001 * k) for k in range(12)]
+    rows += [row("b-ml", k, 0.02 + 0.0015 * k, frozen_ate=None) for k in range(11)]
+    rows.append(row("b-ml", 11, 0.0, error="died"))
+    text = table(rows, ["a-ml", "b-ml"])
+    assert text.startswith("corridor: 11 campaigns\n")
+    frozen = next(line for line in text.splitlines() if line.startswith("| `b-ml`"))
+    cells = [cell.strip() for cell in frozen.split("|")[2:-1]]
+    assert cells == ["100.0", "0.0", "0.0", "2.75*", "inf*", "0.900", "0.1000", "1.00"]
+    assert "no campaign was finished" in table(rows, ["a-ml", "c-ml"])
+
+
+def test_what_cannot_be_is_told(tmp_path, capsys):
+    out = ["--out", str(tmp_path)]
+    assert status(["bench", "weeks", "--variants", "odometry", *out]) == 2
+    assert "continued by a variant" in capsys.readouterr().err
+    assert status(["bench", "weeks", "--cluster", "tcp://nowhere:1", *out]) == 2
+    assert "--cluster" in capsys.readouterr().err
