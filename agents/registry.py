@@ -24,6 +24,15 @@ from agents.goal_choosers.oracle import OracleChooser, door_truth
 from agents.goal_choosers.pose_information import PoseInformation
 from agents.path_patrol import PathPatrol
 from agents.random_agent import RandomAgent
+from agents.viewpoints.chooser import ViewpointChooser
+from agents.viewpoints.policies.greedy import Greedy
+from agents.viewpoints.policies.look_ahead import LookAhead
+from agents.viewpoints.policies.monte_carlo_entropy import MonteCarloEntropy
+from agents.viewpoints.policies.stand import Stand
+from agents.viewpoints.policies.tour import Tour
+from agents.viewpoints.policies.whittle import Whittle
+from agents.viewpoints.situation import ViewpointPolicy
+from agents.viewpoints.truth import TrueBeliefs
 from agents.wall_follower import WallFollower
 from dynslam_env.record import Driver
 from slam.errors import InputError
@@ -120,6 +129,28 @@ def _goal_agent(chooser: Callable[[Scan, np.random.Generator], GoalChooser]) -> 
     return build
 
 
+def _patrol(policy: Callable[[np.random.Generator], ViewpointPolicy]) -> AgentBuilder:
+    """A `GoalAgent` that drives to the viewpoints of a policy, which gets a generator."""
+
+    def build(env: Env, seed: int) -> Driver:
+        view: Any = env.unwrapped
+        choices, recoveries = np.random.SeedSequence(seed).spawn(2)
+        chosen = policy(np.random.default_rng(choices))
+        return GoalAgent(view, ViewpointChooser(view.door_beliefs, chosen), recoveries)
+
+    return build
+
+
+def _knowing(policy: Callable[[], ViewpointPolicy]) -> AgentBuilder:
+    """The same with the true doors, as a reference."""
+
+    def build(env: Env, seed: int) -> Driver:
+        view: Any = env.unwrapped
+        return GoalAgent(view, ViewpointChooser(TrueBeliefs(view), policy()), seed)
+
+    return build
+
+
 def _random(env: Env, seed: int) -> Driver:
     return RandomAgent(env.unwrapped.action_space, seed)
 
@@ -158,6 +189,14 @@ BUILDERS: dict[str, AgentBuilder] = {
     "lookout": _goal_agent(lambda scan, rng: LookoutChooser(rng, scan.max_range)),
     "oracle": _oracle,
     "ppo": _ppo,
+    "stand": _patrol(lambda rng: Stand()),
+    "tour": _patrol(lambda rng: Tour()),
+    "greedy": _patrol(lambda rng: Greedy()),
+    "whittle": _patrol(lambda rng: Whittle()),
+    "monte-carlo-entropy": _patrol(MonteCarloEntropy),
+    "look-ahead": _patrol(lambda rng: LookAhead()),
+    "best-place": _knowing(Stand),
+    "planning-oracle": _knowing(LookAhead),
 }
 """The built-in agents."""
 

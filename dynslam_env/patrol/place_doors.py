@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief, spread
 from dynslam_env.patrol.door_shapes import looked, suspects
 from dynslam_env.patrol.dwell_laws import (
     PRIOR_WEIGHT,
@@ -122,6 +123,23 @@ class PlaceDoors:
         if door.pending and time - door.pending[0] <= CONFIRMING:
             p = _after(p, door.pending[1])
         return p
+
+    def beliefs(self, time: float) -> list[DoorBelief]:
+        """What is believed of each known door at `time`, s, and forecast from then on."""
+        return [self._belief(door, time) for door in self.known()]
+
+    def _belief(self, door: SuspectedDoor, time: float) -> DoorBelief:
+        closed = self.closed(door, time)
+        after = [self._forecast(door.filter.looked(time, state), door, time) for state in (False, True)]
+        fresh = (1.0 - closed) * spread(after[0]) + closed * spread(after[1])
+        stale = spread(self._forecast(door.filter, door, time))
+        age = math.inf if door.filter.time is None else time - door.filter.time
+        return DoorBelief(door.place.copy(), closed, age, stale, fresh)
+
+    def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
+        """(HORIZONS,) P(closed) from `time`, s, on."""
+        own = responsibilities(doors.evidence, self._prior(door))
+        return np.array([own @ doors.closed(time + ahead) for ahead in HORIZONS])
 
     def drifted(self, closed: Array, ages: Array, time: float) -> Array:
         """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
