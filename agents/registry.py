@@ -47,6 +47,7 @@ AgentBuilder = Callable[[Env, int], Driver]
 whose constructor takes these two is one."""
 
 FORMS = "or a policy's file, or FILE.py:NAME"
+PATROL_REPLAN = 2.0  # s, between two plans of an agent that drives to viewpoints
 POLICIES = Path(__file__).parent / "policies"
 """Policies that were trained for the project; described in docs/agents.md."""
 
@@ -136,7 +137,8 @@ def _patrol(policy: Callable[[np.random.Generator], ViewpointPolicy]) -> AgentBu
         view: Any = env.unwrapped
         choices, recoveries = np.random.SeedSequence(seed).spawn(2)
         chosen = policy(np.random.default_rng(choices))
-        return GoalAgent(view, ViewpointChooser(view.door_beliefs, chosen), recoveries)
+        chooser = ViewpointChooser(view.door_beliefs, chosen)
+        return GoalAgent(view, chooser, recoveries, PATROL_REPLAN)
 
     return build
 
@@ -146,7 +148,8 @@ def _knowing(policy: Callable[[], ViewpointPolicy]) -> AgentBuilder:
 
     def build(env: Env, seed: int) -> Driver:
         view: Any = env.unwrapped
-        return GoalAgent(view, ViewpointChooser(TrueBeliefs(view), policy()), seed)
+        chooser = ViewpointChooser(TrueBeliefs(view), policy())
+        return GoalAgent(view, chooser, seed, PATROL_REPLAN)
 
     return build
 

@@ -89,9 +89,7 @@ class ViewpointChooser:
             x, y = table.points[self._policy.choose(situation)].tolist()
             self._target = (x, y)
 
-    def _current(
-        self, planning: PlanningSnapshot, beliefs: Sequence[DoorBelief]
-    ) -> ViewpointTable:
+    def _current(self, planning: PlanningSnapshot, beliefs: Sequence[DoorBelief]) -> ViewpointTable:
         """The table for these doorways, made anew if they are others or the map is older."""
         table, places = self._table, np.array([one.place for one in beliefs])
         same = table is not None and len(table.doors) == len(places)

@@ -29,7 +29,6 @@ class DoorRows(NamedTuple):
     stale: Array
     fresh: Array
 
-
     @staticmethod
     def of(beliefs: Sequence[DoorBelief]) -> DoorRows:
         """The rows of several doorways."""
@@ -56,6 +55,11 @@ class Situation:
     ):
         self.times, self.sees, self.between, self.then = times, sees, between, then
         self.doors, self.last = doors, last
+
+    @property
+    def around(self) -> Bools:
+        """(v, d) whether a doorway is seen from a viewpoint."""
+        return self.then[np.arange(len(self.times)), np.arange(len(self.times))]
 
     @cached_property
     def stale(self) -> Array:

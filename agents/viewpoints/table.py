@@ -66,14 +66,10 @@ def viewpoint_table(costmap: Costmap, reached: Plan, doors: Array) -> ViewpointT
     ]
     between = np.array([way.times for way in ways]).reshape(len(points), len(points))
     then = np.array([way.sees for way in ways], dtype=np.bool_)
-    return ViewpointTable(
-        points, doors, around, between, then.reshape(*between.shape, len(doors))
-    )
+    return ViewpointTable(points, doors, around, between, then.reshape(*between.shape, len(doors)))
 
 
-def ways_from(
-    costmap: Costmap, here: Plan, points: Array, doors: Array, around: Bools
-) -> Ways:
+def ways_from(costmap: Costmap, here: Plan, points: Array, doors: Array, around: Bools) -> Ways:
     """The ways to all `points` (v, 2), m, of the table, from the start of the plan `here`."""
     cells = costmap.spec.cells(points)
     inside = ((cells >= 0) & (cells < costmap.spec.shape)).all(axis=1)

@@ -23,5 +23,5 @@ class MonteCarloEntropy:
         """See `ViewpointPolicy`."""
         p = np.clip(situation.doors.closed, 1e-6, 1 - 1e-6)
         bits = -(p * np.log2(p) + (1 - p) * np.log2(1 - p))
-        weights = (situation.then.diagonal().T @ bits + 1e-9) * np.isfinite(situation.times)
+        weights = (situation.around @ bits + 1e-9) * np.isfinite(situation.times)
         return int(self._rng.choice(len(weights), p=weights / weights.sum()))
