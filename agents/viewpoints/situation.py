@@ -82,16 +82,25 @@ class ViewpointPolicy(Protocol):
 
 
 def summed(errors: Array) -> Array:
-    """(d, GRID) s, integral from now on of errors (d, HORIZONS)."""
-    fine = np.array([np.interp(GRID, HORIZONS, row) for row in errors]).reshape(-1, len(GRID))
+    """(..., GRID) s, integrals from now on of errors (..., HORIZONS)."""
+    return errors @ _INTEGRAL
+
+
+def at(sums: Array, times: Array) -> Array:
+    """(..., v, d) the integrals (..., d, GRID) up to `times` (..., v, d), s."""
+    place = np.clip(times / GRID[1], 0.0, len(GRID) - 1.001)
+    low = place.astype(np.int64)
+    rows = np.broadcast_to(sums[..., None, :, :], (*times.shape, sums.shape[-1]))
+    left = np.take_along_axis(rows, low[..., None], axis=-1)[..., 0]
+    right = np.take_along_axis(rows, low[..., None] + 1, axis=-1)[..., 0]
+    return left + (place - low) * (right - left)
+
+
+def _integral() -> Array:
+    """(HORIZONS, GRID) what integrates errors between HORIZONS, by the trapezium rule."""
+    fine = np.array([np.interp(GRID, HORIZONS, row) for row in np.eye(len(HORIZONS))])
     steps = (fine[:, 1:] + fine[:, :-1]) / 2 * np.diff(GRID)
     return np.concatenate([np.zeros((len(fine), 1)), steps.cumsum(axis=1)], axis=1)
 
 
-def at(sums: Array, times: Array) -> Array:
-    """(n, d) the integrals (d, GRID) up to `times` (n, d), s."""
-    place = np.clip(times / GRID[1], 0.0, len(GRID) - 1.001)
-    low = place.astype(np.int64)
-    door = np.arange(sums.shape[0])
-    left, right = sums[door, low], sums[door, low + 1]
-    return left + (place - low) * (right - left)
+_INTEGRAL = _integral()

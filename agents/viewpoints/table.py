@@ -133,10 +133,8 @@ def _visible(points, doors, kinds, origin, cell):
             for s in range(int(steps * (1.0 - HIDDEN / away))):
                 i = int(np.floor((points[p, 1] + dy * s / steps - origin[1]) / cell))
                 j = int(np.floor((points[p, 0] + dx * s / steps - origin[0]) / cell))
-                if not (0 <= i < kinds.shape[0] and 0 <= j < kinds.shape[1]):
-                    clear = False
-                elif kinds[i, j] == OCCUPIED or kinds[i, j] == UNKNOWN:
-                    clear = False
+                clear = 0 <= i < kinds.shape[0] and 0 <= j < kinds.shape[1]
+                clear = clear and kinds[i, j] != OCCUPIED and kinds[i, j] != UNKNOWN
                 if not clear:
                     break
             found[p, d] = clear

@@ -136,6 +136,7 @@ class PlaceDoors:
         ]
         fresh = (1.0 - closed) * spread(after[0]) + closed * spread(after[1])
         stale = spread(self._forecast(door.filter, door, time))
+        stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
         age = math.inf if door.filter.time is None else time - door.filter.time
         return DoorBelief(door.place.copy(), closed, age, stale, fresh)
 

@@ -15,14 +15,15 @@ class Greedy:
 
     def choose(self, situation: Situation) -> int:
         """See `ViewpointPolicy`."""
-        value = (savings(situation) * situation.sees).sum(axis=1) / situation.times
-        value[~np.isfinite(situation.times)] = -np.inf
-        return int(np.argmax(value))
+        return int(np.argmax(rates(situation)))
 
 
-def savings(situation: Situation) -> Array:
-    """(v, d) s, error saved up to HORIZON by a look at each doorway on arrival at a viewpoint."""
-    times = np.minimum(np.where(np.isfinite(situation.times), situation.times, GRID[-1]), HORIZON)
-    when = np.repeat(times[:, None], situation.sees.shape[1], axis=1)
+def rates(situation: Situation) -> Array:
+    """(..., v) error saved up to HORIZON by driving to each viewpoint, per second; -inf where it
+    cannot be reached."""
+    reached = np.isfinite(situation.times)
+    times = np.where(reached, situation.times, HORIZON)
+    when = np.broadcast_to(np.minimum(times, HORIZON)[..., None], situation.sees.shape)
     without = at(situation.stale, np.full_like(when, HORIZON)) - at(situation.stale, when)
-    return without - at(situation.fresh, HORIZON - when)
+    saved = without - at(situation.fresh, HORIZON - when)
+    return np.where(reached, (saved * situation.sees).sum(axis=-1) / times, -np.inf)
