@@ -9,12 +9,14 @@ import numpy as np
 
 from agents.goal_choosers.frontiers import FrontierChooser, nearest
 from agents.goal_choosers.goal_agent import look_around
+from agents.viewpoints.missed import Missed
 from agents.viewpoints.situation import DoorRows, Situation, ViewpointPolicy
-from agents.viewpoints.table import ViewpointTable, viewpoint_table, ways_from
+from agents.viewpoints.table import Bools, ViewpointTable, viewpoint_table, ways_from
 from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.navigation.goal import NO_TARGET, Goal
 from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
+from slam.geometry import Array
 
 EXPLORE_TIME = 150.0  # s, after which it patrols even if frontiers remain
 TURN_ANGLE = math.radians(170)  # of the look around; with the laser's half circle, all is seen
@@ -35,12 +37,14 @@ class ViewpointChooser:
     def __init__(self, beliefs: Beliefs, policy: ViewpointPolicy):
         self._beliefs, self._policy = beliefs, policy
         self._explorer, self._exploring = FrontierChooser(nearest), True
-        self._blacklist = Blacklist()
+        self._blacklist, self._missed = Blacklist(), Missed()
         self._table: ViewpointTable | None = None
         self._made = -math.inf  # s, when the table was
         self._target: tuple[float, float] | None = None
         self._heading: float | None = None  # of the look around, once it began
-        self._arrived = False
+        self._arrived, self._since = False, 0.0  # s, when it decided
+        self._promised: tuple[Array, Bools] | None = None  # the viewpoint, and what it shows
+        self._looked: tuple[Array, Bools] | None = None  # the same, once it looked around there
 
     def goal(self, planning: PlanningSnapshot) -> Goal | None:
         """See `GoalChooser`."""
@@ -64,8 +68,10 @@ class ViewpointChooser:
             self._blacklist.add(self._target, time, REST_TIME)
         if reached and not self._arrived:
             self._arrived = True
-        else:
-            self._target = None
+            return
+        if not reached:
+            self._promised = None
+        self._looked, self._target = self._promised, None
 
     def _present(self, planning: PlanningSnapshot) -> Goal | None:
         """The present viewpoint, if a path leads there; once there, with the look around."""
@@ -79,15 +85,19 @@ class ViewpointChooser:
         return Goal((row, col), self._heading, self._target)
 
     def _decide(self, planning: PlanningSnapshot) -> None:
-        self._target, self._heading, self._arrived = None, None, False
         beliefs = self._beliefs()
+        if self._looked is not None:
+            self._missed.compare(*self._looked, beliefs, planning.time, self._since)
+        self._target, self._heading, self._arrived, self._looked = None, None, False, None
+        self._since = planning.time
         if not beliefs:
             return
         table = self._current(planning, beliefs)
         situation = self._situation(planning, table, beliefs)
         if np.isfinite(situation.times).any():
-            x, y = table.points[self._policy.choose(situation)].tolist()
-            self._target = (x, y)
+            chosen = self._policy.choose(situation)
+            x, y = table.points[chosen].tolist()
+            self._target, self._promised = (x, y), (table.points[chosen], table.around[chosen])
 
     def _current(self, planning: PlanningSnapshot, beliefs: Sequence[DoorBelief]) -> ViewpointTable:
         """The table for these doorways, made anew if they are others or the map is older."""
@@ -104,8 +114,9 @@ class ViewpointChooser:
         ways = ways_from(planning.costmap, planning.plan, table.points, table.doors, table.around)
         resting = [self._blacklist.holds((x, y), planning.time) for x, y in table.points.tolist()]
         times = np.where(np.array(resting, dtype=np.bool_), np.inf, ways.times)
+        shown = ~self._missed.among(table, planning.time)
         return Situation(
-            times, ways.sees, table.between, table.then, DoorRows.of(beliefs),
+            times, ways.sees & shown, table.between, table.then & shown, DoorRows.of(beliefs),
             _beside(planning, table),
         )  # fmt: skip
 
