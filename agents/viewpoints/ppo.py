@@ -50,7 +50,7 @@ class Settings:
     entropy: float = 0.003
     horizon: float = 90.0
     trace: float = 0.9
-    imitated: int = 8192
+    imitated: int = 2048
 
 
 class Rollout(NamedTuple):
