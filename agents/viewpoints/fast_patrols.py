@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from agents.viewpoints.exponential_beliefs import ExponentialBeliefs
 from agents.viewpoints.floors import MAX_DOORS, Floors
 from agents.viewpoints.situation import DoorRows, Situation
-from dynslam_env.simulation.laws import Law
 from dynslam_env.patrol.slow_doors import SlowDoors
+from dynslam_env.simulation.laws import Law
 from slam.geometry import Array
 
 BUDGET = 600.0  # s, of an episode
 BARE_SHARE = 0.3  # of the doors of a floor in training
 MAX_FLIPS = 40  # of a door in an episode
+DOORS = SlowDoors()
 SAMPLES = (0.25, 0.75)  # of a decision's time, at which errors are read
 
 Ints = NDArray[np.int64]
@@ -56,7 +57,7 @@ class FastPatrols:
 
     def __init__(
         self, floors: Floors, n: int, rng: np.random.Generator, bare: float = BARE_SHARE,
-        law: Law = SlowDoors(),
+        law: Law = DOORS,
     ):  # fmt: skip
         self._floors, self._rng, self._bare, self._law = floors, rng, bare, law
         self._rows = np.arange(n)
@@ -66,7 +67,7 @@ class FastPatrols:
         self._flips = np.full((n, MAX_DOORS, MAX_FLIPS), np.inf)
         self._counts = np.zeros((n, MAX_DOORS))  # weight of a door in the error
         self.beliefs = ExponentialBeliefs(n, MAX_DOORS)
-        for i in self._rows:
+        for i in range(n):
             self.restart(i, int(rng.integers(len(floors.doors))))
 
     def restart(self, i: int, floor: int) -> None:

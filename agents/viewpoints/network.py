@@ -60,8 +60,8 @@ def inputs(situation: Situation, real: Array) -> Inputs:
     views = [times / TIME_SCALE, 3.0 / times, value / best, sees.sum(axis=-1) / 4.0]
     apart = np.where(np.isfinite(situation.between), situation.between, 300.0) / TIME_SCALE
     parts = (np.concatenate(described, axis=-1), real, np.stack(views, axis=-1), sees, apart)
-    return Inputs(*(torch.from_numpy(part.astype(np.float32)) for part in parts),
-                  torch.from_numpy(fit))  # fmt: skip
+    read = [torch.from_numpy(part.astype(np.float32)) for part in parts]
+    return Inputs(read[0], read[1], read[2], read[3], read[4], torch.from_numpy(fit))
 
 
 class ViewpointNetwork(nn.Module):

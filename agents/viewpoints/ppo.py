@@ -92,7 +92,7 @@ class Learner:
         for _ in range(8 * settings.epochs):
             for k in self._rng.permutation(len(data) // 4) if len(data) >= 4 else []:
                 some = data[4 * k : 4 * k + 4]
-                given = Inputs(*(torch.cat(part) for part in zip(*(s[0] for s in some))))
+                given = _joined([one[0] for one in some])
                 wanted = torch.cat([s[1] for s in some])
                 logits, _ = self.network(given)
                 self._improve(nn.functional.cross_entropy(logits, wanted))
@@ -115,24 +115,27 @@ class Learner:
 
     def _rollout(self) -> tuple[Rollout, float]:
         """A rollout, and its error by the time that passed."""
-        settings, kept, told = self.settings, [], []
-        for _ in range(settings.length + 1):
-            given = inputs_of(self._patrols.seen())
-            with torch.no_grad():
-                logits, values = self.network(given)
+        kept, told = [], []
+        for _ in range(self.settings.length):
+            given, logits, values = self._judged()
             drawn = torch.distributions.Categorical(logits=logits)
             actions = drawn.sample()
-            if len(kept) == settings.length:
-                break
             error, takes, over = self._patrols.step(actions.numpy())
             self._patrols.restart_all(over)
             kept.append((given, actions, drawn.log_prob(actions)))
             told.append((values.numpy(), error, takes, over))
+        values = self._judged()[2]
         advantages, returns = self._advantages(told, values.numpy())
-        given = Inputs(*(torch.cat(part) for part in zip(*(k[0] for k in kept), strict=True)))
+        given = _joined([one[0] for one in kept])
         actions, logs = (torch.cat([k[j] for k in kept]) for j in (1, 2))
         rate = sum(t[1].sum() for t in told) / sum(t[2].sum() for t in told)
         return Rollout(given, actions, logs, advantages, returns), float(rate)
+
+    def _judged(self) -> tuple[Inputs, Tensor, Tensor]:
+        """What the network reads now, its logits and values."""
+        given = inputs_of(self._patrols.seen())
+        with torch.no_grad():
+            return given, *self.network(given)
 
     def _advantages(self, told: list[Any], after: np.ndarray) -> tuple[Tensor, Tensor]:
         """Generalised advantages, discounted by time; an episode's end has the value before it."""
@@ -146,7 +149,7 @@ class Learner:
             after = values
         found = np.array(advantages[::-1])
         returns = found + np.array([t[0] for t in told])
-        return tuple(torch.from_numpy(rows.ravel().astype(np.float32)) for rows in (found, returns))
+        return _tensor(found), _tensor(returns)
 
     def _learn(self, rollout: Rollout, rows: Tensor) -> float:
         """One step of the optimiser; the entropy of the policy."""
@@ -170,10 +173,18 @@ class Learner:
         self._optimiser.step()
 
 
+def _tensor(rows: np.ndarray) -> Tensor:
+    return torch.from_numpy(rows.ravel().astype(np.float32))
+
+
+def _joined(rows: list[Inputs]) -> Inputs:
+    return Inputs(*(torch.cat(part) for part in zip(*rows, strict=True)))
+
+
 def inputs_of(seen: Fast) -> Inputs:
     """What the network reads of patrols in the fast setting."""
     now = Situation(seen.times, seen.sees, seen.between, seen.sees, seen.doors, -1)
-    return inputs(now, seen.real)
+    return inputs(now, seen.real.astype(np.float64))
 
 
 def by_network(network: ViewpointNetwork) -> Chooser:

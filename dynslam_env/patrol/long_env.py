@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Unpack
+from typing import Any, Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,9 +62,8 @@ class LongPatrolEnv(DoorPatrolEnv):
         **parts: Unpack[PatrolKeywords],
     ):
         given = {name: part for name, part in parts.items() if part is not None}
-        super().__init__(
-            score_every=score_every, render_mode=render_mode, **{**LONG_PATROL, **given}
-        )
+        whole = cast(PatrolKeywords, {**LONG_PATROL, **given})
+        super().__init__(score_every=score_every, render_mode=render_mode, **whole)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

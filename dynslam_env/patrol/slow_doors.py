@@ -70,8 +70,8 @@ class HabitClock:
 
     def __init__(self, law: SlowDoors, count: int, rng: np.random.Generator):
         self._law, self._rng = law, rng
-        logs = np.log([law.shortest, law.longest])
-        self._means = np.exp(rng.uniform(*logs, (count, 2)))  # s, of stays one after the other
+        low, high = math.log(law.shortest), math.log(law.longest)
+        self._means = np.exp(rng.uniform(low, high, (count, 2)))  # s, of stays one after the other
         self._leads = rng.random(count) >= law.coupled  # whether it has habits of its own
         self._leads[:1] = True
         self._stays = np.zeros(count, dtype=np.int64)  # stays begun so far

@@ -74,9 +74,9 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     return [
         Patrol(
             world, system, name, seed, command.steps or steps_of(world, command.env),
-            command.limit,
-            pictured=seed == command.begin, film=_film(command, world, system, systems, name, seed),
-            registered=registered, split=command.split, difficulty=command.difficulty, env=command.env,
+            command.limit, pictured=seed == command.begin,
+            film=_film(command, world, system, systems, name, seed), registered=registered,
+            split=command.split, difficulty=command.difficulty, env=command.env,
         )
         for seed in range(command.begin, command.begin + command.episodes)
         for world in worlds

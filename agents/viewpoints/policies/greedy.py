@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agents.viewpoints.situation import GRID, Situation, at
+from agents.viewpoints.situation import Situation, at
 from slam.geometry import Array
 
 HORIZON = 90.0  # s from now, up to which errors count

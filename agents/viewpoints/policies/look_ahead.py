@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,8 @@ def _extended(situation: Situation, beam: Beam) -> Beam:
     rows, targets, takes = rows[fits], targets[fits], takes[fits]
     seen = situation.then[beam.place[rows], targets]
     more = _moved(situation, beam, rows, targets, takes, seen)
-    return Beam(*(np.concatenate(both) for both in zip(beam, more, strict=True)))
+    both: list[Any] = [np.concatenate(parts) for parts in zip(beam, more, strict=True)]
+    return Beam(*both)
 
 
 def _moved(
@@ -102,4 +103,5 @@ def _saved(situation: Situation, beam: Beam) -> Array:
 
 def _kept(situation: Situation, beam: Beam) -> Beam:
     best = np.argsort(-_saved(situation, beam), kind="stable")[:BEAM]
-    return Beam(*(part[best] for part in beam))
+    kept: list[Any] = [part[best] for part in beam]
+    return Beam(*kept)

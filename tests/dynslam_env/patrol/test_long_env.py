@@ -58,7 +58,8 @@ def test_beliefs_about_doors_forecast_and_the_old_map_has_none() -> None:
     for one in beliefs:
         assert one.stale.shape == one.fresh.shape == HORIZONS.shape
         assert one.stale[0] == pytest.approx(one.closed * (1.0 - one.closed))
-        assert one.fresh[0] < 0.01 and (np.diff(one.fresh[:5]) >= -1e-9).all()
+        assert one.fresh[0] < 0.01
+        assert (np.diff(one.fresh[:5]) >= -1e-9).all()
     old = DoorPatrolEnv(world="office")
     old.reset(seed=0)
     assert old.door_beliefs() == []
