@@ -39,18 +39,20 @@ class Settings:
     horizon     s, in which the discount falls to 1/e
     trace       lambda of the advantages (Schulman et al. 2016)
     imitated    decisions of the teacher that are imitated first
+    judging     decisions after that, from which only the values are learned
     """
 
     patrols: int = 64
-    length: int = 32
+    length: int = 16
     epochs: int = 3
     batch: int = 512
-    rate: float = 5e-4
-    clip: float = 0.2
-    entropy: float = 0.003
+    rate: float = 2e-4
+    clip: float = 0.1
+    entropy: float = 0.001
     horizon: float = 90.0
     trace: float = 0.9
     imitated: int = 2048
+    judging: int = 8192
 
 
 class Rollout(NamedTuple):
@@ -162,6 +164,8 @@ class Learner:
         clipped = ratio.clamp(1 - self.settings.clip, 1 + self.settings.clip)
         gain = torch.min(ratio * advantages, clipped * advantages).mean()
         entropy = drawn.entropy().mean()
+        if self.decisions < self.settings.judging:
+            gain, entropy = 0.0 * gain, entropy.detach()
         error = (values - rollout.returns[rows]).square().mean()
         self._improve(0.5 * error - gain - self.settings.entropy * entropy)
         return float(entropy.detach())
