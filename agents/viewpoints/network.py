@@ -92,7 +92,8 @@ class ViewpointNetwork(nn.Module):
         pooled = POOLED * doors.sum(dim=1)
         weights = given.fit.float()[..., None]
         mean = (views * weights).sum(dim=1) / weights.sum(dim=1).clamp(min=1.0)
-        value = self.value(torch.cat([pooled, mean], dim=-1))[..., 0]
+        # values are read from what the choice needs, and do not change it
+        value = self.value(torch.cat([pooled, mean], dim=-1).detach())[..., 0]
         return logits.masked_fill(~given.fit, FAR), value
 
     def _attention(self, views: Tensor, given: Inputs) -> Tensor:
