@@ -18,8 +18,9 @@ class EvaluateCommand:
     """
 
     agents: tyro.conf.Positional[tuple[str, ...]] = ("all",)
-    """Names of agents, policies of `dynslam train` (best.zip), or FILE.py:NAME of your own; all:
-    every registered agent. The others are compared with the first."""
+    """Names of agents, policies of `dynslam train` (best.zip, best.npz) or of stable-baselines3
+    (PPO with MultiInputPolicy, .zip), or FILE.py:NAME of your own; all: every registered agent.
+    The others are compared with the first."""
     env: str = "DoorPatrol-v0"
     """DoorPatrol-v0: doors of 5 to 20 s. DoorPatrol-v1: doors of 60 to 400 s with habits, episodes
     of 600 s, and questions of the way, whose regret in s is scored too."""

@@ -25,8 +25,8 @@ EVALUATION_SEED = 1
 def run_viewpoint_training(command: TrainCommand) -> int:
     """Draw the floors, imitate `LookAhead`, learn by PPO, and keep the best policy.
 
-    Writes progress.jsonl, a line an evaluation: `decisions`, `door_brier` on held-out floors in the
-    fast setting, and `per_second`.
+    Writes progress.jsonl, a line an evaluation: `steps` (decisions), `door_brier` on held-out
+    floors in the fast setting, and `per_second`.
     """
     try:
         from agents.viewpoints.learned import save_network
@@ -57,7 +57,7 @@ def run_viewpoint_training(command: TrainCommand) -> int:
             if updates % EVALUATION_UPDATES == 0 or over:
                 found = scores(held_out, by_network(learner.network), EVALUATION_SEED)
                 rate = learner.decisions / (time.monotonic() - begun)
-                row = {"decisions": learner.decisions, "door_brier": float(found.mean()),
+                row = {"steps": learner.decisions, "door_brier": float(found.mean()),
                        "per_second": rate}  # fmt: skip
                 print(json.dumps(row), file=lines, flush=True)
                 bar.console.print(f"{learner.decisions:>9,} decisions  {rate:5.0f} a second  "

@@ -158,7 +158,7 @@ def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsy
     assert main.status(given) == 0
     assert "best.npz greedy --env DoorPatrol-v1" in capsys.readouterr().out
     rows = [json.loads(line) for line in (tmp_path / "out" / "progress.jsonl").open()]
-    assert [row["decisions"] for row in rows] == [0, 16]
+    assert [row["steps"] for row in rows] == [0, 16]
     assert all(0.0 < row["door_brier"] < 0.25 for row in rows)
     row = Patrol("office", "hmm-ml", str(tmp_path / "out" / "best.npz"), 0, 5,
                  env="DoorPatrol-v1")().row  # fmt: skip
