@@ -77,7 +77,7 @@ class Learner:
         torch.set_num_threads(1)
         self.settings, self._steps, self.decisions = settings, steps, 0
         self.network = ViewpointNetwork()
-        self._rng = np.random.default_rng(seed)
+        self._rng, self._draws = np.random.default_rng(seed), torch.Generator().manual_seed(seed)
         self._patrols = FastPatrols(floors, settings.patrols, self._rng)
         self._optimiser = torch.optim.Adam(self.network.parameters(), settings.rate)
 
@@ -121,7 +121,7 @@ class Learner:
         for _ in range(self.settings.length):
             given, logits, values = self._judged()
             drawn = torch.distributions.Categorical(logits=logits)
-            actions = drawn.sample()
+            actions = torch.multinomial(drawn.probs, 1, generator=self._draws)[:, 0]
             error, takes, over = self._patrols.step(actions.numpy())
             self._patrols.restart_all(over)
             kept.append((given, actions, drawn.log_prob(actions)))
