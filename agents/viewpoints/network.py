@@ -25,6 +25,7 @@ TIME_SCALE = 30.0  # s
 AGE_SCALE = 60.0  # s
 ERROR_SCALE = 4.0  # brings squared errors, at most 0.25, to 1
 POOLED = 0.3  # weight of each doorway in a viewpoint's sum
+SHARPNESS = 8.0  # of the choice by saved error per second, with which learning begins
 FAR = -1e9  # logit of a viewpoint that cannot be reached
 
 
@@ -78,7 +79,7 @@ class ViewpointNetwork(nn.Module):
         self.attended = nn.Linear(WIDTH, 3 * WIDTH)
         self.distance = nn.Parameter(torch.tensor(0.5))
         self.mixed = nn.Sequential(nn.ReLU(), nn.Linear(2 * WIDTH, WIDTH), nn.ReLU())
-        self.logit, self.bias = nn.Linear(WIDTH, 1), nn.Parameter(torch.tensor(3.0))
+        self.logit, self.bias = nn.Linear(WIDTH, 1), nn.Parameter(torch.tensor(SHARPNESS))
         self.value = nn.Sequential(nn.Linear(2 * WIDTH, WIDTH), nn.ReLU(), nn.Linear(WIDTH, 1))
         nn.init.zeros_(self.logit.weight)  # it begins as a soft `Greedy`
 
