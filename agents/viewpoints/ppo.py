@@ -1,4 +1,4 @@
-"""PPO for viewpoints in the fast setting, after imitation of a planner. Needs `dynslam[train]`.
+"""PPO for viewpoints in the fast setting, and imitation of a planner. Needs `dynslam[train]`.
 
 Proximal policy optimisation (Schulman et al. 2017) of a semi-Markov decision process: decisions
 last differently long, so rewards and values are discounted by the time that passed.
@@ -38,8 +38,9 @@ class Settings:
     entropy     weight of the entropy
     horizon     s, in which the discount falls to 1/e
     trace       lambda of the advantages (Schulman et al. 2016)
-    imitated    decisions of the teacher that are imitated first
-    judging     decisions after that, from which only the values are learned
+    imitated    decisions of a teacher that are imitated first; of 2,048 it learned less than it
+                knows at the beginning, when it is near `Greedy`
+    judging     first decisions, from which only the values are learned
     """
 
     patrols: int = 64
@@ -51,7 +52,7 @@ class Settings:
     entropy: float = 0.001
     horizon: float = 90.0
     trace: float = 0.9
-    imitated: int = 2048
+    imitated: int = 0
     judging: int = 8192
 
 
