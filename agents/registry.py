@@ -154,8 +154,7 @@ def _patrol(policy: Callable[[np.random.Generator], ViewpointPolicy]) -> AgentBu
         view: Any = env.unwrapped
         choices, recoveries = np.random.SeedSequence(seed).spawn(2)
         chosen = policy(np.random.default_rng(choices))
-        chooser = ViewpointChooser(view.door_beliefs, chosen)
-        return GoalAgent(view, chooser, recoveries, PATROL_REPLAN)
+        return GoalAgent(view, ViewpointChooser(chosen), recoveries, PATROL_REPLAN)
 
     return build
 
@@ -165,7 +164,7 @@ def _knowing(policy: Callable[[], ViewpointPolicy]) -> AgentBuilder:
 
     def build(env: Env, seed: int) -> Driver:
         view: Any = env.unwrapped
-        chooser = ViewpointChooser(TrueBeliefs(view), policy())
+        chooser = ViewpointChooser(policy(), TrueBeliefs(view))
         return GoalAgent(view, chooser, seed, PATROL_REPLAN)
 
     return build

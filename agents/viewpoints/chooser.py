@@ -30,12 +30,12 @@ Beliefs = Callable[[], Sequence[DoorBelief]]
 class ViewpointChooser:
     """Nearest frontiers first; then the viewpoints of a policy, with a look around at each.
 
-    beliefs  the doorways as they are believed now
     policy   chooses the viewpoints
+    beliefs  the doorways as they are believed now, instead of the patrol's beliefs
     """
 
-    def __init__(self, beliefs: Beliefs, policy: ViewpointPolicy):
-        self._beliefs, self._policy = beliefs, policy
+    def __init__(self, policy: ViewpointPolicy, beliefs: Beliefs | None = None):
+        self._policy, self._beliefs = policy, beliefs
         self._explorer, self._exploring = FrontierChooser(nearest), True
         self._blacklist, self._missed = Blacklist(), Missed()
         self._table: ViewpointTable | None = None
@@ -85,7 +85,7 @@ class ViewpointChooser:
         return Goal((row, col), self._heading, self._target)
 
     def _decide(self, planning: PlanningSnapshot) -> None:
-        beliefs = self._beliefs()
+        beliefs = (self._beliefs or planning.read_doors)()
         if self._looked is not None:
             self._missed.compare(*self._looked, beliefs, planning.time, self._since)
         self._target, self._heading, self._arrived, self._looked = None, None, False, None

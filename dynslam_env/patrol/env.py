@@ -138,9 +138,13 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             check_current()
             return patroller.memory.beliefs(scan.time)
 
+        def read_doors() -> list[DoorBelief]:
+            check_current()
+            return patroller.memory.door_beliefs(scan.time)
+
         return PatrolSnapshot(
             scan.time, Pose2.of(self.slam.pose), patroller.estimate.covariance, scan,
-            self.robot, self.limits, self.period, read_map, read_beliefs,
+            self.robot, self.limits, self.period, read_map, read_beliefs, read_doors,
         )  # fmt: skip
 
     def door_beliefs(self) -> list[DoorBelief]:
