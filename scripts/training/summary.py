@@ -14,7 +14,7 @@ from ..report.scores import DOORS, F1_OVER_TIME, QUALITY, REGRET, Score, present
 from ..report.summary import Summary
 
 MAIN_SCORES = (DOORS, REGRET, F1_OVER_TIME)
-COLUMNS = 3  # of the main scores, each with its interval, beside the agent in 80 characters
+COLUMNS = 2  # of the main scores, each with its interval, beside the agent in 80 characters
 COMPARED = (DOORS, REGRET)  # scores whose differences from the first agent are told
 
 
