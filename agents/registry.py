@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -24,6 +25,15 @@ from agents.goal_choosers.oracle import OracleChooser, door_truth
 from agents.goal_choosers.pose_information import PoseInformation
 from agents.path_patrol import PathPatrol
 from agents.random_agent import RandomAgent
+from agents.viewpoints.chooser import ViewpointChooser
+from agents.viewpoints.policies.greedy import Greedy
+from agents.viewpoints.policies.look_ahead import LookAhead
+from agents.viewpoints.policies.monte_carlo_entropy import MonteCarloEntropy
+from agents.viewpoints.policies.stand import Stand
+from agents.viewpoints.policies.tour import Tour
+from agents.viewpoints.policies.whittle import Whittle
+from agents.viewpoints.situation import ViewpointPolicy
+from agents.viewpoints.truth import TrueBeliefs
 from agents.wall_follower import WallFollower
 from dynslam_env.record import Driver
 from slam.errors import InputError
@@ -38,6 +48,8 @@ AgentBuilder = Callable[[Env, int], Driver]
 whose constructor takes these two is one."""
 
 FORMS = "or a policy's file, or FILE.py:NAME"
+WEIGHTS_SUFFIX = ".npz"  # of the weights of a policy that chooses viewpoints
+PATROL_REPLAN = 2.0  # s, between two plans of an agent that drives to viewpoints
 POLICIES = Path(__file__).parent / "policies"
 """Policies that were trained for the project; described in docs/agents.md."""
 
@@ -62,7 +74,8 @@ def names() -> list[str]:
 def make(name: str, env: Env, seed: int = 0) -> Driver:
     """A new agent for the episode that `env` has begun; every episode needs a new agent.
 
-    name  one of `names()`; the file of a policy that `dynslam train` wrote (best.zip); or
+    name  one of `names()`; the file of a policy that `dynslam train` wrote (best.zip, or best.npz
+          of viewpoints), or that stable-baselines3's PPO saved with the usual MultiInputPolicy; or
           FILE.py:NAME, where NAME is an `AgentBuilder` in that file
     env   a patrol environment after `reset`. Its `unwrapped` is the `PatrolView`; of its
           `unwrapped.place`, the true world, is read by "scripted-path" (the path of the layout)
@@ -77,8 +90,12 @@ def make(name: str, env: Env, seed: int = 0) -> Driver:
 def check(name: str) -> None:
     """Check a name as `make` does, without an environment: raises InputError for an unknown name or
     a wrong file."""
-    if name not in names() and not names_object(name) and Path(name).is_file():
-        _training().read_policy(Path(name))
+    path = Path(name)
+    if name not in names() and not names_object(name) and path.is_file():
+        if path.suffix == WEIGHTS_SUFFIX:
+            _learned().load_network(path)
+        else:
+            _training().read_policy(path)
     else:
         builder_of(name)
 
@@ -89,8 +106,11 @@ def builder_of(name: str) -> AgentBuilder:
         return _BUILDERS[name]
     if names_object(name):
         return load_object(name)
-    if Path(name).is_file():
-        return lambda env, seed: _training().Trained(Path(name), env)
+    path = Path(name)
+    if path.is_file() and path.suffix == WEIGHTS_SUFFIX:
+        return _patrol(lambda rng: _learned().Learned(path))
+    if path.is_file():
+        return lambda env, seed: _training().Trained(path, env)
     raise InputError(f"{unknown_name('agent', name, names())}; {FORMS}")
 
 
@@ -101,11 +121,18 @@ def _discover() -> None:
 
 
 def _training() -> ModuleType:
+    return _needs_torch("agents.trained")
+
+
+def _learned() -> ModuleType:
+    return _needs_torch("agents.viewpoints.learned")
+
+
+def _needs_torch(module: str) -> ModuleType:
     try:
-        from agents import trained
+        return import_module(module)
     except ImportError as error:
         raise InputError(f"a trained agent needs {error.name}: install dynslam[train]") from None
-    return trained
 
 
 def _goal_agent(chooser: Callable[[Scan, np.random.Generator], GoalChooser]) -> AgentBuilder:
@@ -116,6 +143,29 @@ def _goal_agent(chooser: Callable[[Scan, np.random.Generator], GoalChooser]) -> 
         choices, recoveries = np.random.SeedSequence(seed).spawn(2)
         chosen = chooser(view.snapshot().scan, np.random.default_rng(choices))
         return GoalAgent(view, chosen, recoveries)
+
+    return build
+
+
+def _patrol(policy: Callable[[np.random.Generator], ViewpointPolicy]) -> AgentBuilder:
+    """A `GoalAgent` that drives to the viewpoints of a policy, which gets a generator."""
+
+    def build(env: Env, seed: int) -> Driver:
+        view: Any = env.unwrapped
+        choices, recoveries = np.random.SeedSequence(seed).spawn(2)
+        chosen = policy(np.random.default_rng(choices))
+        return GoalAgent(view, ViewpointChooser(chosen), recoveries, PATROL_REPLAN)
+
+    return build
+
+
+def _knowing(policy: Callable[[], ViewpointPolicy]) -> AgentBuilder:
+    """The same with the true doors, as a reference."""
+
+    def build(env: Env, seed: int) -> Driver:
+        view: Any = env.unwrapped
+        chooser = ViewpointChooser(policy(), TrueBeliefs(view))
+        return GoalAgent(view, chooser, seed, PATROL_REPLAN)
 
     return build
 
@@ -158,6 +208,15 @@ BUILDERS: dict[str, AgentBuilder] = {
     "lookout": _goal_agent(lambda scan, rng: LookoutChooser(rng, scan.max_range)),
     "oracle": _oracle,
     "ppo": _ppo,
+    "stand": _patrol(lambda rng: Stand()),
+    "tour": _patrol(lambda rng: Tour()),
+    "greedy": _patrol(lambda rng: Greedy()),
+    "whittle": _patrol(lambda rng: Whittle()),
+    "monte-carlo-entropy": _patrol(MonteCarloEntropy),
+    "look-ahead": _patrol(lambda rng: LookAhead()),
+    "viewpoint-ppo": _patrol(lambda rng: _learned().Learned(POLICIES / "viewpoints.npz")),
+    "best-place": _knowing(Stand),
+    "planning-oracle": _knowing(LookAhead),
 }
 """The built-in agents."""
 

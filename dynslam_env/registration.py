@@ -27,7 +27,7 @@ REWARD_THRESHOLDS = {
 median over test episodes, of worlds for the path driven by the true pose, of patrols for the best
 agent that neither learned nor knows the truth (docs/splits.md)."""
 
-PATROLS = ("DoorPatrol-v0", "DoorPatrolGoals-v0")
+PATROLS = ("DoorPatrol-v0", "DoorPatrolGoals-v0", "DoorPatrol-v1")
 """Ids of the environments that are tasks for agents."""
 
 for _name, (_limit, _keywords) in WORLDS.items():
@@ -48,3 +48,6 @@ gymnasium.register(
     reward_threshold=REWARD_THRESHOLDS[PATROLS[0]],
 )
 gymnasium.register(id=PATROLS[1], entry_point="dynslam_env.patrol.goals:DoorPatrolGoalsEnv")
+gymnasium.register(
+    id=PATROLS[2], entry_point="dynslam_env.patrol.long_env:LongPatrolEnv", max_episode_steps=1500
+)

@@ -35,12 +35,17 @@ class GoalAgent:
     view     the environment
     chooser  of the goals
     seed     of the recoveries
+    replan   s, from one plan to the next
     """
 
     def __init__(
-        self, view: PatrolView, chooser: GoalChooser, seed: int | np.random.SeedSequence = 0
+        self,
+        view: PatrolView,
+        chooser: GoalChooser,
+        seed: int | np.random.SeedSequence = 0,
+        replan: float = REPLAN_PERIOD,
     ):
-        self._view, self._chooser = view, chooser
+        self._view, self._chooser, self._replan = view, chooser, replan
         self._pilot = Pilot(np.random.default_rng(seed))
         self._next = -math.inf  # s, when to choose again
 
@@ -79,7 +84,7 @@ class GoalAgent:
 
     def _choose(self, snapshot: PatrolSnapshot) -> None:
         planning = planning_snapshot(snapshot)
-        self._next = snapshot.time + REPLAN_PERIOD
+        self._next = snapshot.time + self._replan
         goal = self._kept(planning) or self._chooser.goal(planning) or _leave(planning)
         if goal is None:
             self._pilot.halt()

@@ -23,6 +23,8 @@ from slam.validation import whole_number
 TRAINING_MEMBER = "dynslam.json"
 WEIGHTS_MEMBER = "policy.pth"
 OPTIMISER_MEMBER = "policy.optimizer.pth"
+PLAIN = {"algorithm": "ppo", "env": "a plain file", "settings": {"policy": "MultiInputPolicy"}}
+"""The configuration of a file of stable-baselines3 that says nothing of its training."""
 DATA_MEMBER = "data"  # JSON of stable-baselines3, most of it pickled
 COUNTS = ("num_timesteps", "_n_updates", "_episode_num")  # in it: how far a training is
 COPIES = 3  # of a member: as it is read, as tensors, and in the policy
@@ -55,9 +57,14 @@ def write_slim(path: Path, out: Path) -> None:
 
 
 def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, torch.Tensor]]:
-    """The training's configuration, and the weights. Raises InputError for any other file."""
+    """The training's configuration, and the weights. Raises InputError for any other file.
+
+    A plain file of stable-baselines3 counts as PPO with the usual MultiInputPolicy: its own
+    configuration is pickled, and is not read.
+    """
     with opened(path, "a policy of dynslam train") as archive:
-        training = json.loads(_member(archive, TRAINING_MEMBER))
+        plain = TRAINING_MEMBER not in archive.namelist() and DATA_MEMBER in archive.namelist()
+        training = PLAIN if plain else json.loads(_member(archive, TRAINING_MEMBER))
         weights = _tensors(archive, WEIGHTS_MEMBER)
         if not (isinstance(training, dict) and isinstance(weights, dict)):
             raise TypeError("no configuration and weights")

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.simulation.robot import Robot
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
@@ -30,6 +31,7 @@ class PatrolSnapshot:
     period        s for which an action is held
     read_map      returns the SLAM's map
     read_beliefs  returns the task's dynamic map, predicted for `time`
+    read_doors    returns what is believed of each suspected doorway at `time`
     """
 
     time: float
@@ -41,6 +43,7 @@ class PatrolSnapshot:
     period: float
     read_map: Callable[[], OccupancyGrid] = field(repr=False)
     read_beliefs: Callable[[], Beliefs] = field(repr=False)
+    read_doors: Callable[[], list[DoorBelief]] = field(default=list, repr=False)
 
     @cached_property
     def map(self) -> OccupancyGrid:

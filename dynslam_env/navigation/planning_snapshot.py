@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.costmap import Costmap, Inflation, costmap
+from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.navigation.planner import Plan, plan
 from slam.geometry import Array, Pose2
@@ -18,6 +20,7 @@ class PlanningSnapshot(NamedTuple):
 
     time        s since the episode began
     covariance  (3, 3) of the pose: x, y in m, theta in rad
+    read_doors  returns what is believed of each suspected doorway
     """
 
     time: float
@@ -26,6 +29,7 @@ class PlanningSnapshot(NamedTuple):
     beliefs: Beliefs
     costmap: Costmap
     plan: Plan
+    read_doors: Callable[[], list[DoorBelief]] = list
 
     @property
     def position(self) -> tuple[float, float]:
@@ -44,5 +48,11 @@ def planning_snapshot(
     pose, beliefs, radius = snapshot.pose, snapshot.beliefs, snapshot.robot.radius
     costs = costmap(snapshot.map, beliefs, snapshot.scan, pose, radius, inflation)
     return PlanningSnapshot(
-        snapshot.time, pose, snapshot.covariance, beliefs, costs, plan(costs, pose)
+        snapshot.time,
+        pose,
+        snapshot.covariance,
+        beliefs,
+        costs,
+        plan(costs, pose),
+        snapshot.read_doors,
     )

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.place_doors import PlaceDoors, SuspectedDoor
 from slam.geometry import Array, Pose2
+from slam.grid import GridSpec
 from slam.maps.log_odds import Evidence
 from slam.scan import Scan
 
@@ -48,21 +50,40 @@ class BeliefMap(DynamicMap):
                 found[inside] = self.doors.closed(door, time)
         return found
 
+    def door_beliefs(self, time: float) -> list[DoorBelief]:
+        """See `DynamicMap`."""
+        return self.doors.beliefs(time)
+
     def beliefs(self, time: float) -> Beliefs:
         """See `DynamicMap`."""
         cells = super().beliefs(time)
         occupied, flips = cells.occupied.copy(), np.zeros_like(cells.flips)
-        rows, cols = np.indices(cells.spec.shape)
-        points = cells.spec.centres(np.column_stack([rows.ravel(), cols.ravel()]))
         for door in self.doors.known():
-            if not door.seen:
-                continue
-            inside = _in_doorway(door, points).reshape(occupied.shape) & cells.observed
-            occupied[inside] = self.doors.closed(door, time)
-            if door.filter.flips:
-                swept = _swept(door, points).reshape(occupied.shape)
-                flips[swept] = cells.flips[swept]
+            if door.seen:
+                self._overlay(door, time, cells, occupied, flips)
         return cells._replace(occupied=occupied, flips=flips)
+
+    def _overlay(
+        self, door: SuspectedDoor, time: float, cells: Beliefs, occupied: Array, flips: Array
+    ) -> None:
+        """Write P(closed) and the flips of a door into the arrays (rows, cols) around it."""
+        block, points = _around(door, cells.spec)
+        shape = occupied[block].shape
+        inside = _in_doorway(door, points).reshape(shape) & cells.observed[block]
+        occupied[block][inside] = self.doors.closed(door, time)
+        if door.filter.flips:
+            swept = _swept(door, points).reshape(shape)
+            flips[block][swept] = cells.flips[block][swept]
+
+
+def _around(door: SuspectedDoor, spec: GridSpec) -> tuple[tuple[slice, slice], Array]:
+    """The block of cells that a door may sweep, and the (n, 2) m centres of its cells."""
+    reach = 1.5 * door.place[3] + SWEPT_MARGIN + DOORWAY_DEPTH + spec.resolution
+    corners = spec.cells(door.place[:2] + np.array([[-reach, -reach], [reach, reach]]))
+    (top, left), (bottom, right) = np.clip(corners, 0, np.array(spec.shape)).tolist()
+    rows, cols = np.mgrid[top:bottom, left:right]
+    points = spec.centres(np.column_stack([rows.ravel(), cols.ravel()]))
+    return (slice(top, bottom), slice(left, right)), points
 
 
 def _in_doorway(door: SuspectedDoor, points: Array) -> NDArray[np.bool_]:

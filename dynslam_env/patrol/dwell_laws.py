@@ -92,6 +92,14 @@ class DoorFilter:
         _look(self.phases, self._laws.steps, self._ticks(time), closed, LOOK_ERROR, self.evidence)
         self.time, self.state = time, closed
 
+    def looked(self, time: float, closed: bool) -> DoorFilter:
+        """A copy, after one more confirmed look at `time`, s."""
+        other = DoorFilter(self._laws)
+        other.phases, other.evidence = self.phases.copy(), self.evidence.copy()
+        other.time, other.state = self.time, self.state
+        other.look(time, closed)
+        return other
+
     def closed(self, time: float) -> Array:
         """(h,) P(closed at `time`) by each law."""
         return _closed(self.phases, self._laws.steps, self._ticks(time))

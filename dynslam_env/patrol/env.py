@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from dynslam_env.env import DoorWorldEnv
 from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown
@@ -90,7 +91,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never. `FinalScores(env)` adds those of the last step |
 
     ## Version History
-    v0: first.
+    v0: first. `DoorPatrol-v1` (`LongPatrolEnv`) has doors of minutes, and questions of the way.
     """  # noqa: E501
 
     metadata = DoorWorldEnv.metadata
@@ -137,10 +138,18 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             check_current()
             return patroller.memory.beliefs(scan.time)
 
+        def read_doors() -> list[DoorBelief]:
+            check_current()
+            return patroller.memory.door_beliefs(scan.time)
+
         return PatrolSnapshot(
             scan.time, Pose2.of(self.slam.pose), patroller.estimate.covariance, scan,
-            self.robot, self.limits, self.period, read_map, read_beliefs,
+            self.robot, self.limits, self.period, read_map, read_beliefs, read_doors,
         )  # fmt: skip
+
+    def door_beliefs(self) -> list[DoorBelief]:
+        """What the robot believes now of each doorway that it suspects; none with `DynamicMap`."""
+        return self.patroller.memory.door_beliefs(self.time)
 
     @property
     def slam(self) -> Slam:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.navigation.door_belief import DoorBelief
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.centroids import UNIT
@@ -97,6 +98,10 @@ class DynamicMap:
     def _places(self, points: Array) -> np.ndarray:
         tiles = self.map.cells.tiles
         return _places(points, tiles.index, tiles.origin, 1 / CELL_SIZE)
+
+    def door_beliefs(self, time: float) -> list[DoorBelief]:
+        """What is believed of each suspected doorway at `time`, s; a map of cells suspects none."""
+        return []
 
     def beliefs(self, time: float) -> Beliefs:
         """The whole map as arrays, predicted for `time`, s."""

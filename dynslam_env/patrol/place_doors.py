@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief, spread
 from dynslam_env.patrol.door_shapes import looked, suspects
 from dynslam_env.patrol.dwell_laws import (
     PRIOR_WEIGHT,
@@ -31,6 +32,7 @@ STILL_WITH_LEAF = 0.03  # P(a door never flips), if its leaf was seen
 BARE_STILL_DOORS, BARE_DOORS = 0.5, 1.0  # prior counts of doorways without a leaf, and of all
 DRIFT_AGES = np.array([0.0, 0.5, 1, 2, 3, 5, 8, 12, 20, 30, 50, 80, 120, 200, 300, 500, 800])  # s
 REFRESH = 1.0  # s between two estimates of the shared weights of the laws
+DRIFT_REFRESH = 10.0  # s between two computations of the drift of doors that were not recognised
 
 
 class SuspectedDoor:
@@ -94,7 +96,7 @@ class PlaceDoors:
         self.laws = DwellLaws()
         self.doors: list[SuspectedDoor] = []
         self.weights, self.still = self.laws.prior, BARE_STILL_DOORS / BARE_DOORS
-        self._refreshed = -math.inf
+        self._refreshed, self._drifted = -math.inf, 0.0  # s, when they were
         self._drift = self._drifts()
 
     def look(self, scan: Scan, pose: Pose2) -> None:
@@ -122,6 +124,26 @@ class PlaceDoors:
         if door.pending and time - door.pending[0] <= CONFIRMING:
             p = _after(p, door.pending[1])
         return p
+
+    def beliefs(self, time: float) -> list[DoorBelief]:
+        """What is believed of each known door at `time`, s, and forecast from then on."""
+        return [self._belief(door, time) for door in self.known()]
+
+    def _belief(self, door: SuspectedDoor, time: float) -> DoorBelief:
+        closed = self.closed(door, time)
+        after = [
+            self._forecast(door.filter.looked(time, state), door, time) for state in (False, True)
+        ]
+        fresh = (1.0 - closed) * spread(after[0]) + closed * spread(after[1])
+        stale = spread(self._forecast(door.filter, door, time))
+        stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
+        age = math.inf if door.filter.time is None else time - door.filter.time
+        return DoorBelief(door.place.copy(), closed, age, stale, fresh)
+
+    def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
+        """(HORIZONS,) P(closed) from `time`, s, on."""
+        own = responsibilities(doors.evidence, self._prior(door))
+        return np.array([own @ doors.closed(time + ahead) for ahead in HORIZONS])
 
     def drifted(self, closed: Array, ages: Array, time: float) -> Array:
         """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
@@ -156,7 +178,8 @@ class PlaceDoors:
             else:
                 still, bare = still + share[-1], bare + 1.0
         self.weights, self.still = total / total.sum(), still / bare
-        self._drift = self._drifts()
+        if time >= self._drifted + DRIFT_REFRESH:
+            self._drift, self._drifted = self._drifts(), time
 
     def _drifts(self) -> Array:
         """(2, a) P(closed) of a new door, DRIFT_AGES s after it was seen open, and closed."""

@@ -56,12 +56,14 @@ TIME = Score("ms_per_matched_scan", "time per matched scan", 1.0, " ms", 2)
 RELATIONS = Score("translation_mean", "error of relations", 1e3, " mm")
 ALIGNED = Score("ate_aligned", "ATE, aligned", 1e3, " mm")
 DOORS = Score("door_brier", "Brier of doors over time", digits=3, worst=1.0)
+REGRET = Score("regret_s", "regret of questions", 1.0, " s", 2)
 F1_OVER_TIME = Score("f1_over_time", "F1 over time", digits=3, better=1, worst=0.0)
 MAIN_SCORES = (DOORS, ATE, RELATIONS, ALIGNED)
 """Runs are compared by the first of these that the results have."""
 
 QUALITY = (
     DOORS,
+    REGRET,
     F1_OVER_TIME,
     ATE,
     Score("ate_online", "ATE, online", 1e3, " mm"),

@@ -18,8 +18,12 @@ class EvaluateCommand:
     """
 
     agents: tyro.conf.Positional[tuple[str, ...]] = ("all",)
-    """Names of agents, policies of `dynslam train` (best.zip), or FILE.py:NAME of your own; all:
-    every registered agent. The others are compared with the first."""
+    """Names of agents, policies of `dynslam train` (best.zip, best.npz) or of stable-baselines3
+    (PPO with MultiInputPolicy, .zip), or FILE.py:NAME of your own; all: every registered agent.
+    The others are compared with the first."""
+    env: str = "DoorPatrol-v0"
+    """DoorPatrol-v0: doors of 5 to 20 s. DoorPatrol-v1: doors of 60 to 400 s with habits, episodes
+    of 600 s, and questions of the way, whose regret in s is scored too."""
     worlds: str = "corridor"
     """corridor, loop, office, crowd, any other registered world, a world file (.json), or
     FILE.py:NAME of your own, with commas between; all: every registered world."""
@@ -35,7 +39,8 @@ class EvaluateCommand:
     difficulty: str | None = None
     """easy, medium or hard, of dynslam's own worlds. Default: the worlds as they are."""
     steps: int | None = None
-    """Steps of 0.4 s of an episode; by default loop 500, office 750, any other world 250."""
+    """Steps of 0.4 s of an episode; by default loop 500, office 750, any other world 250;
+    in DoorPatrol-v1 1500 (600 s), and up to 4500 for half an hour."""
     jobs: int = -1
     """Parallel episodes, each in a process of one thread; -1: one per core."""
     out: Path = Path("out/evaluate")

@@ -17,7 +17,9 @@ from ..console.output import write_png
 from ..figures.style import ESTIMATE, MEDIUM, blank_figure, plain_axes
 from .curves import CurvesCommand
 
-CURVES = (("reward", "sum of rewards"), ("door_brier", "Brier of doors over time"))
+DOOR_CURVE = "door_brier"
+CURVES = (("reward", "sum of rewards"), (DOOR_CURVE, "Brier of doors over time"))
+"""Scores and titles; trainings of viewpoints have no sum of rewards."""
 
 
 def draw_curves(command: CurvesCommand) -> int:
@@ -27,7 +29,7 @@ def draw_curves(command: CurvesCommand) -> int:
         raise InputError("no training named: give directories of dynslam train")
     write_png(learning_curves(runs), command.out)
     steps = common_steps(runs)
-    for name, title in CURVES:
+    for name, title in _told(runs):
         value, low, high = score_at(runs, steps[-1], name)
         print(f"{title} after {steps[-1]:,} steps, {len(runs)} seeds: "
               f"{value:.3f} ({low:.3f} to {high:.3f})")  # fmt: skip
@@ -38,7 +40,7 @@ def draw_curves(command: CurvesCommand) -> int:
 def read_run(folder: Path) -> list[dict[str, Any]]:
     """The evaluations of a training."""
     rows = read(folder / "progress.jsonl")
-    if not rows or any(name not in row for row in rows for name in ("steps", *dict(CURVES))):
+    if not rows or any(name not in row for row in rows for name in ("steps", DOOR_CURVE)):
         raise InputError(f"{folder}: no evaluations of a training in progress.jsonl")
     return rows
 
@@ -59,9 +61,10 @@ def score_at(runs: Sequence[list[dict[str, Any]]], steps: int, name: str) -> Int
 
 def learning_curves(runs: Sequence[list[dict[str, Any]]]) -> Figure:
     """A figure with one panel per score."""
-    figure, steps = blank_figure(8.0, 3.4), common_steps(runs)
-    for k, (name, title) in enumerate(CURVES, 1):
-        axes = figure.add_subplot(1, 2, k)
+    curves, steps = _told(runs), common_steps(runs)
+    figure = blank_figure(4.0 * len(curves), 3.4)
+    for k, (name, title) in enumerate(curves, 1):
+        axes = figure.add_subplot(1, len(curves), k)
         for rows in runs:
             axes.plot([row["steps"] / 1e3 for row in rows], [row[name] for row in rows],
                       color=ESTIMATE, linewidth=0.6, alpha=0.5)  # fmt: skip
@@ -74,3 +77,9 @@ def learning_curves(runs: Sequence[list[dict[str, Any]]]) -> Figure:
         axes.set_title(title, fontsize=MEDIUM)
         plain_axes(axes)
     return figure
+
+
+def _told(runs: Sequence[list[dict[str, Any]]]) -> list[tuple[str, str]]:
+    """The CURVES that every evaluation of every training has."""
+    rows = [row for rows in runs for row in rows]
+    return [curve for curve in CURVES if all(curve[0] in row for row in rows)]

@@ -14,6 +14,7 @@ from PIL import Image
 
 import agents
 from dynslam_env.patrol.env import DoorPatrolEnv
+from dynslam_env.patrol.long_env import LongPatrolEnv
 from dynslam_env.record import RecordingWrapper
 from dynslam_env.reset_options import reset_arguments
 from dynslam_env.simulation.find_world import find_world
@@ -25,7 +26,7 @@ from ..trials.recorded_run import RecordedRun, record_run
 from ..trials.sources import digest, sparser
 from .patrol_scorer import MAP_PERIOD, PatrolScorer
 from .registered import register_all
-from .worlds import content_of
+from .worlds import LONG_PATROL, PATROL_ENVS, content_of
 
 SUITE = "evaluate"
 FILM_SPEED = 5.0  # times real time
@@ -46,6 +47,7 @@ class Patrol:
     split       of which `seed` is the number of the episode; None: of none
     difficulty  of the world; None: as it is
     registered  objects registered by the user in the process that made this job; see `registered`
+    env         id of the patrol, one of PATROL_ENVS
     """
 
     world: str
@@ -59,6 +61,7 @@ class Patrol:
     registered: bytes | None = None
     split: str | None = None
     difficulty: str | None = None
+    env: str = PATROL_ENVS[0]
 
     def __call__(self) -> Done:
         """Run and score it; an exception becomes a result."""
@@ -71,7 +74,8 @@ class Patrol:
         return Done(row, seen)
 
     def _run(self) -> tuple[Result, RecordedRun | None]:
-        env = DoorPatrolEnv(
+        kind = LongPatrolEnv if self.env == LONG_PATROL else DoorPatrolEnv
+        env = kind(
             world=find_world(self.world), difficulty=self.difficulty, slam=self.slam,
             score_every=MAP_PERIOD,
             render_mode="rgb_array" if self.film else None,
@@ -132,8 +136,9 @@ class Patrol:
 
     @property
     def _drawn_from(self) -> dict[str, str]:
-        """Split and difficulty, where they are given."""
-        given = {"split": self.split, "difficulty": self.difficulty}
+        """Split, difficulty and environment, where they are not the usual ones."""
+        env = None if self.env == PATROL_ENVS[0] else self.env
+        given = {"env": env, "split": self.split, "difficulty": self.difficulty}
         return {name: value for name, value in given.items() if value is not None}
 
     @property

@@ -31,6 +31,8 @@ class PatrolScorer:
     path_length   m, driven
     contact       s in which the robot touched something
     reward        sum of the rewards
+    regret_s      s, mean regret of the questions of the way, and `questions`, their number; in
+                  `DoorPatrol-v1` only
     """
 
     def __init__(self, env: DoorPatrolEnv):
@@ -38,6 +40,7 @@ class PatrolScorer:
         self._reward = self._contact = self._length = 0.0
         self._briers: list[float] = []
         self._errors: list[float] = []
+        self._regrets: list[float] | None = None
         self._maps: list[dict[str, Any]] = []
         self._last = env.place.pose
 
@@ -50,13 +53,17 @@ class PatrolScorer:
         self._contact += info["collision"] * self._period
         self._briers.append(info["door_brier"])
         self._errors.append(info["slam"]["position_error"])
+        if "regrets" in info:
+            self._regrets = [*(self._regrets or []), *info["regrets"]]
         if "f1_5cm" in info["slam"]:
             self._maps.append(info["slam"])
 
     def scores(self) -> dict[str, Any]:
         """The scores as plain data for JSON."""
         ate = math.sqrt(float(np.mean(np.square(self._errors))))
-        return {
+        asked = self._regrets
+        told = {} if asked is None else {"regret_s": _mean(asked), "questions": len(asked)}
+        return told | {
             "door_brier": _mean(self._briers),
             "f1_over_time": _mean([row["f1_5cm"] for row in self._maps]),
             "slam_brier": _mean([row["brier_now_door"] for row in self._maps]),

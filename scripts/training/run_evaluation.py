@@ -27,7 +27,7 @@ from .evaluate import EvaluateCommand
 from .patrol_jobs import SUITE, Patrol
 from .registered import pack_registered
 from .summary import print_summary
-from .worlds import parse_worlds, steps_of
+from .worlds import PATROL_ENVS, parse_worlds, steps_of
 
 
 def run_evaluation(command: EvaluateCommand) -> int:
@@ -59,6 +59,7 @@ def agent_names(command: EvaluateCommand) -> list[str]:
 
 def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     """One patrol per seed, world, SLAM and agent; raises InputError for wrong options."""
+    one_of("env", command.env, PATROL_ENVS)
     worlds = parse_worlds(command.worlds)
     systems = parse_selection("variant", command.slam, slam.variants(), LIST_VARIANTS)
     whole_number("episodes", command.episodes, 1)
@@ -72,9 +73,10 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     registered = pack_registered(names, worlds, systems)
     return [
         Patrol(
-            world, system, name, seed, command.steps or steps_of(world), command.limit,
-            pictured=seed == command.begin, film=_film(command, world, system, systems, name, seed),
-            registered=registered, split=command.split, difficulty=command.difficulty,
+            world, system, name, seed, command.steps or steps_of(world, command.env),
+            command.limit, pictured=seed == command.begin,
+            film=_film(command, world, system, systems, name, seed), registered=registered,
+            split=command.split, difficulty=command.difficulty, env=command.env,
         )
         for seed in range(command.begin, command.begin + command.episodes)
         for world in worlds

@@ -22,10 +22,16 @@ from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..trials.jobs import file_name
 from .train import TrainCommand
+from .worlds import LONG_PATROL
 
 
 def run_training(command: TrainCommand) -> int:
     """Check the options, train with a progress bar, and say where the policy lies."""
+    if command.env == LONG_PATROL:
+        from .run_viewpoint_training import run_viewpoint_training
+
+        return run_viewpoint_training(command)
+    world = command.world or "corridor"
     try:
         from agents.training.settings import ALGORITHMS, read_settings
         from agents.training.train import Training, train
@@ -33,14 +39,14 @@ def run_training(command: TrainCommand) -> int:
         raise InputError(f"training needs {error.name}: install dynslam[train]") from None
     one_of("algo", command.algo, ALGORITHMS)
     slam.make(command.slam)
-    find_world(command.world)
+    find_world(world)
     whole_number("workers", command.workers, 1)
     _check_env(command.env)
     settings = read_settings(command.algo, command.env, command.hyperparameters)
     steps = _timesteps(settings) if command.steps is None else command.steps
-    parameters = {"world": command.world, "slam": command.slam}
+    parameters = {"world": world, "slam": command.slam}
     training = Training(command.env, command.algo, settings, command.seed, steps, parameters)
-    name = f"{command.env}-{file_name(command.world)}-{command.algo}-{command.seed}"
+    name = f"{command.env}-{file_name(world)}-{command.algo}-{command.seed}"
     out = own_directory(command.out or Path("out") / "train" / name)
     with progress_bar() as bar:
         task = bar.add_task("training", total=steps)

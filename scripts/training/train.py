@@ -15,10 +15,12 @@ class TrainCommand:
     """
 
     env: str = "DoorPatrol-v0"
-    """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own."""
-    world: str = "corridor"
+    """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own; or DoorPatrol-v1,
+    where a policy chooses viewpoints: it learns on true poses, by the viewpoint tables of floors of
+    the world, and of --steps, --seed, --world and --out alone."""
+    world: str | None = None
     """corridor, loop, office, crowd, any other registered world, a world file (.json), or
-    FILE.py:NAME of your own."""
+    FILE.py:NAME of your own. Default: corridor; in DoorPatrol-v1 office."""
     slam: str = "hmm-ml"
     """SLAM variant of the patrol."""
     algo: str = "ppo"

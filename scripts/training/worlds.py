@@ -11,14 +11,19 @@ from slam.errors import InputError
 
 from ..console.selection import ALL
 
+LONG_PATROL = "DoorPatrol-v1"
+PATROL_ENVS = ("DoorPatrol-v0", LONG_PATROL)
+"""Ids of the environments in which agents are compared."""
+
 EPISODE_STEPS = {"corridor": 250, "loop": 500, "office": 750, "crowd": 250}
 """Steps of 0.4 s of a patrol in each of dynslam's own worlds."""
 DEFAULT_STEPS = 250  # in any other world
+LONG_STEPS = 1500  # of `DoorPatrol-v1`, in any world
 
 
-def steps_of(world: str) -> int:
+def steps_of(world: str, env: str) -> int:
     """Steps of 0.4 s of a patrol in a world."""
-    return EPISODE_STEPS.get(world, DEFAULT_STEPS)
+    return LONG_STEPS if env == LONG_PATROL else EPISODE_STEPS.get(world, DEFAULT_STEPS)
 
 
 def parse_worlds(text: str) -> list[str]:

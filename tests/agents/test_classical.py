@@ -17,7 +17,10 @@ BY_HAND = Layout(BOX, (DOOR,), Pose2(1.5, 2.0, 0.0), WAY)
 WORLDS = {"corridor": "corridor", "loop": "loop", "office": "office", "crowd": "crowd",
           "by hand": BY_HAND}  # fmt: skip
 TRUTH = ("pose", "layout", "physics", "outline", "occupancy", "bound")
-SHOWN = {"oracle": {"layout", "physics"}, "scripted-path": {"layout"}}
+SHOWN = {
+    "oracle": {"layout", "physics"}, "scripted-path": {"layout"}, "best-place": {"layout"},
+    "planning-oracle": {"layout"},
+}  # fmt: skip
 
 
 def patrol(world="corridor", seed=0):

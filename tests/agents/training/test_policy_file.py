@@ -260,3 +260,14 @@ def test_a_file_does_not_decide_on_a_huge_network(saved, tmp_path, kwargs):
     with pytest.raises(InputError, match=r"bad\.zip: ") as refused:
         Trained(bad, DoorPatrolEnv())
     assert "\n" not in str(refused.value)
+
+
+def test_a_plain_file_of_stable_baselines3_drives(tmp_path):
+    env = NativeVecEnv.make("DoorPatrol-v0", 2)
+    model = ALGORITHMS["ppo"]("MultiInputPolicy", env, seed=3)
+    model.save(tmp_path / "plain.zip")
+    patrol = DoorPatrolEnv()
+    observation, _ = patrol.reset(seed=0)
+    action, _ = Trained(tmp_path / "plain.zip", patrol).predict(observation)
+    expected, _ = model.predict(observation, deterministic=True)
+    assert np.array_equal(action, expected)

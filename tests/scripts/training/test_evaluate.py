@@ -99,6 +99,30 @@ def test_the_table_tells_whole_names(capsys, monkeypatch):
     assert all(name in first for name in names)
 
 
+def test_the_tables_fit_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    scores = ("door_brier", "regret_s", "f1_over_time", "ate", "slam_brier", "coverage",
+              "path_length", "contact", "reward")  # fmt: skip
+    names = ["look-ahead", "monte-carlo-entropy"]
+    rows = [Patrol("office", "hmm-ml", name, k, 20).row() for name in names for k in range(3)]
+    print_summary([row | dict.fromkeys(scores, 0.25) for row in rows], names)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(len(line) for line in lines if "minus" not in line) <= 80
+    assert any("monte-carlo-entropy" in line and "0.250 (0.250 to 0.250)" in line for line in lines)
+
+
+def test_the_long_patrol_has_questions(tmp_path):
+    arguments = ("greedy", "--env", "DoorPatrol-v1", "--worlds", "office", "--split", "train")
+    short = ("--steps", "60", "--episodes", "1", "--no-films", "--jobs", "1")
+    assert evaluate(tmp_path / "out", *arguments, *short) == 0
+    (row,) = rows_of(tmp_path / "out")
+    assert row["error"] is None
+    assert row["env"] == "DoorPatrol-v1"
+    assert row["questions"] >= 0
+    assert row["regret_s"] is None or row["regret_s"] >= 0.0
+    assert row["duration"] == 24.0
+
+
 def test_a_row_is_what_the_job_gives_in_this_process(done):
     patrol = Patrol("corridor", "hmm-ml", "random", 7001, 20)
     row = next(row for row in rows_of(done) if row["run"] == patrol.name)

@@ -1,0 +1,55 @@
+"""Learned: chooses viewpoints by a trained network. Needs `dynslam[train]`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from agents.viewpoints.network import ViewpointNetwork, inputs
+from agents.viewpoints.situation import DoorRows, Situation
+from slam.errors import InputError
+from slam.io.guard import guarded
+
+
+class Learned:
+    """The viewpoint with the largest logit.
+
+    path  file of `save_network`
+    """
+
+    def __init__(self, path: Path):
+        self._network = load_network(path)
+        torch.set_num_threads(1)
+
+    def choose(self, situation: Situation) -> int:
+        """See `ViewpointPolicy`."""
+        one = Situation(
+            situation.times[None], situation.sees[None], situation.between[None],
+            situation.then[None], DoorRows(*(part[None] for part in situation.doors)),
+            situation.last,
+        )  # fmt: skip
+        real = np.ones((1, situation.sees.shape[1]))
+        with torch.no_grad():
+            logits, _ = self._network(inputs(one, real))
+        return int(logits[0].argmax())
+
+
+def save_network(network: ViewpointNetwork, path: Path) -> None:
+    """Write the weights as arrays of numpy."""
+    weights = {name: value.numpy() for name, value in network.state_dict().items()}
+    np.savez_compressed(path, allow_pickle=False, **weights)
+
+
+def load_network(path: Path) -> ViewpointNetwork:
+    """Read what `save_network` wrote; no code in the file is run. Raises InputError for others."""
+    network = ViewpointNetwork()
+    with guarded(path):
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                weights = {name: torch.from_numpy(file[name]) for name in network.state_dict()}
+            network.load_state_dict(weights)
+        except (OSError, KeyError, ValueError, RuntimeError) as error:
+            raise InputError(f"not the weights of a viewpoint policy ({error})") from None
+    return network.eval()

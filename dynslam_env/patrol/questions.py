@@ -1,0 +1,135 @@
+"""Questions of the way from A to B, and the time that a wrong belief about the doors costs.
+
+A question is asked of a robot that knows the floor plan, but not which doors are open: for that it
+has its belief. It takes the way that seems shortest, where each doorway costs its own length and
+P(closed) times the detour around it. A door that it finds closed on its way turns it back: it then
+takes the best way on from there. The regret is the length of what it drives beyond the best way
+through the doors that are open when it is asked, divided by a speed: the travelling salesman of
+doors is Papadimitriou and Yannakakis's Canadian traveller (1991). Doors stand still meanwhile.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
+
+from dynslam_env.navigation.costmap import OPEN, Costmap, inflated
+from dynslam_env.navigation.planner import plan
+from dynslam_env.worlds.clearance import leaf
+from dynslam_env.worlds.layout import Door, Layout
+from slam.geometry import Array, Pose2
+from slam.grid import GridSpec
+from slam.metrics.raster import rasterise
+
+CELL = 0.1  # m
+PLACES = 16  # of which two are drawn for a question
+MARGIN = 0.3  # m, between a place and the nearest wall
+SIDE_DISTANCE = 0.55  # m, from the middle of a doorway to the points on its two sides
+DRIVING_SPEED = 0.5  # m/s
+MAX_DETOUR = 60.0  # m, of a door without a way around it
+MAX_DRAWS = 10  # of two places with a way between them
+
+Bools = NDArray[np.bool_]
+
+
+def floor_costmap(layout: Layout, radius: float, shut: bool = True) -> Costmap:
+    """The costmap of a floor for a robot of `radius` m, with all doors closed, or without them."""
+    leaves = [leaf(door, 0.0) for door in layout.doors] if shut else []
+    solids = np.concatenate([layout.walls, *leaves])
+    ends = solids.reshape(-1, 2)
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), CELL)
+    occupied = rasterise(solids, spec)
+    return inflated(spec, occupied, np.ones_like(occupied), np.zeros_like(occupied), radius)
+
+
+def middle(door: Door) -> Array:
+    """(2,) m, the middle of the closed leaf."""
+    along = np.array([np.cos(door.closed), np.sin(door.closed)])
+    across = np.array([-along[1], along[0]])
+    return np.array(door.hinge) + 0.5 * (door.width * along - door.swing * door.thickness * across)
+
+
+class Questions:
+    """The ways of one floor, and the regret of a belief about its doors.
+
+    layout  of the episode
+    radius  m, of the robot
+    rng     draws the places, and the two of each question
+    """
+
+    def __init__(self, layout: Layout, radius: float, rng: np.random.Generator):
+        self._rng, self._doors = rng, len(layout.doors)
+        costs = floor_costmap(layout, radius)
+        open_plan = plan(floor_costmap(layout, radius, shut=False), layout.start)
+        sides = [_sides(door, costs) for door in layout.doors]
+        wide = (costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & open_plan.reached
+        cells = np.argwhere(wide if wide.any() else open_plan.reached)
+        places = costs.spec.centres(cells[rng.integers(len(cells), size=PLACES)])
+        nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])
+        self._far = _distances(costs, nodes)
+        self._detours = np.minimum(
+            [self._far[2 * d, 2 * d + 1] for d in range(self._doors)], MAX_DETOUR
+        )
+
+    def regret(self, closed: Array, is_open: Bools) -> float | None:
+        """s lost at one question, drawn now; None if no way leads there.
+
+        closed   (d,) P(closed) of the doors, by the robot's belief
+        is_open  (d,) the truth
+        """
+        for _ in range(MAX_DRAWS):
+            start, goal = 2 * self._doors + self._rng.choice(PLACES, 2, replace=False)
+            best = self._best(start, goal, is_open)
+            if np.isfinite(best):
+                return (self._driven(start, goal, closed, is_open) - best) / DRIVING_SPEED
+        return None
+
+    def _best(self, start: int, goal: int, is_open: Bools) -> float:
+        prices = np.where(is_open, 2 * SIDE_DISTANCE, np.inf)
+        return float(dijkstra(self._graph(prices), indices=start)[goal])
+
+    def _driven(self, start: int, goal: int, closed: Array, is_open: Bools) -> float:
+        """m, driven by a robot that turns back at doors that it finds closed."""
+        prices, driven, at = 2 * SIDE_DISTANCE + closed * self._detours, 0.0, start
+        while at != goal:
+            after = self._next(at, goal, prices)
+            door = at // 2
+            if after // 2 != door or at >= 2 * self._doors:
+                driven += self._far[at, after]
+            elif is_open[door]:
+                driven, prices[door] = driven + 2 * SIDE_DISTANCE, 2 * SIDE_DISTANCE
+            elif np.isinf(prices[door]):
+                driven += self._far[at, after]  # around it
+            else:
+                prices[door] = np.inf
+                continue
+            at = after
+        return driven
+
+    def _next(self, at: int, goal: int, prices: Array) -> int:
+        """The node after `at` on the way that seems shortest."""
+        before = dijkstra(self._graph(prices), indices=goal, return_predecessors=True)[1]
+        return int(before[at])
+
+    def _graph(self, prices: Array) -> Array:
+        """(n, n) m, between the nodes; inf where nothing leads."""
+        graph = self._far.copy()
+        for door, price in enumerate(prices):
+            a, b = 2 * door, 2 * door + 1
+            graph[a, b] = graph[b, a] = min(graph[a, b], price)
+        return graph
+
+
+def _sides(door: Door, costs: Costmap) -> Array:
+    """(2, 2) m, points on both sides of a doorway."""
+    across = np.array([-np.sin(door.closed), np.cos(door.closed)]) * SIDE_DISTANCE
+    return np.array([middle(door) + across, middle(door) - across])
+
+
+def _distances(costs: Costmap, nodes: Array) -> Array:
+    """(n, n) m, along the cheapest ways between points; inf where none leads."""
+    cells = costs.spec.cells(nodes)
+    far = np.array([plan(costs, Pose2(x, y, 0.0)).length[tuple(cells.T)] for x, y in nodes])
+    return np.minimum(far, far.T)

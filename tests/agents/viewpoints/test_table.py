@@ -1,0 +1,59 @@
+"""The viewpoint table of a floor whose sights and ways are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from agents.viewpoints.floors import draw_floors, load_floors, save_floors, true_table
+from agents.viewpoints.table import DRIVING_SPEED, LOOK_TIME, OVERHEAD, visible
+from dynslam_env.patrol.questions import floor_costmap
+from dynslam_env.worlds.layout import Door, Layout
+from dynslam_env.worlds.office import Office
+from slam.geometry import Pose2
+
+RADIUS = 0.25  # m
+
+
+def hall() -> Layout:
+    """A hall of 20 x 4 m with a door in the southern wall at each end."""
+    walls = [
+        (0, 0, 1.5, 0), (2.4, 0, 17.5, 0), (18.4, 0, 20, 0), (20, 0, 20, 4), (20, 4, 0, 4),
+        (0, 4, 0, 0),
+    ]  # fmt: skip
+    doors = (Door((1.5, 0.0), 0.0, 1, 0.9, 0.04), Door((17.5, 0.0), 0.0, 1, 0.9, 0.04))
+    return Layout(np.array(walls, float), doors, Pose2(10.0, 2.0, 0.0), np.array([[10.0, 2.0]]))
+
+
+def test_each_end_has_a_viewpoint_and_the_way_takes_its_time() -> None:
+    table = true_table(hall(), RADIUS)
+    west, east = (int(np.argmin(np.hypot(*(table.points - p).T))) for p in ((2, 2), (18, 2)))
+    assert table.around[west].tolist() == [True, False]
+    assert table.around[east].tolist() == [False, True]
+    length = np.hypot(*(table.points[west] - table.points[east]))
+    expected = length / DRIVING_SPEED + OVERHEAD + LOOK_TIME
+    assert table.between[west, east] == pytest.approx(expected, rel=0.1)
+    assert table.between[west, west] == LOOK_TIME
+    assert table.then[west, east, 1]
+    assert not table.then[west, west, 1]
+
+
+def test_walls_and_flat_angles_hide_a_door() -> None:
+    layout = hall()
+    doors = np.array([[1.95, 0.0, 0.0, 0.9]])
+    points = np.array([[1.95, 2.0], [4.0, 2.0], [6.5, 0.8]])
+    costs = floor_costmap(layout, RADIUS)
+    assert visible(costs, points, doors)[:, 0].tolist() == [True, True, False]
+    screen = np.array([[0.5, 1.0, 3.0, 1.0]])
+    hidden = Layout(np.vstack([layout.walls, screen]), layout.doors, layout.start, layout.path)
+    assert not visible(floor_costmap(hidden, RADIUS), points[:1], doors).any()
+
+
+def test_floors_are_those_of_the_split_and_are_read_back(tmp_path) -> None:
+    floors = draw_floors(Office(), "train", 0, 2)
+    assert floors.doors.tolist() == [5, 5]
+    other = draw_floors(Office(), "test", 0, 2)
+    assert not np.array_equal(floors.between, other.between)
+    save_floors(floors, tmp_path / "floors.npz")
+    for kept, read in zip(floors, load_floors(tmp_path / "floors.npz"), strict=True):
+        assert np.array_equal(kept, read)

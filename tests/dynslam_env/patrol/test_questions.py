@@ -1,0 +1,60 @@
+"""Questions: the regret of right and wrong beliefs on a floor whose ways are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dynslam_env.patrol.questions import DRIVING_SPEED, Questions
+from dynslam_env.worlds.layout import Door, Layout
+from dynslam_env.worlds.office import Office
+from slam.geometry import Pose2
+
+RADIUS = 0.25  # m
+PARTITION, GAP, DOOR = 6.0, 0.9, 1.0  # m: x of the partition, width of both ways through it
+
+
+def two_rooms() -> Layout:
+    """Two rooms of 6 x 10 m; a door near the southern end of their wall, a gap near the northern
+    one."""
+    walls = [
+        (0, 0, 12, 0), (12, 0, 12, 10), (12, 10, 0, 10), (0, 10, 0, 0),
+        (6, 0, 6, 1.0), (6, 1.9, 6, 8.1), (6, 9.0, 6, 10),
+    ]  # fmt: skip
+    door = Door((6.0, 1.0), np.pi / 2, 1, 0.898, 0.04)
+    return Layout(np.array(walls, float), (door,), Pose2(2.0, 2.0, 0.0), np.array([[2.0, 2.0]]))
+
+
+def mean_regret(closed: float, is_open: bool) -> float:
+    questions = Questions(two_rooms(), RADIUS, np.random.default_rng(0))
+    asked = [questions.regret(np.array([closed]), np.array([is_open])) for _ in range(100)]
+    return float(np.mean([lost for lost in asked if lost is not None]))
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+def test_a_right_belief_loses_nothing(is_open: bool) -> None:
+    assert mean_regret(0.0 if is_open else 1.0, is_open) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+def test_a_wrong_belief_loses_time(is_open: bool) -> None:
+    assert mean_regret(1.0 if is_open else 0.0, is_open) > 1.0
+
+
+def test_the_loss_at_a_closed_door_is_the_way_to_it_and_back() -> None:
+    questions = Questions(two_rooms(), RADIUS, np.random.default_rng(0))
+    far, lost = questions._far, []
+    for start in range(2, len(far)):
+        for goal in range(2, len(far)):
+            driven = questions._driven(start, goal, np.zeros(1), np.array([False]))
+            lost.append(driven - far[start, goal])
+            through = far[start, :2, None] + far[:2, goal]
+            tried = min(through[0, 1], through[1, 0]) + 1.1 < far[start, goal]
+            assert (lost[-1] > 0.01) <= tried
+    assert 1.0 < max(lost) / DRIVING_SPEED < 60.0
+
+
+def test_without_doors_nothing_is_lost() -> None:
+    layout = Office(doors=0).layout(np.random.default_rng(1))
+    questions = Questions(layout, RADIUS, np.random.default_rng(0))
+    assert questions.regret(np.empty(0), np.empty(0, np.bool_)) == 0.0
