@@ -213,7 +213,7 @@ class GraphSlam:
             self._doubted.clear()
             return estimate
         self._doubted.append(Keyframe(scan, estimate.pose))
-        if self.watch is None or not self.watch.doubted:
+        if self.watch is None or not self.watch.withheld:
             return self._kept(estimate)
         return estimate
 

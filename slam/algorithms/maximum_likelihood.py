@@ -205,7 +205,7 @@ class MaximumLikelihood:
         self._doubted.append((scan, estimate))
         if self.watch is not None and self.watch.lost:
             self._get_lost(self.watch, estimate)
-        elif self.watch is None or not self.watch.doubted:
+        elif self.watch is None or not self.watch.withheld:
             for keyframe in self._doubted:
                 self._keep(*keyframe)
             self._doubted.clear()

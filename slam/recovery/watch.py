@@ -26,6 +26,9 @@ CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 MIN_VOTES = 3  # in a row against the believed place
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed
 NO_MORE_CONTRADICTED = 0.03  # than usual, where the map does not contradict a scan after a jump
+LESS_EXPLAINED = 2.0  # usual deviations below the usual share of explained echoes,
+MORE_CONTRADICTED = 0.15  # and share of contradicted echoes above the usual one, of a poor match
+MAX_POOR = 10  # of them in a row that are not drawn: then the place has changed
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
@@ -63,11 +66,17 @@ class Watch:
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
+        self._poor = 0  # matches in a row with which the map hardly agrees
 
     @property
     def doubted(self) -> bool:
         """Whether the pose is too uncertain to integrate the keyframe."""
         return self.belief.probability > DOUBTED
+
+    @property
+    def withheld(self) -> bool:
+        """Whether the last keyframes are not integrated yet."""
+        return self.doubted or 0 < self._poor <= MAX_POOR
 
     @property
     def lost(self) -> bool:
@@ -120,6 +129,7 @@ class Watch:
         if not self.doubted:
             self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None
         agreement, changed = match.agreement(pose), self._recent.add(match)
+        self._poor = self._poor + 1 if match.continuous and self._hardly_agrees(agreement) else 0
         startled = self._startled and self._contradicts_more(agreement)
         self.belief.update(agreement, changed, self.odometry.sudden or startled)
         self.odometry.sudden = self._startled = False
@@ -179,6 +189,13 @@ class Watch:
         if self.belief.usual(agreement) and self._contradicts_no_more(agreement):
             return True
         return self._jump is None and agreement.explained > POOR * self.belief.explained
+
+    def _hardly_agrees(self, agreement: Agreement) -> bool:
+        """Whether the map explains so much less than usual, and contradicts so much more, that a
+        match may follow something that moves."""
+        belief = self.belief
+        less = agreement.explained < belief.explained - LESS_EXPLAINED * belief.spread
+        return less and agreement.contradicted > belief.contradicted + MORE_CONTRADICTED
 
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
         """Whether the map contradicts no more than usual, if that is asked for: after a jump."""

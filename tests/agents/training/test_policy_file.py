@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stable_baselines3 import PPO
 
 pytest.importorskip("stable_baselines3")
 
@@ -264,7 +265,7 @@ def test_a_file_does_not_decide_on_a_huge_network(saved, tmp_path, kwargs):
 
 def test_a_plain_file_of_stable_baselines3_drives(tmp_path):
     env = NativeVecEnv.make("DoorPatrol-v0", 2)
-    model = ALGORITHMS["ppo"]("MultiInputPolicy", env, seed=3)
+    model = PPO("MultiInputPolicy", env, seed=3)
     model.save(tmp_path / "plain.zip")
     patrol = DoorPatrolEnv()
     observation, _ = patrol.reset(seed=0)
