@@ -27,8 +27,8 @@ MIN_VOTES = 3  # in a row against the believed place
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed
 NO_MORE_CONTRADICTED = 0.03  # than usual, where the map does not contradict a scan after a jump
 LESS_EXPLAINED = 2.0  # usual deviations below the usual share of explained echoes,
-MORE_CONTRADICTED = 0.15  # and share of contradicted echoes above the usual one, of a poor match
-MAX_POOR = 10  # of them in a row that are not drawn: then the place has changed
+MORE_CONTRADICTED = 0.15  # and share of contradicted ones above the usual: the map hardly agrees
+MAX_WAITING = 10  # matches in a row, with which it hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
@@ -66,7 +66,7 @@ class Watch:
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
-        self._poor = 0  # matches in a row with which the map hardly agrees
+        self._disagreeing = 0  # matches in a row with which the map hardly agrees
 
     @property
     def doubted(self) -> bool:
@@ -76,7 +76,7 @@ class Watch:
     @property
     def withheld(self) -> bool:
         """Whether the last keyframes are not integrated yet."""
-        return self.doubted or 0 < self._poor <= MAX_POOR
+        return self.doubted or 0 < self._disagreeing <= MAX_WAITING
 
     @property
     def lost(self) -> bool:
@@ -129,7 +129,8 @@ class Watch:
         if not self.doubted:
             self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None
         agreement, changed = match.agreement(pose), self._recent.add(match)
-        self._poor = self._poor + 1 if match.continuous and self._hardly_agrees(agreement) else 0
+        waits = match.continuous and self._hardly_agrees(agreement)
+        self._disagreeing = self._disagreeing + 1 if waits else 0
         startled = self._startled and self._contradicts_more(agreement)
         self.belief.update(agreement, changed, self.odometry.sudden or startled)
         self.odometry.sudden = self._startled = False

@@ -9,9 +9,11 @@ from dynslam_env.patrol.env import DoorPatrolEnv
 STEPS = 120  # of 0.4 s
 
 
-@pytest.mark.parametrize("seed", [1003, 1004])
-def test_a_door_that_moves_before_the_laser_does_not_turn_the_robot(seed: int) -> None:
-    env = DoorPatrolEnv(slam="static-ml")
+@pytest.mark.parametrize(
+    ("variant", "seed"), [("static-ml", 1003), ("static-ml", 1004), ("dynamic-ml", 1010)]
+)
+def test_a_door_that_moves_before_the_laser_does_not_move_the_robot(variant, seed) -> None:
+    env = DoorPatrolEnv(slam=variant)
     observation, _ = env.reset(seed=seed)
     agent = agents.make("nearest-frontier", env, seed)
     state, start, errors = None, np.ones(1, dtype=bool), []
@@ -21,4 +23,4 @@ def test_a_door_that_moves_before_the_laser_does_not_turn_the_robot(seed: int) -
         start = np.zeros(1, dtype=bool)
         errors.append(info["slam"]["position_error"])
     env.close()
-    assert max(errors) < 0.1
+    assert max(errors) < 0.15

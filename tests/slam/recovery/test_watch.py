@@ -64,6 +64,18 @@ def test_it_says_that_it_was_carried_as_long_as_it_is_not_found(variant: str, se
     assert (lost[~wrong] <= 0.5).all()
 
 
+def test_a_robot_that_was_carried_along_a_passage_is_told() -> None:
+    """The other place looks alike: the scan changes a little, and the map contradicts the next."""
+    faults = [OdometryScale(1.01), CarriedAway(at=(10.0, 20.0))]
+    episode = record_path("DoorLoop-v0", 112, odometry=CALIBRATED, faults=faults)
+    result = run(make("static-ml", true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    off = np.hypot(*away[:, :2].T) > LOST_DISTANCE
+    assert off.any()
+    assert result.lost[off].max() > 0.5
+    assert not off[-1]
+
+
 @pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
 def test_wheels_that_turn_90_degrees_in_a_room_are_corrected(variant: str) -> None:
     """Within 0.2 s they turn by 40 degrees, and new ground is on the way."""
