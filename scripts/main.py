@@ -69,7 +69,7 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
         ),
         "score": Subcommand(
             "bench.score", "ScoreCommand",
-            "Score a trajectory, and a map if given, against the truth of a recorded episode.",
+            "Score trajectories, and maps if given, against the truth of recorded episodes.",
         ),
     },
     "Train agents": {

@@ -29,6 +29,7 @@ def executed(notebook: dict[str, Any]) -> dict[str, Any]:
     """The notebook with the outputs of a new run. An exception of a cell is raised."""
     namespace: dict[str, Any] = {}
     cells, count = [], 0
+    plt.close("all")  # figures of others are no output
     with _empty_folder():
         for cell in notebook["cells"]:
             if cell["cell_type"] == "code":
