@@ -12,6 +12,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, transform_points
 
 TILE = 64  # a grid's borders lie on multiples of this many cells
+OCCUPIED = 0.5  # h above which an observed cell counts as occupied
 MOST_CELLS = 40_000_000  # of a grid: 316 m x 316 m at 5 cm, about 2.4 GB of map and field
 
 
@@ -105,6 +106,11 @@ class OccupancyGrid:
     spec: GridSpec
     occupied: np.ndarray
     observed: np.ndarray
+
+    @property
+    def solid(self) -> np.ndarray:
+        """(rows, cols) bool, True in observed cells with h above OCCUPIED."""
+        return self.observed & (self.occupied > OCCUPIED)
 
     def sample(self, points: Array) -> tuple[Array, np.ndarray]:
         """(n,) h of the cells that hold points (n, 2), m, and whether they were observed; False

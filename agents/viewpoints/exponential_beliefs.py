@@ -55,9 +55,7 @@ class ExponentialBeliefs:
 
     def look(self, seen: np.ndarray, is_closed: np.ndarray) -> None:
         """Add looks at the doors `seen` (n, d), which are in the state `is_closed` (n, d)."""
-        p = np.where(is_closed[..., None], self.closed_, 1.0 - self.closed_)
-        weights = self.weights * np.maximum(p, LOOK_ERROR) ** TRUST
-        weights /= weights.sum(axis=-1, keepdims=True)
+        weights = self._after_look(np.where(is_closed[..., None], self.closed_, 1.0 - self.closed_))
         certain = np.where(is_closed, 1.0 - LOOK_ERROR, LOOK_ERROR)[..., None]
         self.weights = np.where(seen[..., None], weights, self.weights)
         self.closed_ = np.where(seen[..., None], certain, self.closed_)
@@ -69,10 +67,13 @@ class ExponentialBeliefs:
         later = mixed[..., None] + (self.weights * (self.closed_ - self._share)) @ self._decay
         closed, fresh = later[..., 0], np.zeros_like(later)
         for state in (0.0, 1.0):
-            p = self.closed_ if state else 1.0 - self.closed_
-            weights = self.weights * np.maximum(p, LOOK_ERROR) ** TRUST
-            weights /= weights.sum(axis=-1, keepdims=True)
+            weights = self._after_look(self.closed_ if state else 1.0 - self.closed_)
             shares = (weights @ self._share)[..., None]
             after = shares + (weights * (state - self._share)) @ self._decay
             fresh += (closed if state else 1.0 - closed)[..., None] * spread(after)
         return DoorRows(closed, self.age, spread(later), fresh)
+
+    def _after_look(self, p: Array) -> Array:
+        """(n, d, h) the weights after a look at a state that has P `p` (n, d, h) by each law."""
+        weights = self.weights * np.maximum(p, LOOK_ERROR) ** TRUST
+        return weights / weights.sum(axis=-1, keepdims=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from agents.viewpoints.exponential_beliefs import ExponentialBeliefs
 from agents.viewpoints.floors import MAX_DOORS, Floors
 from agents.viewpoints.situation import DoorRows, Situation
+from agents.viewpoints.table import Bools
 from dynslam_env.patrol.slow_doors import SlowDoors
 from dynslam_env.simulation.laws import Law
 from slam.geometry import Array
@@ -40,10 +41,10 @@ class Fast(NamedTuple):
     """
 
     times: Array
-    sees: NDArray[np.bool_]
+    sees: Bools
     between: Array
     doors: DoorRows
-    real: NDArray[np.bool_]
+    real: Bools
 
 
 class FastPatrols:
@@ -106,7 +107,7 @@ class FastPatrols:
             self._floors.then[self.floor[i]][kept][:, kept, :count], rows, int(self.place[i]),
         )  # fmt: skip
 
-    def step(self, actions: Ints) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def step(self, actions: Ints) -> tuple[Array, Array, Bools]:
         """Drive to viewpoints: error (n,) s summed over the time, s that passed (n,), and which
         episodes are over."""
         takes = self._floors.between[self.floor, self.place, actions]
@@ -122,12 +123,12 @@ class FastPatrols:
         over = self.time >= BUDGET
         return error, takes, over
 
-    def restart_all(self, over: NDArray[np.bool_]) -> None:
+    def restart_all(self, over: Bools) -> None:
         """Begin a new episode, on a floor drawn anew, of each patrol that is over."""
         for i in np.flatnonzero(over):
             self.restart(int(i), int(self._rng.integers(len(self._floors.doors))))
 
-    def closed(self, times: Array) -> NDArray[np.bool_]:
+    def closed(self, times: Array) -> Bools:
         """(n, D) whether each door is closed at `times` (n,), s."""
         flips = (self._flips <= times[:, None, None]).sum(axis=-1)
         return self._begin ^ (flips % 2 == 1)

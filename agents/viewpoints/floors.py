@@ -14,7 +14,6 @@ from dynslam_env.simulation.robot import Robot
 from dynslam_env.splits import SplitEpisode
 from dynslam_env.worlds.layout import Generator, Layout
 from slam.geometry import Array
-from slam.io.files import AnyPath
 
 MAX_DOORS = 24  # of a floor, doorways without a leaf included
 
@@ -46,19 +45,13 @@ def draw_floors(world: Generator, split: str, first: int, count: int) -> Floors:
 def true_table(layout: Layout, radius: float) -> ViewpointTable:
     """The table of a floor by its true plan, driven with all doors closed."""
     costs = floor_costmap(layout, radius)
-    doors = np.array([[*middle(door), door.closed, door.width] for door in layout.doors])
-    return viewpoint_table(costs, plan(costs, layout.start), doors.reshape(-1, 4)[:MAX_DOORS])
+    return viewpoint_table(costs, plan(costs, layout.start), doorways(layout)[:MAX_DOORS])
 
 
-def save_floors(floors: Floors, path: AnyPath) -> None:
-    """Write floors to a file of numpy."""
-    np.savez_compressed(path, **floors._asdict())
-
-
-def load_floors(path: AnyPath) -> Floors:
-    """Read what `save_floors` wrote."""
-    with np.load(path) as file:
-        return Floors(*(file[name] for name in Floors._fields))
+def doorways(layout: Layout) -> Array:
+    """(d, 4) the true doorways, as in `ViewpointTable.doors`."""
+    rows = [[*middle(door), door.closed, door.width] for door in layout.doors]
+    return np.array(rows).reshape(-1, 4)
 
 
 def _stacked(tables: list[ViewpointTable]) -> Floors:

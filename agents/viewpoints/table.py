@@ -17,9 +17,7 @@ MIN_CLEARANCE = 0.35  # m, of a viewpoint
 STRIDE = 3  # cells between two places that are compared
 APART = 2.5  # m, between viewpoints that show the same doorways
 MAX_SIGHT = 6.5  # m, to a doorway
-MIN_INCIDENCE = (
-    0.5  # sine of the angle between line of sight and wall: flatter, jambs hide the leaf
-)
+MIN_INCIDENCE = 0.5  # sine of the angle between sight and wall: flatter, jambs hide the leaf
 HIDDEN = 0.35  # m before a doorway's middle, where its own leaf and jambs do not count as hiding it
 WAY_STEP = 8  # cells of a path between two looks on the way
 AHEAD = 1.4  # rad, on each side of the direction of driving, that the laser sees
@@ -55,7 +53,7 @@ class ViewpointTable(NamedTuple):
     doors: Array
     around: Bools
     between: Array
-    then: NDArray[np.bool_]
+    then: Bools
 
 
 def viewpoint_table(costmap: Costmap, reached: Plan, doors: Array) -> ViewpointTable:

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from agents.viewpoints.floors import doorways
 from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief
 from dynslam_env.patrol.doors_known import CLOSED_ANGLE, DoorsKnown, closed
 from dynslam_env.patrol.env import DoorPatrolEnv
-from dynslam_env.patrol.questions import middle
 from slam.geometry import Array
 
 FADING = 120.0  # s, in which the present error becomes the expected one
@@ -26,9 +26,7 @@ class TrueBeliefs:
     def __init__(self, env: DoorPatrolEnv):
         self._env, layout = env, env.place.layout
         self._known = DoorsKnown(layout)
-        self._places = np.array(
-            [[*middle(door), door.closed, door.width] for door in layout.doors]
-        ).reshape(-1, 4)
+        self._places = doorways(layout)
 
     def __call__(self) -> list[DoorBelief]:
         """See `Beliefs` of `ViewpointChooser`."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dynslam_env.calendar.door_calendar import DAY
 from dynslam_env.worlds.clearance import any_crossing, clear, clear_of_legs, edges, gap, legs, sweep
 from dynslam_env.worlds.layout import Layout
 from slam.geometry import Array
@@ -31,8 +32,8 @@ class Kind(NamedTuple):
     absent: float
 
 
-FURNITURE = Kind((0.4, 1.1), 4.0 * 86400.0, 1.0)
-BOX = Kind((0.25, 0.6), 0.7 * 86400.0, 0.7 * 86400.0)
+FURNITURE = Kind((0.4, 1.1), 4.0 * DAY, 1.0)
+BOX = Kind((0.25, 0.6), 0.7 * DAY, 0.7 * DAY)
 
 
 class Thing(NamedTuple):

@@ -8,8 +8,14 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from dynslam_env.calendar.door_calendar import DAY, FIRST_MONDAY, MONDAY_2026, WEEK, DoorCalendar
-from dynslam_env.calendar.door_calendar import clipped as clipped_runs
+from dynslam_env.calendar.door_calendar import (
+    DAY,
+    FIRST_MONDAY,
+    MONDAY_2026,
+    WEEK,
+    DoorCalendar,
+    clipped,
+)
 from slam.errors import InputError
 from slam.forecast.watched import Runs
 from slam.geometry import Array
@@ -141,7 +147,7 @@ class Habits(DoorCalendar):
         weeks = range(*(int((t - FIRST_MONDAY) // WEEK) for t in (begin, end + WEEK)))
         parts = [self._of_week(door, week) for week in weeks]
         starts, states = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return clipped_runs(starts, states, begin, end)
+        return clipped(starts, states, begin, end)
 
     def _of_week(self, door: int, week: int) -> tuple[Array, np.ndarray]:
         """Times from which on the door had the states, from Monday on."""

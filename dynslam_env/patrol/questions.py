@@ -11,11 +11,11 @@ doors is Papadimitriou and Yannakakis's Canadian traveller (1991). Doors stand s
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
 from dynslam_env.navigation.costmap import OPEN, Costmap, inflated
 from dynslam_env.navigation.planner import plan
+from dynslam_env.simulation.laws import Bools
 from dynslam_env.worlds.clearance import leaf
 from dynslam_env.worlds.layout import Door, Layout
 from slam.geometry import Array, Pose2
@@ -29,8 +29,6 @@ SIDE_DISTANCE = 0.55  # m, from the middle of a doorway to the points on its two
 DRIVING_SPEED = 0.5  # m/s
 MAX_DETOUR = 60.0  # m, of a door without a way around it
 MAX_DRAWS = 10  # of two places with a way between them
-
-Bools = NDArray[np.bool_]
 
 
 def floor_costmap(layout: Layout, radius: float, shut: bool = True) -> Costmap:

@@ -14,7 +14,7 @@ import numpy as np
 from dynslam_env.worlds.layout import Door, Layout
 from dynslam_env.worlds.map_doors import hung, read_gaps, swept
 from dynslam_env.worlds.map_routes import FreeSpace
-from dynslam_env.worlds.map_walls import solid, walls_of
+from dynslam_env.worlds.map_walls import walls_of
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.io.ros_map import read_placed_map
@@ -98,7 +98,7 @@ class MappedPlace(NamedTuple):
 
 def _free(grid: OccupancyGrid, doors: tuple[Door, ...], corner: Array) -> np.ndarray:
     """(rows, cols) bool: known to be free, and swept by no leaf."""
-    free = grid.observed & ~solid(grid)
+    free = grid.observed & ~grid.solid
     for door in doors:
         reach, middle = door.width + door.thickness, np.array(door.hinge) - corner
         low, high = grid.spec.cells(np.array([middle - reach, middle + reach])).tolist()
@@ -111,7 +111,7 @@ def _free(grid: OccupancyGrid, doors: tuple[Door, ...], corner: Array) -> np.nda
 
 
 def _digest(grid: OccupancyGrid, gaps: list[Array]) -> str:
-    content = hashlib.sha256(repr(grid.spec).encode() + solid(grid).tobytes())
+    content = hashlib.sha256(repr(grid.spec).encode() + grid.solid.tobytes())
     for part in (grid.observed, *gaps):
         content.update(part.tobytes())
     return content.hexdigest()[:16]

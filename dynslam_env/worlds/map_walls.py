@@ -8,7 +8,6 @@ import numpy as np
 from slam.geometry import Array
 from slam.grid import OccupancyGrid
 
-OCCUPIED = 0.5  # P(occupied) above which a cell is solid
 FENCE = 1.0  # m, from the map to the walls around it
 SMALLEST = 2.0  # cells, extent of an outline; a smaller one is a speck
 
@@ -24,14 +23,9 @@ def walls_of(grid: OccupancyGrid, tolerance: float) -> Array:
     return np.vstack([*traced, _segments(_fence(grid))])
 
 
-def solid(grid: OccupancyGrid) -> np.ndarray:
-    """(rows, cols) bool, the occupied cells."""
-    return grid.observed & (grid.occupied > OCCUPIED)
-
-
 def _outlines(grid: OccupancyGrid) -> list[Array]:
     """Closed rings (k, 2), m, around occupied cells, by marching squares (contourpy)."""
-    padded = np.pad(solid(grid).astype(np.float64), 1)
+    padded = np.pad(grid.solid.astype(np.float64), 1)
     rows, cols = padded.shape
     left, bottom = grid.spec.origin
     step = grid.spec.resolution

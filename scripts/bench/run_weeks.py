@@ -22,7 +22,7 @@ from ..trials.pool import check_workers, results_of
 from ..trials.results import read_rows
 from ..trials.worker_process import WorkerProcesses
 from .suites import shipped
-from .weeks import ITS_VARIANT, LAYERED, PLACES, WeeksTrial
+from .weeks import LAYERED, PLACES, WeeksTrial, slam_variant
 from .weeks_table import table
 
 if TYPE_CHECKING:
@@ -59,9 +59,8 @@ def run_weeks(options: BenchCommand) -> int:
 def _trials(variants: Sequence[str], seeds: range, limit: float) -> list[WeeksTrial]:
     """World by world and campaign by campaign, so that a bench that is stopped compares as many as
     it has."""
-    slams = {name: ITS_VARIANT if name == LAYERED else name for name in variants}
-    builders = {name: shipped(variant) for name, variant in slams.items()}
-    codes = {name: code_of(variant)._asdict() for name, variant in slams.items()}
+    builders = {name: shipped(slam_variant(name)) for name in variants}
+    codes = {name: code_of(slam_variant(name))._asdict() for name in variants}
     return [
         WeeksTrial(env, name, seed, builders[name], limit, codes[name])
         for env in PLACES

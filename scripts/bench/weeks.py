@@ -28,12 +28,12 @@ from slam.benchmark.results import Result, origin
 from slam.benchmark.run import Run, build, run, true_start
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.geometry import Array, Pose2, between
+from slam.geometry import Pose2
 from slam.grid import OccupancyGrid
 from slam.layers import layers
 from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.ghosts import Ghosts
-from slam.metrics.lost import LOST_DISTANCE, LOST_TURN
+from slam.metrics.lost import is_wrong
 from slam.sessions.continuation import continued, empty, localiser
 from slam.sessions.pruning import pruned
 from slam.sessions.redrawing import map_model_of
@@ -115,9 +115,14 @@ class WeeksTrial:
             **{f"frozen_{name}": value for name, value in _means(frozen).items()},
             **{f"living_{name}": value for name, value in _means(living).items()},
             "map_bytes": building.map_bytes,
-            "session_bytes": _bytes(building.session),
+            "session_bytes": _scan_bytes(building.session),
             "seconds": time.perf_counter() - begun,
         }
+
+
+def slam_variant(variant: str) -> str:
+    """The SLAM variant by which a map model of this suite maps."""
+    return ITS_VARIANT if variant == LAYERED else variant
 
 
 class Building:
@@ -130,7 +135,7 @@ class Building:
 
     def __init__(self, variant: str, seed: int):
         self._layered = variant == LAYERED
-        self._variant, self._seed = ITS_VARIANT if self._layered else variant, seed
+        self._variant, self._seed = slam_variant(variant), seed
         empty(self._variant)  # raises for one that continues no map
         self.session: Session | None = None
         self.grid: OccupancyGrid | None = None
@@ -187,30 +192,22 @@ def visit_scores(
     off  share of the scans whose pose is wrong; 1 for a visit that was not placed
     ate  m, of visits placed rightly
     """
-    truth = episode.known_truth("a score")
+    truth, scorer = episode.known_truth("a score"), EpisodeScorer(episode, CELL)
     scores: dict[str, float | None] = {
         "right": 0.0, "wrong": 0.0, "unplaced": float(done is None), "off": 1.0, "ate": None,
     }  # fmt: skip
     if done is not None:
         made, start = done
-        placed = not _wrong(np.array([start]), truth.poses[:1])[0]
+        placed = not is_wrong(np.array([start]), truth.poses[:1])[0]
         scores["right" if placed else "wrong"] = 1.0
-        scores["off"] = float(_wrong(made.online, truth.poses).mean())
-        error = np.hypot(*(made.online - truth.poses)[:, :2].T)
-        scores["ate"] = float(np.sqrt((error**2).mean())) if placed else None
+        scores["off"] = float(is_wrong(made.online, truth.poses).mean())
+        scores["ate"] = scorer.ate(made.online) if placed else None
     assert grid is not None
-    today = EpisodeScorer(episode, CELL).map_scores(grid, Pose2())
+    today = scorer.map_scores(grid, Pose2())
     ghosts = Ghosts(episode, CELL).score(grid)
     return scores | {
         "f1": today["f1_10cm"], "brier": today["brier_now_all"], "ghosts": ghosts.ghosts_per_m,
     }  # fmt: skip
-
-
-def _wrong(poses: Array, truth: Array) -> np.ndarray:
-    """(n,) whether poses (n, 3) are wrong."""
-    error = between(truth, poses)
-    far = np.hypot(error[:, 0], error[:, 1]) > LOST_DISTANCE
-    return far | (np.abs(error[:, 2]) > LOST_TURN)
 
 
 def _means(visits: Sequence[dict[str, float | None]]) -> dict[str, float | None]:
@@ -223,11 +220,12 @@ def _means(visits: Sequence[dict[str, float | None]]) -> dict[str, float | None]
 
 
 def _map_bytes(robot: Any) -> int:
+    """Bytes of the map in memory; of a graph, of all its maps."""
     if hasattr(robot, "nbytes"):
         return int(robot.nbytes)
     return int(robot.map_model.cells.tiles.nbytes)
 
 
-def _bytes(session: Session) -> int:
-    """Bytes of the session's arrays of scans and poses, before they are compressed."""
+def _scan_bytes(session: Session) -> int:
+    """Bytes of the ranges and angles of the session's scans, before they are compressed."""
     return sum(scan.ranges.nbytes + scan.angles.nbytes for scan in session.scans)

@@ -12,14 +12,13 @@ from matplotlib.colors import to_rgb
 
 from slam.episode import Truth
 from slam.geometry import Array
-from slam.grid import OccupancyGrid
+from slam.grid import OCCUPIED, OccupancyGrid
 from slam.metrics.lost import ALARM_LEVEL
 
 from .joining import blocks, coarse, fold_for
 from .style import DOORS, ESTIMATE, LARGE, LOST, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
 
 MARGIN, MARGIN_SHARE = 0.4, 0.01  # m around what is shown, or more: of its longer side
-OCCUPIED = 0.5  # h above which a cell is rather occupied
 LOST_WIDTH_FACTOR = 3.0  # times the width of the path
 LOST_LABEL = f"lost (p > {ALARM_LEVEL:g})"
 MIN_OBSERVED = 2.0  # m; rows and columns of cells with less do not widen the picture

@@ -69,7 +69,7 @@ class Picture(NamedTuple):
 
 def map_picture(grid: OccupancyGrid) -> Picture:
     """What map.yaml holds."""
-    cells = np.where(grid.observed, np.where(grid.occupied > 0.5, 2, 1), 0).astype(np.uint8)
+    cells = np.where(grid.solid, 2, grid.observed).astype(np.uint8)
     colours = [ImageColor.getrgb(UNKNOWN), (255, 255, 255), (0, 0, 0)]
     legend = [(2, "stands"), (1, "free"), (0, "never seen")]
     return Picture("map", "What stands (map.yaml)", grid.spec, cells, colours, legend)

@@ -8,8 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from slam.benchmark.run import Run
 from slam.episode import Episode
 from slam.grid import GridSpec
@@ -19,6 +17,7 @@ from slam.layers import Layers
 from slam.layers.door_sights import echoes, history
 from slam.layers.doors import LEAF_DEPTH, SURE
 
+from ..console.html_page import filled_in, json_for_script
 from ..figures.map_panel import MapPanel
 from .drive import drive
 from .images import Picture, belief_picture, layers_picture, map_picture, reasons_picture
@@ -37,14 +36,10 @@ def write_page(
 
 def page(title: str, content: dict[str, Any]) -> str:
     """The page: one file without network requests."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    return environment.get_template("page.html").render(
+    return filled_in(
+        HERE,
         title=title,
-        content=json.dumps(content, allow_nan=False).replace("<", "\\u003c"),
-        css=(HERE / "page.css").read_text(encoding="utf-8"),
+        content=json_for_script(content),
         scripts=[(HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS],
     )
 

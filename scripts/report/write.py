@@ -5,13 +5,11 @@ from __future__ import annotations
 import base64
 import csv
 import io
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
@@ -19,6 +17,7 @@ from slam.benchmark.results import Result
 from slam.errors import InputError
 from slam.io.files import replacing
 
+from ..console.html_page import filled_in, json_for_script
 from ..console.output import write_png
 from ..trials.recorded_run import RecordedRun, load
 from ..trials.results import Condition
@@ -82,11 +81,8 @@ def page(
     replays: Sequence[dict[str, Any]],
 ) -> str:
     """The page: one file without network requests."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    return environment.get_template("page.html").render(
+    return filled_in(
+        HERE,
         summary=summary,
         title=_title(summary),
         failed=sum(row.get("error") is not None for row in summary.rows),
@@ -94,8 +90,7 @@ def page(
         origins=_origins(summary.rows),
         tables=made,
         drawn=drawn,
-        replays=json.dumps(replays, allow_nan=False).replace("<", "\\u003c"),
-        css=(HERE / "page.css").read_text(encoding="utf-8"),
+        replays=json_for_script(replays),
         js=(HERE / "page.js").read_text(encoding="utf-8"),
     )
 

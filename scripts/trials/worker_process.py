@@ -69,12 +69,7 @@ class WorkerProcess:
         self._stderr.close()
         self._stderr = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  (closed with the child)
         self._child = subprocess.Popen(
-            [
-                sys.executable,
-                "-P",
-                "-m",
-                "dynslam_cli.trials.child",
-            ],  # -P: nothing is imported from this folder
+            [sys.executable, "-P", "-m", "dynslam_cli.trials.child"],  # -P: not of this folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._stderr,

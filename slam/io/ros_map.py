@@ -34,7 +34,7 @@ def write_ros_map(grid: OccupancyGrid, path: AnyPath) -> None:
     Occupied is an observed cell with h > 0.5, free one with h < 0.5; all else is unknown.
     """
     picture = np.full(grid.spec.shape, UNKNOWN, dtype=np.uint8)
-    picture[grid.observed & (grid.occupied > 0.5)] = OCCUPIED
+    picture[grid.solid] = OCCUPIED
     picture[grid.observed & (grid.occupied < 0.5)] = FREE
     thresholds = "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     _write(Path(path), grid.spec, picture, "trinary", thresholds)

@@ -31,8 +31,6 @@ from slam.maps.rays import Rays
 from slam.scan import Scan
 from slam.validation import finite, positive_number
 
-OCCUPIED = 0.5  # h above which a cell of the SLAM's map is occupied
-
 
 @dataclass(frozen=True)
 class Layers:
@@ -140,7 +138,7 @@ def _believed(
     if grid is None:
         return _raster(statistics.hits > statistics.passes, spec, surface, False)
     result = np.zeros(spec.shape, np.bool_)
-    cells = np.argwhere((grid.occupied > OCCUPIED) & grid.observed)
+    cells = np.argwhere(grid.solid)
     rows, cols = spec.cells(grid.spec.centres(cells)).T
     inside = (rows >= 0) & (cols >= 0) & (rows < spec.rows) & (cols < spec.cols)
     result[rows[inside], cols[inside]] = True

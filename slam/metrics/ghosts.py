@@ -18,7 +18,7 @@ from slam.episode import Episode
 from slam.geometry import Array, Pose2, transform_points, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.metrics.json_scores import Number, json_scores
-from slam.metrics.mapping import OCCUPIED, distances
+from slam.metrics.mapping import distances
 from slam.metrics.surface import SeenSurface
 
 GHOST_DISTANCE = 0.15  # m from every wall: a ghost
@@ -78,8 +78,7 @@ class Ghosts:
 
 
 def _occupied(grid: OccupancyGrid, world_from_map: Pose2) -> Array:
-    cells = np.argwhere((grid.occupied > OCCUPIED) & grid.observed)
-    return transform_points(world_from_map, grid.spec.centres(cells))
+    return transform_points(world_from_map, grid.spec.centres(np.argwhere(grid.solid)))
 
 
 def seen_through(episode: Episode, points: Array) -> np.ndarray:

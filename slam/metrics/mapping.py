@@ -19,7 +19,6 @@ from slam.kernel import kernel
 from slam.metrics.json_scores import Number, json_scores
 from slam.metrics.surface import TrueSurface
 
-OCCUPIED = 0.5  # threshold on h: a cell above it is occupied
 AS_IS = Pose2()
 ROUNDING = 1e-9  # m: a cell exactly at the tolerance is within it
 
@@ -57,7 +56,7 @@ class OccupiedCells:
     """The occupied cells of a map, ready to be compared with a surface in any alignment."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
-        cells = np.argwhere((grid.occupied > OCCUPIED) & grid.observed)
+        cells = np.argwhere(grid.solid)
         self.centres: Array = grid.spec.centres(cells)
         self._tree = KDTree(self.centres) if len(cells) else None
 

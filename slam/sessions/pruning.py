@@ -15,13 +15,13 @@ from slam.geometry import Array
 from slam.sessions.session import Session
 
 NEWEST = 5  # recordings of a place that are kept beside the first one
-SAME_DISTANCE = 1.0  # m between two poses of the robot from which it sees the same,
-SAME_TURN = math.radians(45.0)  # rad, and of their headings; one for the other
+SAME_DISTANCE = 1.0  # m, most between two poses of one place, if their headings are equal
+SAME_TURN = math.radians(45.0)  # rad, most between their headings, if their positions are equal
 
 
 def pruned(session: Session, newest: int = NEWEST) -> Session:
-    """The session without scans of places that `newest` later recordings show as well, and an
-    earlier one too."""
+    """The session without the scans of each place that an earlier recording shows, and `newest`
+    later ones or more."""
     places, numbers = _places(session.poses), session.recordings
     groups = [np.flatnonzero(numbers == number) for number in np.unique(numbers).tolist()]
     trees = [KDTree(places[group]) for group in groups]
@@ -29,8 +29,8 @@ def pruned(session: Session, newest: int = NEWEST) -> Session:
     earlier = np.empty((0, places.shape[1]))
     for k, group in enumerate(groups):
         later = sum(_near(tree, places[group]).astype(int) for tree in trees[k + 1 :])
-        known = _near(KDTree(earlier), places[group]) if len(earlier) else False
-        kept[group] = ~(known & (later >= newest))
+        if len(earlier):
+            kept[group] = ~(_near(KDTree(earlier), places[group]) & (later >= newest))
         earlier = np.concatenate([earlier, places[group[kept[group]]]])
     return session if kept.all() else session.kept(kept)
 

@@ -138,14 +138,6 @@ def compared(
     return result
 
 
-def relocated(session: Session, episode: Episode) -> Pose2:
-    """The start pose of the episode in the session's map, found without an initial guess.
-
-    Raises InputError as `certain`.
-    """
-    return certain(compared(session, episode)).pose
-
-
 def certain(found: Comparison) -> Place:
     """The best place, if the recording can only begin there.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.viewpoints.floors import draw_floors, load_floors, save_floors, true_table
+from agents.viewpoints.floors import draw_floors, true_table
 from agents.viewpoints.table import DRIVING_SPEED, LOOK_TIME, OVERHEAD, visible
 from dynslam_env.patrol.questions import floor_costmap
 from dynslam_env.worlds.layout import Door, Layout
@@ -49,11 +49,8 @@ def test_walls_and_flat_angles_hide_a_door() -> None:
     assert not visible(floor_costmap(hidden, RADIUS), points[:1], doors).any()
 
 
-def test_floors_are_those_of_the_split_and_are_read_back(tmp_path) -> None:
+def test_floors_are_those_of_the_split() -> None:
     floors = draw_floors(Office(), "train", 0, 2)
     assert floors.doors.tolist() == [5, 5]
     other = draw_floors(Office(), "test", 0, 2)
     assert not np.array_equal(floors.between, other.between)
-    save_floors(floors, tmp_path / "floors.npz")
-    for kept, read in zip(floors, load_floors(tmp_path / "floors.npz"), strict=True):
-        assert np.array_equal(kept, read)

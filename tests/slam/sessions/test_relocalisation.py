@@ -11,7 +11,7 @@ from slam.geometry import Pose2, between, compose
 from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import Place
 from slam.sessions import beginning
-from slam.sessions.relocalisation import Comparison, compared, relocated
+from slam.sessions.relocalisation import Comparison, certain, compared
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
 from tests.slam.worlds import FAN, ROOM, drive, loop, scan_at
@@ -59,7 +59,7 @@ def error(found: Pose2, episode: Episode) -> tuple[float, float]:
     ],
 )
 def test_where_a_recording_begins_is_found_without_a_guess(before: Session, after: Episode):
-    distance, turn = error(relocated(before, after), after)
+    distance, turn = error(certain(compared(before, after)).pose, after)
     assert distance < 0.05
     assert turn < math.radians(1.0)
 
@@ -71,14 +71,14 @@ def test_a_recording_of_another_place_is_refused(before: Session):
     with pytest.raises(
         InputError, match=r"does not seem to begin within the map|may begin at several places"
     ):
-        relocated(before, elsewhere)
+        certain(compared(before, elsewhere))
 
 
 def test_a_place_that_looks_alike_from_both_ends_is_refused_with_both():
     session = session_of(seen(BOX), loop(150))
     after = seen(BOX, BEGIN, seed=2)
     with pytest.raises(InputError, match=r"several places .*--start .* or --start ") as told:
-        relocated(session, after)
+        certain(compared(session, after))
     numbers = str(told.value).replace(" or", "").split("--start ")[1:]
     found = [Pose2.of([float(x) for x in text.split()]) for text in numbers]
     turned = [Pose2(-pose.x, -pose.y, pose.theta + math.pi) for pose in found]
