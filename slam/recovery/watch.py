@@ -175,12 +175,11 @@ class Watch:
         against = self._rivals.vote(endpoint, scan, here, self.belief, proof, jump)
         if strange:
             self._rivals.votes = votes + 1
+        elif not against and self._contradicts_no_more(agreement):
+            return self._dismissed()
         elif not against:
-            if self._contradicts_no_more(agreement):
-                return self._dismissed()
-            else:
-                self._unsure = True
-                return UNCHECKED
+            self._unsure = True
+            return UNCHECKED
         if self._jump is not None or self._rivals.votes >= MIN_VOTES:
             return ELSEWHERE[min(self._rivals.votes, MIN_VOTES) - 1]
         return UNCHECKED
