@@ -35,7 +35,7 @@ from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.ghosts import Ghosts
 from slam.metrics.lost import is_wrong
 from slam.sessions.continuation import continued, empty, localiser
-from slam.sessions.pruning import pruned
+from slam.sessions.pruning import grown
 from slam.sessions.redrawing import map_model_of
 from slam.sessions.relocalisation import certain, compared
 from slam.sessions.session import Session, session_of
@@ -153,9 +153,7 @@ class Building:
                 return None
             robot = continued(known, self._variant, start, self._seed)
         done = run(robot, episode)
-        new = session_of(episode, done.poses)
-        before = self.session
-        self.session = new if before is None else pruned(before.followed_by(new.scans, new.poses))
+        self.session = grown(self.session, session_of(episode, done.poses))
         self.grid, self.map_bytes = done.grid, _map_bytes(robot)
         if self._layered:
             self.grid = layers(self.session.scans, self.session.poses).static_map()

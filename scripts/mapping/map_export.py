@@ -19,7 +19,7 @@ from slam.io.tum import write_tum
 from slam.layers import Layers
 from slam.layers.classification import DOOR_LEAF, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
 from slam.sessions.door_memory import remembered, with_remembered
-from slam.sessions.pruning import pruned
+from slam.sessions.pruning import grown
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
 
@@ -73,8 +73,7 @@ class MapExport:
         self.lost = LostCourse(self.trajectory.times, self.run.lost)
         self.snapshots = mapping.snapshots()
         self.estimates = mapping.estimates
-        new = session_of(self.episode, self.run.poses)
-        self.session = new if before is None else pruned(before.followed_by(new.scans, new.poses))
+        self.session = grown(before, session_of(self.episode, self.run.poses))
         self.layers: Layers | None = None
         self._writers: dict[str, Callable[[], list[str]]] = {
             "session": self._session,

@@ -35,6 +35,11 @@ def pruned(session: Session, newest: int = NEWEST) -> Session:
     return session if kept.all() else session.kept(kept)
 
 
+def grown(before: Session | None, new: Session) -> Session:
+    """A session after one more recording, pruned; the new one alone if there was none before."""
+    return new if before is None else pruned(before.followed_by(new.scans, new.poses))
+
+
 def _places(poses: Array) -> Array:
     """(n, 4) points whose distance is at most 1 where two poses are of the same place."""
     turn = 1.0 / (2.0 * math.sin(SAME_TURN / 2.0))
