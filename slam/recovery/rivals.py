@@ -12,7 +12,8 @@ from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
-BEGAN_GAIN = 0.06  # nats a beam by which the scan with which a doubt began fits better there
+BEGAN_GAIN = 0.055  # nats a beam by which the scan with which a doubt began fits better there
+BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 
 
@@ -103,7 +104,9 @@ def _began(endpoint: Endpoint, here: Place, other: Place, jump: Keyframe) -> boo
     """Whether the scan with which the doubt began fits better at the other place, as well."""
     before = at(endpoint, jump.scan, here.pose @ jump.pose)
     there = matched(endpoint, jump.scan, other.pose @ jump.pose)
-    return there.value > before.value + BEGAN_GAIN * len(jump.scan.points)
+    more = there.agreement.explained - before.agreement.explained
+    gain = there.value - before.value
+    return gain > BEGAN_GAIN * len(jump.scan.points) or (gain > 0.0 and more > BEGAN_EXPLAINED)
 
 
 def _meets(place: Place, explained: float, proof: Proof) -> bool:

@@ -27,6 +27,7 @@ MIN_VOTES = 3  # in a row against the believed place
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed
 NO_MORE_CONTRADICTED = 0.03  # than usual, where the map does not contradict a scan after a jump
 LESS_EXPLAINED = 2.0  # usual deviations below the usual share of explained echoes,
+FAR_LESS_EXPLAINED = 3.0  # likewise: after a jump, the map does not show the believed place
 MORE_CONTRADICTED = 0.15  # and share of contradicted ones above the usual: the map hardly agrees
 MAX_WAITING = 10  # matches in a row, with which it hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -62,6 +63,7 @@ class Watch:
         self._recent = Recent()
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
+        self._unexplained = False  # whether the map showed nearly nothing of that one
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
@@ -139,8 +141,10 @@ class Watch:
         begins = self.belief.jumped and self._jump is None
         if begins:
             self._jump = Keyframe(match.scan, pose)
+            self._unexplained = self._hardly_explains(agreement)
         if not self.doubted:
             self._jump, self._rivals.votes, self._unsure = None, 0, False
+            self._unexplained = False
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
@@ -175,7 +179,7 @@ class Watch:
         against = self._rivals.vote(endpoint, scan, here, self.belief, proof, jump)
         if strange:
             self._rivals.votes = votes + 1
-        elif not against and self._contradicts_no_more(agreement):
+        elif not against and self._agrees_enough(agreement):
             return self._dismissed()
         elif not against:
             self._unsure = True
@@ -197,6 +201,15 @@ class Watch:
         less = agreement.explained < belief.explained - LESS_EXPLAINED * belief.spread
         return less and agreement.contradicted > belief.contradicted + MORE_CONTRADICTED
 
+    def _agrees_enough(self, agreement: Agreement) -> bool:
+        """Whether nothing speaks against the believed place: after a jump, the map contradicts no
+        more than usual, and explains not far less."""
+        belief = self.belief
+        least = belief.explained - FAR_LESS_EXPLAINED * belief.spread
+        return self._jump is None or (
+            not self._contradicts_more(agreement) and agreement.explained > least
+        )
+
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
         """Whether the map contradicts no more than usual, if that is asked for: after a jump."""
         return self._jump is None or not self._contradicts_more(agreement)
@@ -214,8 +227,14 @@ class Watch:
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
+        if not self._hardly_explains(agreement):
+            return False
+        if self._unexplained:
+            return self._contradicts_more(agreement)
+        return agreement.contradicted > STRANGE_CONTRADICTED
+
+    def _hardly_explains(self, agreement: Agreement) -> bool:
+        """Whether the map explains nearly nothing of what it usually does."""
         belief = self.belief
-        least = min(
-            STRANGE_EXPLAINED * belief.explained, belief.explained - STRANGE * belief.spread
-        )
-        return agreement.explained < least and agreement.contradicted > STRANGE_CONTRADICTED
+        least = belief.explained - STRANGE * belief.spread
+        return agreement.explained < min(STRANGE_EXPLAINED * belief.explained, least)
