@@ -39,6 +39,8 @@ ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes in 
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
 GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is not farther off
+DROPPED = 0.02  # probability that a doubt was right that no check confirmed: 1 of 87 was
+FORGETTING = 0.99  # factor of it from one keyframe to the next
 FOUND = 0.002  # probability of being lost after the robot was found again
 
 
@@ -68,6 +70,7 @@ class Watch:
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
+        self._dropped = 0.0  # probability that a doubt which was dropped was right
         self._disagreeing = 0  # matches in a row with which the map hardly agrees
 
     @property
@@ -98,20 +101,20 @@ class Watch:
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
-        return estimate._replace(lost=self.belief.probability)
+        return estimate._replace(lost=max(self.belief.probability, self._dropped))
 
     def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:
         """The same for a scan that is not matched, `displacement` after the last keyframe: if it
         changed much, the robot may be elsewhere, or its odometry be late."""
         startling = self._recent.change(scan, displacement) > STARTLING
         self._startled = self._startled or startling
-        lost = max(self.belief.probability, UNCHECKED if startling else 0.0)
-        return estimate._replace(lost=lost)
+        told = self.told(estimate)
+        return told._replace(lost=max(told.lost, UNCHECKED)) if startling else told
 
     def found(self) -> None:
         """The robot was found again."""
         self.belief.set(FOUND)
-        self._jump, self._rivals.votes = None, 0
+        self._jump, self._rivals.votes, self._dropped = None, 0, 0.0
         self._recent.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -137,6 +140,7 @@ class Watch:
         self.belief.update(agreement, changed, self.odometry.sudden or startled)
         self.odometry.sudden = self._startled = False
         self._rivals.keyframe()
+        self._dropped *= FORGETTING
         self._since_check.move(match.last.between(pose))
         begins = self.belief.jumped and self._jump is None
         if begins:
@@ -144,7 +148,7 @@ class Watch:
             self._unexplained = self._hardly_explains(agreement)
         if not self.doubted:
             self._jump, self._rivals.votes, self._unsure = None, 0, False
-            self._unexplained = False
+            self._unexplained, self._checks = False, 0
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
@@ -157,7 +161,10 @@ class Watch:
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
-        return probability if self._checks < MAX_CHECKS else NOT_ELSEWHERE
+        if self._checks < MAX_CHECKS:
+            return probability
+        self._dropped = DROPPED
+        return NOT_ELSEWHERE
 
     def _checked(
         self,
