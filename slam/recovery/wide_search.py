@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
-from slam.recovery.places import FARTHEST, searched
+from slam.recovery.places import searched
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
@@ -59,9 +59,11 @@ class WideSearch:
         """
         reach = np.array(self.reach if window is None else window)
         around = np.array(narrow.pose[:2])
-        size = FARTHEST + reach[:2].max() + MARGIN
+        points = searched(scan)
+        farthest = float(np.hypot(*points.T).max(initial=0.0))
+        size = farthest + reach[:2].max() + MARGIN
         region = GlobalSearch(endpoint, (around - size, around + size))
-        start = region.best(searched(scan), narrow.pose, reach, turn_step=TURN_STEP)
+        start = region.best(points, narrow.pose, reach, turn_step=TURN_STEP)
         wide = self._wide(narrow)
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
