@@ -11,6 +11,7 @@ from slam.recovery.places import CANDIDATES, Place, Places, agree, at, matched
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
+LEAST_USUAL = 0.6  # share of explained echoes: a map that usually explains less proves no place
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
 BEGAN_GAIN = 0.055  # nats a beam by which the scan with which a doubt began fits better there
 BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here
@@ -94,7 +95,7 @@ class Rivals:
         if self._searches < 1.0:
             return None
         self._searches -= 1.0
-        least = max(proof.explained * belief.explained, more)
+        least = max(proof.explained * max(belief.explained, LEAST_USUAL), more)
         places = Places(endpoint, here.pose, candidates=proof.candidates)
         other = places.better_than(scan, here, gain, least)
         return other if other is not None and _meets(other, least, proof) else None

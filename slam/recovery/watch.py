@@ -15,7 +15,7 @@ from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.odometry_failure import OdometryFailure
 from slam.recovery.places import Surroundings, at
-from slam.recovery.rivals import AFTER_JUMP, WITHOUT_JUMP, Rivals
+from slam.recovery.rivals import AFTER_JUMP, LEAST_USUAL, WITHOUT_JUMP, Rivals
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 
@@ -31,6 +31,7 @@ FAR_LESS_EXPLAINED = 3.0  # likewise: after a jump, the map does not show the be
 MORE_CONTRADICTED = 0.15  # and share of contradicted ones above the usual: the map hardly agrees
 MAX_WAITING = 10  # matches in a row, with which it hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
+MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE = 5.0  # usual deviations below the usual share, of such a scan
@@ -92,10 +93,10 @@ class Watch:
     def demands(self) -> Demands:
         """What is asked of another place, if the robot is lost."""
         demands = GRADUAL if self._jump is None else SUDDEN
-        usual = self.belief.contradicted + FOUND_CONTRADICTED
+        usual = min(self.belief.contradicted + FOUND_CONTRADICTED, MOST_CONTRADICTED)
         return demands._replace(
             contradicted=max(demands.contradicted, usual),
-            usual=self.belief.explained,
+            usual=max(self.belief.explained, LEAST_USUAL),
             within=self._within,
         )
 
