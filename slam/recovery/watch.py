@@ -36,8 +36,6 @@ POOR = 0.55  # of the usual share; more agrees with the believed place, without 
 STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
 STRANGE = 5.0  # usual deviations below the usual share, of such a scan
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
-MUCH_CONTRADICTED = 0.4  # the same, of a scan of which the map explains
-MUCH_CONTRADICTED_EXPLAINED = 0.5  # less than that of the usual share
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
@@ -237,9 +235,6 @@ class Watch:
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
-        less = agreement.explained < MUCH_CONTRADICTED_EXPLAINED * self.belief.explained
-        if less and agreement.contradicted > MUCH_CONTRADICTED:
-            return True
         if not self._hardly_explains(agreement):
             return False
         if self._unexplained:
