@@ -1,4 +1,4 @@
-"""A hook of mkdocs: the menu stands beside the text from 1,120 pixels on, not 1,220 as in the theme.
+"""A hook of mkdocs: the menu stands beside the text from 1,120 pixels on, not from 1,220 on.
 
 The theme's stylesheets and scripts state the width in their media queries, and offer no setting.
 """

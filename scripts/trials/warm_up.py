@@ -1,4 +1,4 @@
-"""Jobs that compile kernels, in parts that processes share: numba keeps what they compile on disk."""
+"""Jobs that compile kernels, in parts that processes share: numba keeps the result on disk."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from slam.episode import Episode
 from slam.geometry import Array, Pose2, transform_points
@@ -50,4 +50,4 @@ def _distances(points: Array, others: Array) -> Array:
     """(n,) m from each point to the nearest of the others; infinite beyond NEAR."""
     if not len(others):
         return np.full(len(points), math.inf)
-    return cKDTree(others).query(points, distance_upper_bound=NEAR)[0]
+    return KDTree(others).query(points, distance_upper_bound=NEAR)[0]
