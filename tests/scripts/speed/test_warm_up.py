@@ -1,3 +1,4 @@
+# pyright: reportMissingImports=false
 """`dynslam warm-up`: what it compiles is what a bench needs."""
 
 import subprocess
