@@ -33,7 +33,7 @@ docs: $(VENV)/all.stamp
 	$(BIN)/python -m docs.making.cards
 	$(BIN)/python -m docs.making.parameters
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
-	@echo "out/site/index.html (to search it: $(BIN)/python -m http.server -d out/site)"
+	@echo out/site/index.html
 
 release:
 	.ci/release $(PYTHON)

@@ -115,6 +115,10 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
             "speed.speed", "SpeedCommand",
             "Measure processor time and memory of the environment and of SLAM variants.",
         ),
+        "warm-up": Subcommand(
+            "speed.warm_up", "WarmUpCommand",
+            "Compile the kernels of worlds and SLAM variants now, once after an installation.",
+        ),
     },
 }  # fmt: skip
 """What `dynslam --help` lists, in its order: group -> name -> command."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from agents import record_corridor
+from slam.algorithms.variants import BUILDERS
 from slam.benchmark.results import Result, append
 from slam.io.files import replacing
 from slam.validation import whole_number
@@ -19,7 +20,9 @@ from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..console.selection import parse_variants
-from ..trials.pool import check_workers, here
+from ..trials.pool import check_workers, results_of
+from ..trials.warm_up import warm_up_jobs
+from ..trials.worker_process import WorkerProcesses
 from .comparison import findings
 from .pictures import write_pictures
 from .table import markdown, terminal
@@ -60,11 +63,17 @@ def run_demo(options: DemoCommand) -> int:
 
 
 def _measure(options: DemoCommand, variants: list[str], path: Path, results: list[Result]) -> None:
-    """Run all trials; each result is appended to `path` and to `results` as it comes."""
+    """Compile all kernels, then run all trials; each result is appended to `path` and to `results`
+    as it comes."""
     trials = paper().trials(variants, range(options.seeds), TIME_LIMIT)
     todo = [replace(trial, pictured=False) for trial in trials]  # no replays
-    with progress_bar() as progress:
-        runs = progress.track(here(todo, options.jobs), len(todo), description="runs")
+    kernels = warm_up_jobs(["DoorCorridor-v0"], [name for name in variants if name in BUILDERS])
+    with progress_bar() as progress, WorkerProcesses() as processes:
+        compiled = results_of(kernels, options.jobs, processes)
+        for _ in progress.track(compiled, len(kernels), description="compiling kernels"):
+            pass
+        runs = results_of(todo, options.jobs, processes)
+        runs = progress.track(runs, len(todo), description="runs")
         for number, done in enumerate(runs):
             if number == 0:
                 path.unlink(missing_ok=True)

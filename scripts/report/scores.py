@@ -55,10 +55,11 @@ HEADING = Score("heading_max", "largest heading error", math.degrees(1.0), " deg
 TIME = Score("ms_per_matched_scan", "time per matched scan", 1.0, " ms", 2)
 RELATIONS = Score("translation_mean", "error of relations", 1e3, " mm")
 ALIGNED = Score("ate_aligned", "ATE, aligned", 1e3, " mm")
+AGREEMENT = Score("agreement", "agreement of the walls", 100.0, " %", 1, 1, 0.0)
 DOORS = Score("door_brier", "Brier of doors over time", digits=3, worst=1.0)
 REGRET = Score("regret_s", "regret of questions", 1.0, " s", 2)
 F1_OVER_TIME = Score("f1_over_time", "F1 over time", digits=3, better=1, worst=0.0)
-MAIN_SCORES = (DOORS, ATE, RELATIONS, ALIGNED)
+MAIN_SCORES = (DOORS, ATE, RELATIONS, ALIGNED, AGREEMENT)
 """Runs are compared by the first of these that the results have."""
 
 QUALITY = (
@@ -72,6 +73,7 @@ QUALITY = (
     RELATIONS,
     Score("translation_mean_online", "error of relations, online", 1e3, " mm"),
     Score("rotation_mean_deg", "heading error of relations", 1.0, " deg", 2),
+    AGREEMENT,
     F1,
     Score("adnn_map_to_truth", "map to truth", 1e3, " mm"),
     BRIER,

@@ -14,7 +14,9 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.io.relations import read_relations
 from slam.io.tum import read_tum
+from slam.metrics.agreement import agreement
 from slam.metrics.episode_scorer import EpisodeScorer
+from slam.metrics.json_scores import json_scores
 from slam.metrics.reference import score_reference
 from slam.metrics.relations import score_relations
 from slam.trajectory import Trajectory
@@ -65,7 +67,8 @@ class TruthScorer:
 
 
 class LogScorer:
-    """Scores by relations and a reference trajectory in files beside a log.
+    """Agreement of the walls, and scores by relations and a reference trajectory in files beside a
+    log.
 
     NAME.relations  true displacements between poses (Kuemmerle et al. 2009)
     NAME.tum        reference trajectory in the TUM format, in a frame of its own
@@ -81,8 +84,8 @@ class LogScorer:
             self._reference = read_tum(reference) if reference.exists() else None
 
     def __call__(self, run: Run) -> dict[str, Any]:
-        """Flat scores; none without such files."""
-        scores: dict[str, Any] = {}
+        """Flat scores; without such files, the agreement alone."""
+        scores: dict[str, Any] = json_scores({"agreement": agreement(self._episode, run.poses)})
         for poses, tail in ((run.poses, ""), (run.online, "_online")):
             done = Trajectory(self._episode.times, poses)
             if self._relations is not None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser import chromium
 from tests.docs.pages import DOCS, PAGES, ROOT
 
 pytest.importorskip("mkdocs", reason="the extra [docs] is not installed")
@@ -37,6 +38,19 @@ def test_every_page_is_in_the_menu(site):
             made = page.relative_to(DOCS).with_suffix(".html").as_posix()
             assert (site / made).exists()
             assert f'href="{made}"' in start or made == "index.html", made
+
+
+def test_from_a_disk_the_menu_is_seen_at_1200_pixels_and_the_search_finds(site):
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 1200, "height": 800})
+        page.goto((site / "api" / "slam.html").as_uri())
+        menu = page.locator(".md-sidebar--primary").bounding_box()
+        assert menu["x"] >= 0
+        assert menu["width"] > 200
+        page.fill("input.md-search__input", "ghosts")
+        page.locator(".md-search-result__item").first.wait_for(timeout=20_000)
+        found = page.locator(".md-search-result__link").evaluate_all("all => all.map(a => a.href)")
+        assert any(link.startswith((site / "ghosts.html").as_uri()) for link in found)
 
 
 def test_nothing_is_asked_of_the_network(site):

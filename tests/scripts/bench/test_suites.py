@@ -169,6 +169,8 @@ def test_a_folder_of_logs_is_scored_with_what_lies_beside_them(bench, folder, tm
     assert rows["with", "odometry"]["ate_aligned"] > 0.1
     assert rows["with", "static-ml"]["stamps"] == 121
     assert "ate_aligned" not in rows["plain", "static-ml"]
+    plain = (rows["plain", name]["agreement"] for name in ("static-ml", "odometry"))
+    assert next(plain) > 0.9 > next(plain) + 0.1
     assert rows["plain", "static-ml"]["matched"] > 50
     assert rows["true", "static-ml"]["ate"] < 0.03  # the npz, not the log of its name
 
