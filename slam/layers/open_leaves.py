@@ -12,18 +12,18 @@ from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.layers.classification import CHANGING, STATIC, components
 from slam.layers.doors import JAMB_DEPTH, MappedDoor, in_gap
-from slam.layers.gaps import JAMB_LENGTH
 
 SWING_BESIDE, SWING_BEYOND = 0.3, 0.25  # m beside the gap and beyond its width, for an open leaf
+JAMB_LENGTH = 0.12  # m from the gap's ends, where static cells may be the jamb
 SWING_MARGIN = 0.5  # m around the swing: what extends beyond it is no leaf
 MIN_LEAF_CELLS = 4  # of an open leaf, from which on they tell where its hinge is
 
 
 def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[MappedDoor]) -> list[MappedDoor]:
-    """Set static cells that are the open leaf of a sure door to CHANGING in `kind`: those in the
-    gap, and connected components beside it that do not extend beyond the swing of the leaf. Returns
-    the doors, with what the leaf tells of their hinges."""
-    return [_swung(door, kind, spec) if door.sure else door for door in doors]
+    """Set static cells that are the open leaf of a sure door that moved to CHANGING in `kind`:
+    those in the gap, and connected components beside it that do not extend beyond the swing of the
+    leaf. Returns the doors, with what the leaf tells of their hinges."""
+    return [_swung(door, kind, spec) if door.sure and door.moved else door for door in doors]
 
 
 def _swung(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> MappedDoor:
