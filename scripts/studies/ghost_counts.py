@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agents import record_path
+from dynslam_env.sensors.effects import Surfaces
+from dynslam_env.sensors.laser import Laser
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.varied import Varied
 from slam.benchmark.results import Result

@@ -23,11 +23,11 @@ def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[MappedDoor]) -> li
     """Set static cells that are the open leaf of a sure door that moved to CHANGING in `kind`:
     those in the gap, and connected components beside it that do not extend beyond the swing of the
     leaf. Returns the doors, with what the leaf tells of their hinges."""
-    return [_swung(door, kind, spec) if door.sure and door.moved else door for door in doors]
+    return [_swung(door, kind, spec) if door.sure else door for door in doors]
 
 
 def _swung(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> MappedDoor:
-    """The door with its hinge; its open leaf is set to CHANGING in `kind`."""
+    """The door with its hinge; if it moved, its open leaf is set to CHANGING in `kind`."""
     reach = door.width + SWING_BEYOND
     low = door.ends.min(axis=0) - reach - SWING_MARGIN
     high = door.ends.max(axis=0) + reach + SWING_MARGIN
@@ -36,7 +36,8 @@ def _swung(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> MappedDoor:
     cells = np.argwhere(part == STATIC)
     points = spec.centres(cells + (row0, col0))
     leaf = _leaf(points, cells, part.shape, door)
-    part[tuple(cells[leaf].T)] = CHANGING
+    if door.moved:
+        part[tuple(cells[leaf].T)] = CHANGING
     return _hinged(door, points[leaf])
 
 
