@@ -41,7 +41,7 @@ from .run_clock import RunClock
 from .weeks_picture import write_weeks
 
 SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
-SNAPSHOTS = {"film": 150, "mcap": 8, "rrd": 8}  # maps of the run that a part shows, at most
+SNAPSHOTS = {"film": 150, "mcap": 4, "rrd": 4}  # maps of the run that a part shows, at most
 
 
 class MapExport:
@@ -140,9 +140,11 @@ class MapExport:
     def _layers(self) -> list[str]:
         lasers = Lasers.of_episode(self.episode)
         made = self.drawing.layers(self.session, self.run.grid, lasers, self.variant)
-        self.session = replace(self.session, doors=remembered(self.session, made.doors))
-        made, weeks = with_remembered(made, self.session.doors)
-        self._session()
+        doors = remembered(self.session, made.doors)
+        made, weeks = with_remembered(made, doors)
+        if doors or self.session.doors:  # else it is saved as it is
+            self.session = replace(self.session, doors=doors)
+            self._session()
         self.layers = made
         write_ros_map(self.drawing.standing(made), self.out / "map.yaml")
         write_png(layers_figure(made, self.title), self.out / "layers.png")

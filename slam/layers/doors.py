@@ -127,8 +127,7 @@ def candidates(
 
 def _door(gap: Candidate) -> MappedDoor:
     seen = gap.looks
-    flips = seen.flips if gap.told.swung == 0 else max(seen.flips, 1)
-    return MappedDoor(gap.ends, seen.open_share, flips, seen.watched, seen.first, seen.last,
+    return MappedDoor(gap.ends, seen.open_share, seen.flips, seen.watched, seen.first, seen.last,
                       seen.opened, seen.closed, probability(gap.told))  # fmt: skip
 
 

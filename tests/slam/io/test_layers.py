@@ -63,7 +63,7 @@ def test_other_files_are_told(tmp_path: Path, content: bytes) -> None:
 
 def test_another_format_and_wrong_shapes_are_told(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", format="something else")
-    with pytest.raises(InputError, match="expected dynslam-layers-2"):
+    with pytest.raises(InputError, match="expected dynslam-layers-3"):
         read_layers(tmp_path / "a.npz")
     write_layers(MADE, tmp_path / "b.npz")
     stored = dict(np.load(tmp_path / "b.npz"))
