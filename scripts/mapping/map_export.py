@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from slam.errors import InputError
+from slam.io.files import replacing
 from slam.io.kitti import write_kitti
 from slam.io.layers import picture, write_doors, write_layers
 from slam.io.ros_map import write_ros_map
@@ -26,6 +27,7 @@ from slam.trajectory import Trajectory
 from ..console.output import write_json, write_png
 from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
+from ..figures.doors_figure import doors_picture
 from ..figures.film import suffix
 from ..figures.layers_figure import layers_figure
 from ..figures.lost_course import LostCourse
@@ -151,7 +153,16 @@ class MapExport:
         write_layers(made, self.out / "layers.npz")
         write_doors(made, self.out / "doors.geojson", weeks)
         names = ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
-        return [*names, *write_weeks(made.doors, weeks, self.out)]
+        return [*names, *self._doors(made), *write_weeks(made.doors, weeks, self.out)]
+
+    def _doors(self, made: Layers) -> list[str]:
+        """A picture of each door; none of an earlier run is left where there are no doors."""
+        (self.out / "doors.png").unlink(missing_ok=True)
+        if not made.doors:
+            return []
+        with replacing(self.out / "doors.png") as file:
+            doors_picture(made).save(file, "PNG")
+        return ["doors.png"]
 
     def _nav2(self) -> list[str]:
         if self.layers is None:
