@@ -99,6 +99,10 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
             "studies.ghosts", "GhostsCommand",
             "Count ghosts in maps: occupied cells where nothing permanent stands.",
         ),
+        "doors": Subcommand(
+            "studies.doors", "DoorsCommand",
+            "Find doors in maps of simulated drives, and compare them with the true ones.",
+        ),
         "belief": Subcommand(
             "studies.belief", "BeliefCommand",
             "Compare two beliefs about doors on the same drives: `DynamicMap` and `BeliefMap`.",

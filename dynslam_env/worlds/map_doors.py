@@ -21,7 +21,8 @@ SHORTEST = 0.3  # m, of a leaf
 
 
 def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
-    """(2, 2) ends of each gap of at least this probability, m, of a file of `dynslam map`.
+    """(2, 2) ends of each gap of at least this probability, m, of a file of `dynslam map`, but of
+    doors that were never seen open: the map has a wall there.
 
     Raises InputError for another file.
     """
@@ -29,7 +30,8 @@ def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
         raw = file.read()
     try:
         features = json.loads(raw)["features"]
-        found = [(_ends(f), float(f["properties"]["probability"])) for f in features]
+        seen = [f for f in features if f["properties"].get("seen_open_scans") != 0]
+        found = [(_ends(f), float(f["properties"]["probability"])) for f in seen]
     except (ValueError, TypeError, KeyError, IndexError, RecursionError) as error:
         reason = one_line(str(error), 60)
         raise InputError(f"{path}: expected doors that `dynslam map` wrote ({reason})") from None

@@ -68,5 +68,11 @@ def write_json(values: Mapping[str, Any], path: Path) -> None:
 
 def write_png(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, without a date: the same figure gives the same bytes."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(
+            None
+        )  # else savefig draws all twice, the first time for the layout
     with replacing(path) as file:
         figure.savefig(file, format="png", metadata={"Software": None})

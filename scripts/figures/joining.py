@@ -28,6 +28,20 @@ def coarse(spec: GridSpec, fold: int) -> GridSpec:
     )
 
 
+def cut(
+    spec: GridSpec, cells: np.ndarray, box: tuple[float, float, float, float]
+) -> tuple[GridSpec, np.ndarray]:
+    """The part of cells (rows, cols, ...) around a box (left, right, bottom, top), m, and its
+    grid: of a map that stray beams made large, a picture shows little."""
+    left, right, bottom, top = box
+    low, high = spec.cells(np.array([(left, bottom), (right, top)]))
+    (row0, col0), (row1, col1) = np.maximum(low - 1, 0).tolist(), (high + 2).tolist()
+    part = cells[row0:row1, col0:col1]
+    rows, cols = part.shape[:2]
+    whole = GridSpec(spec.resolution, spec.row0 + row0, spec.col0 + col0, rows, cols)
+    return whole, part
+
+
 def joined(spec: GridSpec, cells: np.ndarray, fold: int) -> tuple[GridSpec, np.ndarray]:
     """Cells (rows, cols) joined by fold x fold to the highest of each, and their grid."""
     if fold == 1:

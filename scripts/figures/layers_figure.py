@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 
 from slam.layers import Layers
 
-from .joining import fold_for, joined
+from .joining import cut, fold_for, joined
 from .layer_cells import NAMES, NEVER_SEEN, palette, ranked
 from .map_figure import MAX_DPI, PIXELS_PER_CELL
 from .map_panel import Box, MapPanel
@@ -32,7 +32,7 @@ def layers_figure(layers: Layers, title: str = "") -> Figure:
     box = MapPanel("", layers.static_map()).box
     scale = MAX_SIDE / max(box.width, box.height)
     fold = fold_for(layers.spec.resolution, PIXELS_PER_CELL / (scale * MAX_DPI))
-    spec, cells = joined(layers.spec, ranked(layers), fold)
+    spec, cells = joined(*cut(layers.spec, ranked(layers), box), fold)
     dpi = max(PIXELS_PER_CELL / (scale * spec.resolution), DPI)
     width, height = box.width * scale + LABEL_WIDTH, box.height * scale + LABEL_HEIGHT
     figure = blank_figure(max(width, MIN_WIDTH), height, dpi)

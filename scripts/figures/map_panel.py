@@ -15,7 +15,7 @@ from slam.geometry import Array
 from slam.grid import OCCUPIED, OccupancyGrid
 from slam.metrics.lost import ALARM_LEVEL
 
-from .joining import blocks, coarse, fold_for
+from .joining import blocks, coarse, cut, fold_for
 from .style import DOORS, ESTIMATE, LARGE, LOST, SMALL, TRUTH, UNKNOWN, WALLS, plain_axes
 
 MARGIN, MARGIN_SHARE = 0.4, 0.01  # m around what is shown, or more: of its longer side
@@ -111,7 +111,10 @@ def draw_map(axes: Axes, grid: OccupancyGrid, box: Box) -> None:
     """Draw the cells of `grid` within `box`: occupied dark, free white, unknown grey; axes in m."""
     axes.set_facecolor(UNKNOWN)
     if grid.observed.any():
-        axes.imshow(shades(grid), extent=grid.spec.extent, origin="lower", interpolation="nearest")
+        spec, occupied = cut(grid.spec, grid.occupied, box)
+        _, observed = cut(grid.spec, grid.observed, box)
+        image = shades(OccupancyGrid(spec, occupied, observed))
+        axes.imshow(image, extent=spec.extent, origin="lower", interpolation="nearest")
     axes.set(xlim=box[:2], ylim=box[2:], aspect="equal")
     axes.set_xlabel("x [m]", fontsize=SMALL, labelpad=1)
     axes.set_ylabel("y [m]", fontsize=SMALL, labelpad=1)

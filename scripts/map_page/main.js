@@ -103,6 +103,10 @@ byId("close-zone").addEventListener("click", () => zones.close());
 byId("cancel").addEventListener("click", cancel);
 byId("save-zones").addEventListener("click", () => saveZones(edits.zones));
 byId("save-doors").addEventListener("click", () => saveDoors(edits));
+byId("read").addEventListener("change", async ({ target }) => {
+  await readBack([...target.files], edits);
+  target.value = ""; // so that the same file can be read once more
+});
 document.addEventListener("keydown", (event) => { if (event.key === "Escape") cancel(); });
 view.drawing = draw;
 view.clicked = clicked;

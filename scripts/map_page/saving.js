@@ -35,7 +35,7 @@ function saveZones(zones) {
   const yaml = [
     "image: keepout.pgm", "mode: trinary", `resolution: ${decimal(resolution)}`,
     `origin: [${decimal(left)}, ${decimal(bottom)}, 0.0]`, "negate: 0", "occupied_thresh: 0.65",
-    "free_thresh: 0.196", "",
+    "free_thresh: 0.196", ZONES + JSON.stringify(zones), "",
   ].join("\n");
   download("keepout.yaml", yaml, "text/yaml");
   download("keepout.pgm", new Blob([`P5\n${cols} ${rows}\n255\n`, mask(zones)]), "image/x-portable-graymap");

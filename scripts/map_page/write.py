@@ -23,7 +23,8 @@ from .drive import drive
 from .images import Picture, belief_picture, layers_picture, map_picture, reasons_picture
 
 HERE = Path(__file__).parent
-SCRIPTS = ("data", "pictures", "view", "edits", "drive", "doors", "zones", "saving", "main")
+SCRIPTS = ("data", "pictures", "view", "edits", "drive", "doors", "zones", "reading", "saving",
+           "main")  # fmt: skip
 
 
 def write_page(

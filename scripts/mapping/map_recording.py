@@ -289,7 +289,8 @@ def _print_layers(summary: dict[str, Any]) -> None:
     )
     doors = summary["doors"]
     sure = sum(door["probability"] >= SURE for door in doors)
-    print(f"doors seen open and closed: {sure}, and {len(doors) - sure} perhaps")
+    moved = sum(door["flips"] > 0 for door in doors)
+    print(f"doors: {sure}, and {len(doors) - sure} perhaps; {moved} of them moved in sight")
     for number, door in enumerate(doors[:MAX_DOORS_PRINTED], 1):
         x, y = door["middle"]
         print(

@@ -17,8 +17,8 @@ class GhostsCommand:
     """
 
     worlds: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
-    """corridor, office, loop, crowd, rounds-1, -3, -6 or -12 (laps around a block with people).
-    Default: all."""
+    """corridor, office, loop, crowd, rounds-1, -3, -6 or -12 (laps around a block with people),
+    furnished (with furniture, people and glass). Default: all."""
     seeds: int = 20
     """Number of drives in each world."""
     first: int = 8000

@@ -29,14 +29,15 @@ UNREADABLE = (
 is KeyError and IndexError, RuntimeError is RecursionError and NotImplementedError."""
 
 
-def read_arrays(path: AnyPath, what: str) -> dict[str, Any]:
-    """All arrays of an .npz file by name. Raises InputError if it is not `what`."""
+def read_arrays(path: AnyPath, what: str, number_bytes: int = FLOAT_BYTES) -> dict[str, Any]:
+    """All arrays of an .npz file by name; `number_bytes`: of a number, at least, as it is used.
+    Raises InputError if it is not `what`."""
     with reading(path):
         pass
     with guarded(path), _only(what):
         with zipfile.ZipFile(path) as packed:
             for member in packed.infolist():
-                take(_planned(packed, member))
+                take(_planned(packed, member, number_bytes))
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
 
@@ -50,7 +51,7 @@ def _only(what: str) -> Iterator[None]:
         raise InputError(f"not {what} ({one_line(error)})") from error
 
 
-def _planned(packed: zipfile.ZipFile, member: zipfile.ZipInfo) -> float:
+def _planned(packed: zipfile.ZipFile, member: zipfile.ZipInfo, number_bytes: int) -> float:
     """Bytes that an array takes, by the head of its file; raises what numpy does for another."""
     with packed.open(member) as file:
         if file.read(len(np.lib.format.MAGIC_PREFIX)) != np.lib.format.MAGIC_PREFIX:
@@ -61,16 +62,20 @@ def _planned(packed: zipfile.ZipFile, member: zipfile.ZipInfo) -> float:
         shape, _, kind = read(file)
     if min(shape, default=0) < 0:
         raise InputError(f"{member.filename} announces the shape {shape}")
-    return COPIES * max(kind.itemsize, FLOAT_BYTES) * math.prod(shape)
+    return COPIES * max(kind.itemsize, number_bytes) * math.prod(shape)
 
 
 def parsed(
-    path: AnyPath, what: str, file_format: str, parse: Callable[[dict[str, Any]], Parsed]
+    path: AnyPath,
+    what: str,
+    file_format: str,
+    parse: Callable[[dict[str, Any]], Parsed],
+    number_bytes: int = FLOAT_BYTES,
 ) -> Parsed:
-    """`parse` of the arrays of an .npz file whose array `format` is `file_format`. Raises
-    InputError if it is not `what`."""
+    """`parse` of the arrays of an .npz file whose array `format` is `file_format`; see
+    `read_arrays`. Raises InputError if it is not `what`."""
     with guarded(path):
-        data = read_arrays(path, what)
+        data = read_arrays(path, what, number_bytes)
         with _only(what):
             if str(data["format"]) != file_format:
                 raise InputError(f"format {one_line(data['format'], 60)}, expected {file_format}")

@@ -7,6 +7,7 @@ robot's map are metres in its frame, as the foreign member `frame` says in every
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,13 +16,15 @@ import numpy as np
 from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
+from slam.io.guard import take
 from slam.layers import Layers
 from slam.layers.classification import CHANGING, DOOR_LEAF, FREE, KEPT, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
 
 Week = dict[str, Any] | None
-FORMAT = "dynslam-layers-2"
+FORMAT = "dynslam-layers-3"
 WHAT = "layers written by dynslam"
+RASTERS = {"occupied": np.nan, "rate": 0.0, "watched": 0.0}  # and their values elsewhere
 FRAME = "map, x and y in metres: not the longitude and latitude of RFC 7946"
 COLOURS = {
     "static": (0, 0, 0),
@@ -94,8 +97,9 @@ def _feature(number: int, door: MappedDoor, week: Week) -> dict[str, Any]:
 
 
 def write_layers(layers: Layers, path: AnyPath) -> None:
-    """Write all layers to `path` (.npz)."""
-    spec = layers.spec
+    """Write all layers to `path` (.npz): of `occupied`, `rate` and `watched` the `watched_cells`,
+    numbered row by row; elsewhere they are NaN, 0 and 0."""
+    spec, cells = layers.spec, np.flatnonzero(layers.watched > 0)
     with replacing(path) as file:
         np.savez_compressed(
             file,
@@ -104,32 +108,37 @@ def write_layers(layers: Layers, path: AnyPath) -> None:
             corner=np.array((spec.row0, spec.col0)),
             kind=layers.kind,
             reason=layers.reason,
-            occupied=layers.occupied,
-            rate=layers.rate,
-            watched=layers.watched,
+            watched_cells=cells,
+            **{name: getattr(layers, name).ravel()[cells] for name in RASTERS},
             doors=packed_doors(layers.doors),
         )
 
 
 def read_layers(path: AnyPath) -> Layers:
     """Read what `write_layers` wrote. Raises InputError for anything else; never runs a pickle."""
-    return parsed(path, WHAT, FORMAT, _layers)
+    return parsed(path, WHAT, FORMAT, _layers, number_bytes=1)
 
 
 def _layers(data: dict[str, np.ndarray]) -> Layers:
     kind, reason, resolution = data["kind"], data["reason"], float(data["resolution"])
     row0, col0 = data["corner"].tolist()
-    rasters = [data[name] for name in ("occupied", "rate", "watched")]
-    all_rasters = kind, reason, *rasters
-    if kind.ndim != 2 or kind.size > MOST_CELLS or any(r.shape != kind.shape for r in all_rasters):
-        raise ValueError(f"layers of shapes {[r.shape for r in all_rasters]}")
+    if kind.ndim != 2 or kind.size > MOST_CELLS or reason.shape != kind.shape:
+        raise ValueError(f"layers of shapes {kind.shape}, {reason.shape}")
     if kind.dtype != np.uint8 or (kind > KEPT).any() or not 0 < resolution < np.inf:
         raise ValueError("kinds of cells, or a resolution, that there are not")
     if reason.dtype != np.uint8 or (reason > DOOR_LEAF).any():
         raise ValueError("reasons that there are not")
     doors = tuple(unpacked_door(row) for row in data["doors"].tolist())
     spec = GridSpec(resolution, row0, col0, *kind.shape)
-    return Layers(spec, kind, reason, rasters[0], rasters[1], rasters[2], doors)
+    rasters = [_raster(data, name, kind.shape) for name in RASTERS]
+    return Layers(spec, kind, reason, *rasters, doors=doors)
+
+
+def _raster(data: dict[str, np.ndarray], name: str, shape: tuple[int, ...]) -> np.ndarray:
+    take(np.dtype(np.float32).itemsize * math.prod(shape))
+    result = np.full(shape, RASTERS[name], np.float32)
+    result.ravel()[data["watched_cells"]] = data[name]
+    return result
 
 
 def packed_doors(doors: Sequence[MappedDoor]) -> np.ndarray:

@@ -85,6 +85,12 @@ class CellStatistics(NamedTuple):
         )
 
 
+def session_times(scans: Sequence[Scan]) -> Array:
+    """(n,) s from the first scan; pauses between scans, as from day to day, are shortened."""
+    steps = np.diff([scan.time for scan in scans], prepend=scans[0].time)
+    return np.cumsum(np.clip(steps, 0.0, MAX_PAUSE))
+
+
 def observe(
     scans: Sequence[Scan], poses: Array, rays: Rays, spec: GridSpec, surface: SurfaceCells
 ) -> tuple[CellStatistics, np.ndarray]:
@@ -93,7 +99,7 @@ def observe(
     x, y = spec.origin
     steps = np.diff([scan.time for scan in scans])
     usual = float(min(np.median(steps), MAX_WEIGHT)) if len(steps) else MAX_WEIGHT
-    times = np.cumsum(np.clip(np.insert(steps, 0, 0.0), 0.0, MAX_PAUSE)).tolist()
+    times = session_times(scans).tolist()
     for k, (sensor, ends, hit) in enumerate(beams(scans, poses, rays)):
         moment = k, times[k], usual
         _add_hits(sensor, ends, hit, x, y, 1 / spec.resolution, moment, surface, cells)

@@ -70,14 +70,24 @@ def _reached(fits: np.ndarray, spec: GridSpec, poses: Array) -> np.ndarray:
         return fits
     labels = np.zeros(fits.shape, np.int32)
     label(fits, EIGHT_NEIGHBOURS, output=labels)
-    found = distance_transform_edt(~fits, return_indices=True)
-    away, nearest = np.asarray(found[0]), np.asarray(found[1])  # pyright: ignore[reportOptionalSubscript]
-    rows, cols = spec.cells(poses[:, :2]).T
-    inside = (rows >= 0) & (rows < spec.rows) & (cols >= 0) & (cols < spec.cols)
-    rows, cols = rows[inside], cols[inside]
-    near = away[rows, cols] * spec.resolution <= NEAR
-    at = nearest[:, rows[near], cols[near]]
-    return np.isin(labels, np.unique(labels[at[0], at[1]]))
+    cells = np.unique(spec.cells(poses[:, :2]), axis=0)
+    cells = cells[((cells >= 0) & (cells < spec.shape)).all(axis=1)]
+    found = {_nearest(labels, row, col, NEAR / spec.resolution) for row, col in cells.tolist()}
+    return np.isin(labels, list(found - {0}))
+
+
+def _nearest(labels: np.ndarray, row: int, col: int, reach: float) -> int:
+    """The label of the nearest labelled cell, at most `reach` cells away; 0 if there is none."""
+    if labels[row, col]:
+        return int(labels[row, col])
+    first = max(row - int(reach), 0), max(col - int(reach), 0)
+    part = labels[first[0] : row + int(reach) + 1, first[1] : col + int(reach) + 1]
+    rows, cols = np.nonzero(part)
+    away = np.hypot(rows + first[0] - row, cols + first[1] - col)
+    if away.min(initial=np.inf) > reach:
+        return 0
+    k = int(away.argmin())
+    return int(part[rows[k], cols[k]])
 
 
 def _coarser(grid: OccupancyGrid) -> OccupancyGrid:

@@ -10,7 +10,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.geometry import Array
 from slam.grid import GridSpec, OccupancyGrid
-from slam.layers.cell_statistics import CellStatistics, observe
+from slam.layers.cell_statistics import CellStatistics, observe, session_times
 from slam.layers.classification import (
     CHANGING,
     FREE,
@@ -23,6 +23,7 @@ from slam.layers.classification import (
     keep,
     remove_flicker,
 )
+from slam.layers.door_looks import Views
 from slam.layers.doors import MappedDoor, find_doors, in_closed_leaves
 from slam.layers.open_leaves import open_swings
 from slam.layers.sides import went_away
@@ -118,8 +119,10 @@ def layers(
     occupied = _believed(believed, spec, surface, statistics)
     went = went_away(statistics.sides)
     kind = classify(surface, statistics, passed)
+    gone = _raster(went, spec, surface, False)
+    views = Views(scans, poses, rays, session_times(scans))
     found = known_doors is None
-    doors = find_doors(kind, spec, surface, statistics, went) if found else list(known_doors)
+    doors = find_doors(views, kind, gone, spec, surface) if found else list(known_doors)
     remove_flicker(kind, surface.number, statistics)
     in_part = kind[tuple(surface.cells.T)] == CHANGING
     in_part &= ~went & ~in_closed_leaves(surface.places, doors)
@@ -127,7 +130,7 @@ def layers(
     hinged = open_swings(kind, spec, doors)
     doors = hinged if found else doors
     once = _raster(statistics.hits < MIN_HITS, spec, surface, True)
-    reason = keep(kind, occupied, _raster(went, spec, surface, False), once)
+    reason = keep(kind, occupied, gone, once)
     return Layers(spec, kind, reason, *_times(spec, surface, statistics), tuple(doors))
 
 

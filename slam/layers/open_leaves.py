@@ -12,22 +12,22 @@ from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.layers.classification import CHANGING, STATIC, components
 from slam.layers.doors import JAMB_DEPTH, MappedDoor, in_gap
-from slam.layers.gaps import JAMB_LENGTH
 
 SWING_BESIDE, SWING_BEYOND = 0.3, 0.25  # m beside the gap and beyond its width, for an open leaf
+JAMB_LENGTH = 0.12  # m from the gap's ends, where static cells may be the jamb
 SWING_MARGIN = 0.5  # m around the swing: what extends beyond it is no leaf
 MIN_LEAF_CELLS = 4  # of an open leaf, from which on they tell where its hinge is
 
 
 def open_swings(kind: np.ndarray, spec: GridSpec, doors: list[MappedDoor]) -> list[MappedDoor]:
-    """Set static cells that are the open leaf of a sure door to CHANGING in `kind`: those in the
-    gap, and connected components beside it that do not extend beyond the swing of the leaf. Returns
-    the doors, with what the leaf tells of their hinges."""
+    """Set static cells that are the open leaf of a sure door that moved to CHANGING in `kind`:
+    those in the gap, and connected components beside it that do not extend beyond the swing of the
+    leaf. Returns the doors, with what the leaf tells of their hinges."""
     return [_swung(door, kind, spec) if door.sure else door for door in doors]
 
 
 def _swung(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> MappedDoor:
-    """The door with its hinge; its open leaf is set to CHANGING in `kind`."""
+    """The door with its hinge; if it moved, its open leaf is set to CHANGING in `kind`."""
     reach = door.width + SWING_BEYOND
     low = door.ends.min(axis=0) - reach - SWING_MARGIN
     high = door.ends.max(axis=0) + reach + SWING_MARGIN
@@ -36,7 +36,8 @@ def _swung(door: MappedDoor, kind: np.ndarray, spec: GridSpec) -> MappedDoor:
     cells = np.argwhere(part == STATIC)
     points = spec.centres(cells + (row0, col0))
     leaf = _leaf(points, cells, part.shape, door)
-    part[tuple(cells[leaf].T)] = CHANGING
+    if door.moved:
+        part[tuple(cells[leaf].T)] = CHANGING
     return _hinged(door, points[leaf])
 
 

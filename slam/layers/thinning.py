@@ -48,6 +48,8 @@ def _thin(area, cells):
 @kernel
 def _removable(area, r, c, side, around):
     """Whether a cell of the border can go from one of the two sides without cutting the area."""
+    if area[r - 1, c] and area[r, c + 1] and area[r + 1, c] and area[r, c - 1]:
+        return False  # within the area, as most cells are
     around[0], around[1], around[2] = area[r - 1, c], area[r - 1, c + 1], area[r, c + 1]
     around[3], around[4], around[5] = area[r + 1, c + 1], area[r + 1, c], area[r + 1, c - 1]
     around[6], around[7], around[8] = area[r, c - 1], area[r - 1, c - 1], area[r - 1, c]

@@ -23,7 +23,8 @@ from slam.metrics.surface import SeenSurface
 
 GHOST_DISTANCE = 0.15  # m from every wall: a ghost
 MAX_ASIDE, MIN_BEYOND = 0.05, 0.1  # m: beam to point, and length of the beam beyond it
-WALL_TOLERANCE = 0.10  # m: wall within this distance of an occupied cell is in the map
+WALL_TOLERANCE, HIT_TOLERANCE = 0.10, 0.05  # m: wall so near to an occupied cell is in the map
+HIT_DISTANCE = 0.03  # m from an echo, at the true pose: the wall there was hit
 
 
 class GhostScores(NamedTuple):
@@ -32,11 +33,13 @@ class GhostScores(NamedTuple):
     ghosts_per_m  ghost cells for every metre of wall that was seen
     ghost_cells   number of ghost cells
     wall_recall   share of the seen wall within 10 cm of an occupied cell; NaN if none was seen
+    hit_recall    share of the wall that echoes hit within 5 cm of an occupied cell
     """
 
     ghosts_per_m: float
     ghost_cells: int
     wall_recall: float
+    hit_recall: float
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; NaN is None."""
@@ -58,6 +61,10 @@ class Ghosts:
         for scan, pose in zip(episode.scans, truth.poses.tolist(), strict=True):
             seen.see(scan, Pose2(*pose))
         self.points: Array = seen.now(np.empty((0, 4))).points
+        poses = (Pose2(*pose) for pose in truth.poses.tolist())
+        seen_from = zip(poses, (scan.points for scan in episode.scans), strict=True)
+        echoes = np.concatenate([transform_points(*one) for one in seen_from])
+        self._hit = KDTree(echoes).query(self.points)[0] <= HIT_DISTANCE
         spacing = resolution / 2  # of the points, at most
         self.metres = len(self.points) * spacing
 
@@ -70,11 +77,15 @@ class Ghosts:
         """Scores of a map moved by `world_from_map`, for instance `trajectory.alignment`."""
         ghosts = len(self.centres(grid, world_from_map))
         if not len(self.points):
-            return GhostScores(math.inf if ghosts else 0.0, ghosts, math.nan)
-        moved, recall = _occupied(grid, world_from_map), 0.0
+            return GhostScores(math.inf if ghosts else 0.0, ghosts, math.nan, math.nan)
+        moved = _occupied(grid, world_from_map)
+        away = np.full(len(self.points), np.inf)
         if len(moved):
-            recall = float((KDTree(moved).query(self.points)[0] <= WALL_TOLERANCE).mean())
-        return GhostScores(ghosts / self.metres, ghosts, recall)
+            away = KDTree(moved).query(self.points)[0]
+        recall = float((away <= WALL_TOLERANCE).mean())
+        return GhostScores(
+            ghosts / self.metres, ghosts, recall, float((away[self._hit] <= HIT_TOLERANCE).mean())
+        )
 
 
 def _occupied(grid: OccupancyGrid, world_from_map: Pose2) -> Array:

@@ -24,8 +24,8 @@ FORGOTTEN = 90 * 86400.0  # s after the last look, when a door that is not found
 
 def remembered(session: Session, found: Sequence[MappedDoor]) -> tuple[RememberedDoor, ...]:
     """The doors of the session, given those that are found in it now: known ones, as they are found
-    now, and new ones that are sure. Their habits are learned from the recordings since."""
-    known, left = [], [door for door in found if door.sure]
+    now, and new ones that are sure and moved. Their habits are learned since."""
+    known, left = [], [door for door in found if door.sure and door.moved]
     for one in session.doors:
         again = _same(one.door, found)
         left = [door for door in left if door is not again]

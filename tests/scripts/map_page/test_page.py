@@ -235,6 +235,71 @@ def test_corrected_doors_are_read_again(page, folder: Path, tmp_path: Path) -> N
     assert sorted(round(door.hinge[0], 1) for door in read) == [2.0, 3.0]
 
 
+def test_saved_files_are_read_again_in_another_browser(browser, folder, tmp_path: Path) -> None:
+    with watched(browser, folder / "map.html", 1200) as page:
+        page.wait_for_selector("body[data-shown]")
+        page.check("input[value=zone]")
+        for corner in ZONE:
+            click(page, *corner)
+        page.click("#close-zone")
+        page.locator("#doors button").nth(0).click()
+        page.click("#reject")
+        page.locator("#doors button").nth(1).click()
+        page.click("#confirm")
+        page.check("input[value=door]")
+        click(page, 3.0, -0.5)
+        click(page, 3.0, 0.4)
+        yaml_file, _ = saved(page, "#save-zones", tmp_path, 2)
+        doors = page.inner_text("#doors")
+        zones = page.inner_text("#zones")
+        saved(page, "#save-doors", tmp_path, 1)
+        doors_file = tmp_path / "doors.geojson"
+    stored = json.loads(doors_file.read_text())
+    for feature in (*stored["features"], *stored["not_doors"]):
+        feature["id"] += 10  # as after another run, which numbers the doors anew
+    doors_file.write_text(json.dumps(stored))
+    other = browser.new_context(viewport={"width": 1200, "height": 800})
+    page = other.new_page()
+    page.goto((folder / "map.html").as_uri())
+    page.wait_for_selector("body[data-shown]")
+    assert page.inner_text("#zones") == "none drawn"
+    page.set_input_files("#read", [yaml_file, doors_file])
+    page.wait_for_function("document.getElementById('told').textContent.includes('read')")
+    assert "1 zones read; doors read: 1 confirmed, 1 not doors, 1 added" in page.inner_text("#told")
+    assert page.inner_text("#doors") == doors
+    assert page.inner_text("#zones") == zones
+    again = tmp_path / "again"
+    again.mkdir()
+    saved(page, "#save-zones", again, 2)
+    for name in ("keepout.yaml", "keepout.pgm"):
+        assert (again / name).read_bytes() == (tmp_path / name).read_bytes()
+    other.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("map.yaml", "image: map.pgm\n", "no zones"),
+        ("keepout.yaml", "# zones: [[[0, 0], [1, 0]]]\n", "no polygons"),
+        ("doors.geojson", '{"type": "FeatureCollection"}', "no doors"),
+        ("doors.geojson", "{", "JSON"),
+        ("a.png", "\x89PNG", "no zones"),
+    ],
+)
+def test_other_files_change_nothing(page, tmp_path: Path, name: str, content: str, told: str):
+    page.check("input[value=zone]")
+    for corner in ZONE:
+        click(page, *corner)
+    page.click("#close-zone")
+    zones = page.inner_text("#zones")
+    (tmp_path / name).write_text(content)
+    page.set_input_files("#read", tmp_path / name)
+    page.wait_for_function("document.getElementById('told').textContent.includes('not a file')")
+    assert told in page.inner_text("#told")
+    assert page.inner_text("#told").startswith(name)
+    assert page.inner_text("#zones") == zones
+
+
 def test_corrections_are_still_there_when_the_page_is_opened_again(page) -> None:
     page.locator("#doors button").nth(0).click()
     page.click("#reject")

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from slam.errors import InputError
+from slam.grid import GridSpec
 from slam.io.layers import COLOURS, FRAME, picture, read_layers, write_doors, write_layers
+from slam.layers import Layers
 from tests.slam.layers.test_layers import doors
 
 MADE = doors(30, 60, 2)
@@ -51,6 +53,22 @@ def test_the_picture_shows_the_layers() -> None:
     assert (pixels[MADE.changing][:, 0] > pixels[MADE.changing][:, 2]).all()
 
 
+def test_layers_of_a_large_map_are_read_again(tmp_path: Path) -> None:
+    """A small file of many cells, most of which no echo came from: csail has 2.2 million."""
+    shape = 1800, 1400
+    kind = np.zeros(shape, np.uint8)
+    watched, rate = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    occupied = np.full(shape, np.nan, np.float32)
+    kind[900, 700], watched[900, 700], occupied[900, 700], rate[900, 700] = 2, 3.5, 0.25, 7.0
+    spec = GridSpec(0.05, -900, -700, *shape)
+    write_layers(Layers(spec, kind, kind * 0, occupied, rate, watched, ()), tmp_path / "a.npz")
+    assert (tmp_path / "a.npz").stat().st_size < 100_000
+    read = read_layers(tmp_path / "a.npz")
+    for name in ("kind", "occupied", "rate", "watched"):
+        made = {"kind": kind, "occupied": occupied, "rate": rate, "watched": watched}[name]
+        np.testing.assert_array_equal(getattr(read, name), made)
+
+
 @pytest.mark.parametrize("content", [b"", b"no layers", b"PK\x03\x04 cut short"])
 def test_other_files_are_told(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "layers.npz"
@@ -63,7 +81,7 @@ def test_other_files_are_told(tmp_path: Path, content: bytes) -> None:
 
 def test_another_format_and_wrong_shapes_are_told(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", format="something else")
-    with pytest.raises(InputError, match="expected dynslam-layers-2"):
+    with pytest.raises(InputError, match="expected dynslam-layers-3"):
         read_layers(tmp_path / "a.npz")
     write_layers(MADE, tmp_path / "b.npz")
     stored = dict(np.load(tmp_path / "b.npz"))

@@ -112,12 +112,26 @@ def test_the_wall_behind_an_open_door_stands() -> None:
     assert share_static(made, 3.03, -0.4, 0.4) > 0.8
 
 
-def test_a_door_that_stays_closed_is_a_wall() -> None:
-    """This drive holds no evidence against it."""
+def test_a_door_that_stays_closed_is_told_by_its_shape_and_stands() -> None:
     shut = np.concatenate([HOUSE, CLOSED])
     made = layers(*watch([shut] * 60, drive(60)))
-    assert not made.doors
+    (door,) = made.doors
+    assert not door.moved
+    assert (door.seen_open, door.seen_closed) == (0, 60)
+    assert door.open_share == 0
+    assert door.per_hour == 0
     assert share_static(made, 1.06, -0.3, 0.3) > 0.9
+
+
+def test_a_door_that_stays_open_is_told_by_its_leaf() -> None:
+    ajar = layers(*watch([np.concatenate([HOUSE, AJAR])] * 60, drive(60)))
+    (door,) = ajar.doors
+    assert not door.moved
+    assert door.open_share == 1
+    cells = ajar.spec.cells(np.array([(-0.45, y) for y in np.arange(1.3, 1.9, 0.05)]))
+    assert ajar.static[tuple(cells.T)].mean() > 0.8  # what always stood stands
+    without = layers(*watch([HOUSE] * 60, drive(60)))
+    assert max((one.probability for one in without.doors), default=0.0) < door.probability
 
 
 @pytest.mark.parametrize("later", [-50.0, 40_000_000.0])

@@ -25,7 +25,7 @@ def grid(occupied: np.ndarray) -> OccupancyGrid:
 def test_the_true_walls_hold_no_ghost() -> None:
     score = Ghosts(EPISODE).score(grid(WALLS))
     assert score.ghost_cells == 0
-    assert score.wall_recall == 1.0
+    assert score.wall_recall == score.hit_recall == 1.0
 
 
 def test_what_stands_in_the_room_is_a_ghost() -> None:
@@ -41,7 +41,13 @@ def test_what_stands_in_the_room_is_a_ghost() -> None:
 
 def test_an_empty_map_has_no_ghosts_and_no_walls() -> None:
     score = Ghosts(EPISODE).score(grid(np.zeros_like(WALLS)))
-    assert score == (0.0, 0, 0.0)
+    assert score == (0.0, 0, 0.0, 0.0)
+
+
+def test_walls_that_are_8_cm_off_are_not_within_5_cm() -> None:
+    score = Ghosts(EPISODE).score(grid(WALLS), Pose2(0.0, 0.08, 0.0))
+    assert score.wall_recall > 0.95
+    assert score.hit_recall < 0.6
 
 
 def test_a_map_in_another_frame_is_moved() -> None:
