@@ -253,7 +253,7 @@ def reliability_chart(summary: Summary) -> Chart | None:
     axes.set_xlabel("Estimate.lost", fontsize=MEDIUM)
     axes.set_ylabel("share of scans with a wrong pose", fontsize=MEDIUM)
     plain_axes(axes)
-    axes.legend(frameon=False, fontsize=SMALL, loc="upper left")
+    axes.legend(frameon=False, fontsize=SMALL, loc="lower right")
     caption = (
         f"The scans of all runs by Estimate.lost (ten bins, of {MIN_SCANS} scans or more) against "
         f"the share of them whose pose was {WRONG_POSE}; a calibrated SLAM is on the diagonal. "
