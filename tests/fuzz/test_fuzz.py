@@ -76,7 +76,8 @@ def hang(path: Path) -> None:
 def test_the_fuzzer_finds_what_it_is_to_find(
     tmp_path: Path, read: Callable[[Path], object], wrong: str
 ) -> None:
-    count, told = fuzz.batch(Target("some.log", b"ODOM 1 2 3", read), 0, tmp_path, 3)
-    assert wrong in told
-    assert bool(told) == bool(wrong)
-    assert count == (1 if wrong and "status" not in wrong else 3)
+    found = fuzz.batch(Target("some.log", b"ODOM 1 2 3", read), 0, tmp_path, 3)
+    assert wrong in found.wrong
+    assert bool(found.wrong) == bool(wrong)
+    assert found.done == (1 if wrong and "status" not in wrong else 3)
+    assert found.accepted == (0 if wrong else 3)
