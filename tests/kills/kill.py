@@ -255,8 +255,11 @@ def trial(name: str, kills: int, work: Path, chance: random.Random) -> list[str]
     forks = Forks(words(command, work, f"{name}-warm"), work)  # kernels compile
     longest_new = 1.1 * finish(command, work, f"{name}-whole", NewProcess)
     expected = contents(work / f"{name}-whole")
-    longest = 1.1 * finish(command, work, f"{name}-forked", forks.start)
-    wrong += _compared(expected, work, f"{name}-forked")
+    took = []
+    for number in range(3):  # the fastest: the machine may be busy with other work
+        took.append(finish(command, work, f"{name}-forked-{number}", forks.start))
+        wrong += _compared(expected, work, f"{name}-forked-{number}")
+    longest = 1.1 * min(took)
     print(f"{name}: {longest_new:.1f} s, forked {longest:.1f} s", flush=True)
     for number in range(-(-kills // KILLS_A_ROUND)):
         out, new = f"{name}-{number}", number % NEW_EACH == NEW_EACH - 1
