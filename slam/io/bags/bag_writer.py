@@ -81,8 +81,8 @@ def check_times(episode: Episode) -> None:
 @contextmanager
 def new_bag(path: AnyPath) -> Iterator[BagWriter]:
     """A new recording at `path`, created atomically when complete: .bag is ROS 1, .mcap and .db3
-    one file of ROS 2, no ending a folder of ROS 2. A folder with the same bag, of a run that was
-    killed, is kept. Raises InputError if it cannot be written, or the folder holds anything else."""
+    one file of ROS 2, no ending a folder of ROS 2. A folder that holds the same bag, of a run that
+    was killed, is kept. Raises InputError if it cannot be written, or holds anything else."""
     path = Path(path)
     is_bag = not path.suffix and (path / "metadata.yaml").is_file()
     if not is_bag and (path.is_dir() or (path.exists() and not path.suffix)):
