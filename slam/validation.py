@@ -14,6 +14,7 @@ from slam.errors import InputError
 
 MAX_NAMES = 10  # maximum number of names in a message
 LARGEST = sys.float_info.max  # a whole number may be larger
+LARGEST_WHOLE = 2**63 - 1  # of an int64
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str], source: str = "") -> str:
@@ -38,20 +39,20 @@ def number(name: str, value: Any, low: float = -math.inf, high: float = math.inf
         return
     span = f" from {low:g} to {high:g}" if high < math.inf else f" of at least {low:g}"
     raise InputError(
-        f"{name} must be a finite number{span if low > -math.inf else ''}, got {value!r}"
+        f"{name} must be a finite number{span if low > -math.inf else ''}, got {_shown(value)}"
     )
 
 
 def positive_number(name: str, value: Any) -> None:
     """Check that `value` is a finite number above zero."""
     if not (_is_number(value, float) and 0 < value <= LARGEST):
-        raise InputError(f"{name} must be a finite number above 0, got {value!r}")
+        raise InputError(f"{name} must be a finite number above 0, got {_shown(value)}")
 
 
 def whole_number(name: str, value: Any, low: int) -> None:
-    """Check that `value` is an int of at least `low`."""
-    if not (_is_number(value, int) and value >= low):
-        raise InputError(f"{name} must be a whole number of at least {low}, got {value!r}")
+    """Check that `value` is an int of at least `low` that fits into 64 bits."""
+    if not (_is_number(value, int) and low <= value <= LARGEST_WHOLE):
+        raise InputError(f"{name} must be a whole number of at least {low}, got {_shown(value)}")
 
 
 def one_of(name: str, value: Any, allowed: tuple[Any, ...]) -> None:
@@ -108,3 +109,9 @@ def whole(config: object, field: str, low: int) -> None:
 def _is_number(value: Any, kind: type) -> bool:
     kinds = int if kind is int else int | float
     return isinstance(value, kinds) and not isinstance(value, bool)
+
+
+def _shown(value: Any) -> str:
+    """For a message; Python refuses to write a whole number of thousands of digits."""
+    large = _is_number(value, int) and abs(value) > LARGEST_WHOLE
+    return "one beyond 64 bits" if large else repr(value)

@@ -68,6 +68,7 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, torch.Tensor]]:
         weights = _tensors(archive, WEIGHTS_MEMBER)
         if not (isinstance(training, dict) and isinstance(weights, dict)):
             raise TypeError("no configuration and weights")
+        _check_finite(weights)
         return training, weights
 
 
@@ -80,7 +81,9 @@ def restore(model: OnPolicyAlgorithm, path: Path) -> None:
         counts = {name: told[name] for name in COUNTS}
         for name, count in counts.items():
             whole_number(name, count, 0)
-        model.policy.load_state_dict(_tensors(archive, WEIGHTS_MEMBER))
+        weights = _tensors(archive, WEIGHTS_MEMBER)
+        _check_finite(weights)
+        model.policy.load_state_dict(weights)
         _restore_moments(model.policy.optimizer, _tensors(archive, OPTIMISER_MEMBER)["state"])
         vars(model).update(counts)
 
@@ -93,7 +96,14 @@ def _restore_moments(optimiser: torch.optim.Optimizer, moments: Mapping[int, Any
             value = state[name]
             if value.shape not in (parameters[at].shape, torch.Size()) or value.is_complex():
                 raise ValueError(f"{name} of shape {tuple(value.shape)}")
+        _check_finite(state)
     optimiser.load_state_dict({"state": moments, "param_groups": groups})
+
+
+def _check_finite(tensors: Mapping[str, torch.Tensor]) -> None:
+    for name, values in tensors.items():
+        if not bool(values.isfinite().all()):
+            raise ValueError(f"{one_line(name, 60)} holds NaN or infinity")
 
 
 @contextmanager

@@ -93,6 +93,7 @@ class Segments(BaseCallback):
             save_model(model, self._training, self._folder / BEST)
         save_model(model, self._training, self._folder / CHECKPOINT)
         append(self._folder / PROGRESS, line)
+        self.logger.dump(model.num_timesteps)
         self._report(line)
 
 

@@ -16,6 +16,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
+from agents.training.event_log import event_logger
 from agents.training.policy_file import restore
 from agents.training.segments import BEST, CHECKPOINT, PROGRESS, Segments
 from agents.training.settings import arguments
@@ -95,17 +96,18 @@ def train(
     try:
         checkpoint = find_checkpoint(plain, folder, resume)
         model = _new(kind, training, env, folder)
+        known = 0
         if checkpoint is not None:
             restore(model, checkpoint)
+            known = model.num_timesteps + 1
         use_channels_last(model)
+        model.set_logger(event_logger(folder, known))
         write_config(plain, folder)  # after all checks of the input
         left = training.steps - model.num_timesteps
         steps = training.segment * training.rollout
         segments = Segments(folder, training.seed, steps, asdict(training), report)
         if left > 0:
-            model.learn(
-                left, segments, reset_num_timesteps=checkpoint is None, tb_log_name="tensorboard"
-            )
+            model.learn(left, segments, reset_num_timesteps=checkpoint is None)
         return model
     finally:
         env.close()
@@ -131,7 +133,7 @@ def _new(
     try:
         return kind(
             training.settings["policy"], env, seed=training.seed, device="cpu",
-            tensorboard_log=str(folder), **given,
+            **given,
         )  # fmt: skip
     except (AssertionError, KeyError, TypeError, ValueError) as error:
         raise InputError(

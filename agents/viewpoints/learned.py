@@ -10,7 +10,9 @@ import torch
 from agents.viewpoints.network import ViewpointNetwork, inputs
 from agents.viewpoints.situation import DoorRows, Situation
 from slam.errors import InputError
+from slam.io.arrays import read_arrays
 from slam.io.guard import guarded
+from slam.io.one_line import one_line
 
 
 class Learned:
@@ -45,11 +47,14 @@ def save_network(network: ViewpointNetwork, path: Path) -> None:
 def load_network(path: Path) -> ViewpointNetwork:
     """Read what `save_network` wrote; no code in the file is run. Raises InputError for others."""
     network = ViewpointNetwork()
+    what = "the weights of a viewpoint policy"
+    arrays = read_arrays(path, what)
     with guarded(path):
         try:
-            with np.load(path, allow_pickle=False) as file:
-                weights = {name: torch.from_numpy(file[name]) for name in network.state_dict()}
+            weights = {name: torch.from_numpy(arrays[name]) for name in network.state_dict()}
             network.load_state_dict(weights)
-        except (OSError, KeyError, ValueError, RuntimeError) as error:
-            raise InputError(f"not the weights of a viewpoint policy ({error})") from None
+        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise InputError(f"not {what} ({one_line(error)})") from None
+        if not all(torch.isfinite(weight).all() for weight in network.state_dict().values()):
+            raise InputError(f"not {what} (a weight is no number)")
     return network.eval()

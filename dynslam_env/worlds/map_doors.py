@@ -11,13 +11,14 @@ import numpy as np
 
 from dynslam_env.worlds.clearance import sweep
 from dynslam_env.worlds.layout import LATCH_GAP, Door
-from slam.errors import InputError
+from slam.bounds import MAX_COORDINATE, bounded
 from slam.geometry import Array
-from slam.io.files import AnyPath, reading
-from slam.io.one_line import one_line
+from slam.io.files import AnyPath
+from slam.io.small_text import parse_text
 
 THICKNESS = 0.04  # m, of a leaf
 SHORTEST = 0.3  # m, of a leaf
+MAX_BYTES = 1 << 24  # of a file of doors; one takes 1 kB
 
 
 def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
@@ -26,23 +27,22 @@ def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
 
     Raises InputError for another file.
     """
-    with reading(path) as file:
-        raw = file.read()
-    try:
-        features = json.loads(raw)["features"]
-        seen = [f for f in features if f["properties"].get("seen_open_scans") != 0]
-        found = [(_ends(f), float(f["properties"]["probability"])) for f in seen]
-    except (ValueError, TypeError, KeyError, IndexError, RecursionError) as error:
-        reason = one_line(str(error), 60)
-        raise InputError(f"{path}: expected doors that `dynslam map` wrote ({reason})") from None
+    found = parse_text(path, "a file of doors that `dynslam map` wrote", _gaps, MAX_BYTES)
     return [ends for ends, probability in found if probability >= least_probability]
+
+
+def _gaps(text: str) -> list[tuple[Array, float]]:
+    """Ends of each gap, m, and its probability, but of doors that were never seen open."""
+    features = json.loads(text)["features"]
+    seen = [one for one in features if one["properties"].get("seen_open_scans") != 0]
+    return [(_ends(one), float(one["properties"]["probability"])) for one in seen]
 
 
 def _ends(feature: dict[str, Any]) -> Array:
     """Middles of the short sides of the rectangle a, b, c, d, a."""
     ring = np.array(feature["geometry"]["coordinates"][0], dtype=np.float64)
-    if ring.shape != (5, 2) or not np.isfinite(ring).all():
-        raise ValueError("a polygon that is no rectangle")
+    if ring.shape != (5, 2) or not bounded(ring, MAX_COORDINATE):
+        raise ValueError("a polygon that is no rectangle on earth")
     ends = np.array([ring[0] + ring[3], ring[1] + ring[2]]) / 2
     if np.hypot(*(ends[1] - ends[0])) < SHORTEST:
         raise ValueError(f"a door narrower than {SHORTEST:g} m")

@@ -28,6 +28,7 @@ from typing import Any
 
 from slam.errors import InputError
 from slam.io.files import AnyPath, reading, replacing
+from slam.io.guard import guarded
 
 FORMAT = "dynslam-world-1"
 DOOR_KEYS = ("hinge", "closed", "swing", "width", "thickness")
@@ -60,6 +61,11 @@ def read(path: AnyPath) -> dict[str, Any]:
 
     Raises InputError with the file and the position in it for any other content.
     """
+    with guarded(path):
+        return _read(path)
+
+
+def _read(path: AnyPath) -> dict[str, Any]:
     world = _parsed(path)
     _check_keys(f"{path}:", world, ("format", "walls", "doors", "start", "path"), ("routes",))
     if world["format"] != FORMAT:

@@ -17,7 +17,9 @@ from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 from slam.errors import InputError
 from slam.io.files import replacing
+from slam.io.guard import guarded
 from slam.io.one_line import one_line
+from slam.io.small_text import parse_text
 from slam.validation import unknown_name
 
 CONFIG = "config"  # the option that names the file, and the entry that no file has
@@ -59,12 +61,13 @@ def with_config(kind: type[Any], arguments: Sequence[str]) -> list[str]:
     if CONFIG not in options or CONFIG not in given:
         return list(arguments)
     path = Path(given[CONFIG][-1])
-    words = [
-        word
-        for option, value in _entries(path, options)
-        if option.name not in given
-        for word in _words(option, value, path)
-    ]
+    with guarded(path):
+        words = [
+            word
+            for option, value in _entries(path, options)
+            if option.name not in given
+            for word in _words(option, value, path)
+        ]
     return [*words, *arguments]
 
 
@@ -128,18 +131,13 @@ def _given(arguments: Sequence[str], options: dict[str, Option]) -> dict[str, li
 
 
 def _entries(path: Path, options: dict[str, Option]) -> list[tuple[Option, Any]]:
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not a TOML file ({one_line(error)})") from None
+    table = parse_text(path, "a TOML file", tomllib.loads)
     known = [name for name in options if name != CONFIG]
     found = []
     for entry, value in table.items():
         name = entry.replace("_", "-")
         if name not in known:
-            raise InputError(f"{path}: {unknown_name('entry', entry, known)}")
+            raise InputError(unknown_name("entry", entry, known))
         found.append((options[name], value))
     return found
 
@@ -148,14 +146,14 @@ def _words(option: Option, value: Any, path: Path) -> list[str]:
     """The words of an entry as they would be on the command line. Raises InputError."""
     if option.words == 0:
         if not isinstance(value, bool):
-            raise InputError(f"{path}: {option.name} must be true or false, got {value!r}")
+            raise InputError(f"{option.name} must be true or false, got {value!r}")
         return [f"--{option.name}"] if value else []
     values = value if isinstance(value, list) else [value]
     plain = all(isinstance(one, str | int | float) and not isinstance(one, bool) for one in values)
     fitting = option.many or len(values) == option.words
     if not plain or not fitting:
         what = f"a list of {option.words} numbers" if option.words > 1 else "a number or a text"
-        raise InputError(f"{path}: {option.name} must be {what}, got {one_line(repr(value), 60)}")
+        raise InputError(f"{option.name} must be {what}, got {one_line(repr(value), 60)}")
     texts = [str(path.parent / one) if option.path else str(one) for one in values]
     if option.name == POSITIONAL:
         return texts

@@ -57,4 +57,7 @@ def _episode(data: dict[str, Any]) -> Episode:
     meta = json.loads(str(data["meta"]))
     if not isinstance(meta, dict):
         raise InputError("meta must be an object of JSON")
-    return Episode(unpacked_scans(data), odometry, truth, meta)
+    episode = Episode(unpacked_scans(data), odometry, truth, meta)
+    if (np.diff(episode.times) <= 0).any():
+        raise InputError("the stamps of scans increase, in this file they do not")
+    return episode

@@ -9,6 +9,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,14 +25,18 @@ WORDS = (
     b"\n", b"\r", b"\t", b"# ", b"\"", b"'", b"---", b"nan", b"null", b"x" * 2000, b"\xc3\xa9",
     b"/dev/zero", b"..", b"__class__", b"dict(a=", b"time", b"lin_", b"\x1b[2J", b"\xe2\x80\xa8",
 )  # fmt: skip
+TEXT = bytes(range(127))
+LONGEST = 60_000  # bytes of a mutation, or twice what was there
+PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_STORED, zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 VALUES = (0.0, -1.0, 1e300, -1e300, 1e10, 1e-300, np.nan, np.inf, -np.inf, 2.0**31, 2.0**63, 1e5)
 
 
 def mutated(data: bytes, chance: random.Random) -> bytes:
     """`data` with one to eight changes."""
+    longest = max(LONGEST, 2 * len(data))
     for _ in range(chance.choice([1, 1, 1, 2, 8])):
-        data = _changed(data, chance)
-    return data[:60_000]
+        data = _changed(data, chance)[:longest]
+    return data
 
 
 def _changed(data: bytes, chance: random.Random) -> bytes:
@@ -42,7 +47,7 @@ def _changed(data: bytes, chance: random.Random) -> bytes:
         ways += [_in_zip] * 3
     elif data.startswith(b"\x93NUMPY"):
         ways += [_in_array] * 3
-    elif sum(byte > 126 for byte in data[:200]) < 10:
+    elif len(data[:200].translate(None, TEXT)) < 10:
         ways += [_number, _number, _word, _line]
     return chance.choice(ways)(data, chance)
 
@@ -73,10 +78,9 @@ def damaged(data: bytes, chance: random.Random) -> bytes:
 def _replaced(
     data: bytes, chance: random.Random, pattern: re.Pattern[bytes], by: tuple[bytes, ...]
 ) -> bytes:
-    found = list(pattern.finditer(data[:20_000]))
-    if not found:
+    one = pattern.search(data, chance.randrange(len(data) + 1)) or pattern.search(data)
+    if not one:
         return damaged(data, chance)
-    one = chance.choice(found)
     return data[: one.start()] + chance.choice(by) + data[one.end() :]
 
 
@@ -112,11 +116,7 @@ def _in_gzip(data: bytes, chance: random.Random) -> bytes:
 
 def _in_zip(data: bytes, chance: random.Random) -> bytes:
     """One member changed, left out, renamed or put in again."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as packed:
-            members = [(one.filename, packed.read(one)) for one in packed.infolist()]
-    except Exception:  # damaged before
-        return damaged(data, chance)
+    members = list(_members(data))
     if not members:
         return damaged(data, chance)
     at = chance.randrange(len(members))
@@ -131,10 +131,20 @@ def _in_zip(data: bytes, chance: random.Random) -> bytes:
         case _:
             members[at] = (name, _changed(content, chance))
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", chance.choice([0, zipfile.ZIP_DEFLATED])) as packed:
+    with zipfile.ZipFile(file, "w", chance.choice(PACKED)) as packed:
         for name, content in members:
             packed.writestr(zipfile.ZipInfo(name), content)
     return file.getvalue()
+
+
+@lru_cache(maxsize=64)
+def _members(data: bytes) -> tuple[tuple[str, bytes], ...]:
+    """Names and contents; none of an archive that was damaged before."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed:
+            return tuple((one.filename, packed.read(one)) for one in packed.infolist())
+    except Exception:
+        return ()
 
 
 def _in_array(data: bytes, chance: random.Random) -> bytes:

@@ -4,14 +4,19 @@ import os
 import random
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from slam.episode import Episode
 from slam.errors import InputError
+from slam.trajectory import Trajectory
 from tests.fuzz import fuzz
 from tests.fuzz.mutate import mutated
+from tests.fuzz.oracles import assert_episode, assert_kept, episode_again
 from tests.fuzz.targets import Target, targets
+from tests.slam.io.samples import small_drive
 
 EXECUTIONS = 100  # of each kind of file
 SEED = 20_000  # other files than those of a run of the fuzzer that begins at 0
@@ -76,7 +81,36 @@ def hang(path: Path) -> None:
 def test_the_fuzzer_finds_what_it_is_to_find(
     tmp_path: Path, read: Callable[[Path], object], wrong: str
 ) -> None:
-    count, told = fuzz.batch(Target("some.log", b"ODOM 1 2 3", read), 0, tmp_path, 3)
-    assert wrong in told
-    assert bool(told) == bool(wrong)
-    assert count == (1 if wrong and "status" not in wrong else 3)
+    found = fuzz.batch(Target("some.log", b"ODOM 1 2 3", read), 0, tmp_path, 3)
+    assert wrong in found.wrong
+    assert bool(found.wrong) == bool(wrong)
+    assert found.done == (1 if wrong and "status" not in wrong else 3)
+    assert found.accepted == (0 if wrong else 3)
+
+
+def test_wrong_results_are_found() -> None:
+    drive = small_drive()
+    assert_episode(drive)
+    for wrong in (
+        replace(drive, scans=drive.scans[::-1]),
+        replace(drive, scans=(drive.scans[0], drive.scans[0])),
+    ):
+        with pytest.raises(AssertionError, match="stamps"):
+            assert_episode(wrong)
+
+
+def test_what_is_lost_on_the_way_to_a_file_and_back_is_found(tmp_path: Path) -> None:
+    drive, path = small_drive(), tmp_path / "again.npz"
+    assert_kept(drive, episode_again, path)
+    assert not path.exists()
+
+    def rounded(episode: Episode, path: Path) -> Episode:
+        other = episode_again(episode, path)
+        return replace(
+            other, odometry=Trajectory(other.odometry.times, other.odometry.poses + 1e-12)
+        )
+
+    with pytest.raises(AssertionError, match="poses"):
+        assert_kept(drive, rounded, path)
+    with pytest.raises(AssertionError, match="seed"):
+        assert_kept(drive, lambda one, _: replace(one, meta={"seed": 2}), path)

@@ -7,6 +7,11 @@ A round starts a command again and again in one folder, with --resume where it h
 second process of the same command, and ends both by SIGKILL. After KILLS_A_ROUND kills the command
 is run to its end: every file must then have the bytes of an undisturbed run, times aside, and no
 temporary file may be left.
+
+Most of the time of a small command is Python's imports and the loading of kernels, which write
+nothing. Processes are therefore forked from one that has done both (`fork_server`), and killed at
+any moment of the work; in one round of NEW_EACH they are new processes, killed at any moment. The
+undisturbed run is a new process.
 """
 
 from __future__ import annotations
@@ -21,12 +26,15 @@ import sys
 import tempfile
 import time
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from scripts.trials.worker_process import ONE_THREAD
 from tests.slam.io.samples import small_drive
 
 KILLS_A_ROUND = 5
+NEW_EACH = 10  # rounds, of which the last is one of new processes
 ROOT = Path(__file__).parents[2]
 TIMED = (
     "finished", "seconds", "cpu_seconds", "ms_per_matched_scan", "ms_per_step", "peak_memory_mb",
@@ -92,35 +100,112 @@ COMMANDS = {
 }
 
 
-def start(command: Command, work: Path, out: str, cache: str = "cache") -> subprocess.Popen[bytes]:
-    """The command as a process, in the folder `work`."""
-    resume = ("--resume",) if command.resumes and (work / out).exists() else ()
-    return subprocess.Popen(
-        [sys.executable, "-m", "dynslam_cli.main", *command.arguments, "--out", out, *resume],
-        cwd=work, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-        env=os.environ | {"DYNSLAM_CACHE": str(work / cache), "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+class NewProcess:
+    """A command, started as a user does."""
+
+    def __init__(self, arguments: list[str], work: Path) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "dynslam_cli.main", *arguments],
+            cwd=work, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment(work),
+        )  # fmt: skip
+
+    def kill(self) -> None:
+        """End it by SIGKILL."""
+        self._process.kill()
+        self._process.communicate()
+
+    def wait(self) -> tuple[int, str]:
+        """Its status, and what it told."""
+        _, told = self._process.communicate(timeout=1200)
+        return self._process.returncode, told.decode()
 
 
-def finish(command: Command, work: Path, out: str) -> float:
+class Forks:
+    """Commands, forked from a process that has run one before."""
+
+    def __init__(self, arguments: list[str], work: Path) -> None:
+        self._work = work
+        self._server = subprocess.Popen(
+            [sys.executable, "-m", "tests.kills.fork_server", str(work), *arguments], cwd=ROOT,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=(work / "server.txt").open("wb"),
+            env=environment(work), text=True,
+        )  # fmt: skip
+        if self._answer() != "ready":
+            raise SystemExit((work / "server.txt").read_text())
+
+    def start(self, arguments: list[str], work: Path) -> Fork:
+        """See `NewProcess`."""
+        log = self._work / "fork.txt"
+        log.unlink(missing_ok=True)
+        return Fork(int(self.ask({"arguments": arguments, "log": str(log)})), log, self)
+
+    def ask(self, what: dict[str, Any]) -> str:
+        """The server's answer."""
+        assert self._server.stdin is not None
+        print(json.dumps(what), file=self._server.stdin, flush=True)
+        return self._answer()
+
+    def stop(self) -> None:
+        """End the server."""
+        self._server.communicate()
+
+    def _answer(self) -> str:
+        assert self._server.stdout is not None
+        return self._server.stdout.readline().strip()
+
+
+class Fork(NamedTuple):
+    """As `NewProcess`."""
+
+    pid: int
+    log: Path
+    server: Forks
+
+    def kill(self) -> None:
+        """End it by SIGKILL."""
+        os.kill(self.pid, signal.SIGKILL)
+        self.wait()
+
+    def wait(self) -> tuple[int, str]:
+        """Its status, and what it told."""
+        status = int(self.server.ask({"wait": self.pid}))
+        return status, self.log.read_text(errors="replace")
+
+
+Start = Callable[[list[str], Path], NewProcess | Fork]
+
+
+def environment(work: Path) -> dict[str, str]:
+    """With a cache of drives of our own, and one thread a process: threads do not fork."""
+    own = {"DYNSLAM_CACHE": str(work / "cache"), "PYTHONPATH": str(ROOT)}
+    return os.environ | ONE_THREAD | own
+
+
+def words(command: Command, work: Path, out: str) -> list[str]:
+    """Of the command line, in the folder `work`."""
+    resume = ["--resume"] if command.resumes and (work / out).exists() else []
+    return [*command.arguments, "--out", out, *resume]
+
+
+def finish(command: Command, work: Path, out: str, start: Start) -> float:
     """Run to the end; the time it took, s."""
     begun = time.monotonic()
-    process = start(command, work, out)
-    _, told = process.communicate(timeout=1200)
-    if process.returncode not in (0, 3):
-        raise SystemExit(f"{command.arguments}: status {process.returncode}: {told.decode()}")
+    status, told = start(words(command, work, out), work).wait()
+    if status not in (0, 3):
+        raise SystemExit(f"{command.arguments}: status {status}: {told}")
     return time.monotonic() - begun
 
 
-def disturb(command: Command, work: Path, out: str, longest: float, chance: random.Random) -> None:
+def disturb(
+    command: Command, work: Path, out: str, start: Start, longest: float, chance: random.Random
+) -> None:
     """Two processes in one folder, both killed at a random moment."""
-    pair = [start(command, work, out), start(command, work, out)]
+    pair = [start(words(command, work, out), work) for _ in range(2)]
     try:
         time.sleep(chance.uniform(0, longest))
     finally:
         for process in pair:
-            process.send_signal(signal.SIGKILL)
-            process.communicate()
+            process.kill()
 
 
 def contents(folder: Path) -> dict[str, Any]:
@@ -167,19 +252,33 @@ def prepare(work: Path) -> None:
 def trial(name: str, kills: int, work: Path, chance: random.Random) -> list[str]:
     """`kills` kills of one command; what went wrong."""
     command, wrong = COMMANDS[name], []
-    finish(command, work, f"{name}-first")  # kernels compile
-    longest = 1.1 * finish(command, work, f"{name}-whole")
+    forks = Forks(words(command, work, f"{name}-warm"), work)  # kernels compile
+    longest_new = 1.1 * finish(command, work, f"{name}-whole", NewProcess)
     expected = contents(work / f"{name}-whole")
+    took = []
+    for number in range(3):  # the fastest: the machine may be busy with other work
+        took.append(finish(command, work, f"{name}-forked-{number}", forks.start))
+        wrong += _compared(expected, work, f"{name}-forked-{number}")
+    longest = 1.1 * min(took)
+    print(f"{name}: {longest_new:.1f} s, forked {longest:.1f} s", flush=True)
     for number in range(-(-kills // KILLS_A_ROUND)):
-        out = f"{name}-{number}"
+        out, new = f"{name}-{number}", number % NEW_EACH == NEW_EACH - 1
         for _ in range(KILLS_A_ROUND):
-            disturb(command, work, out, longest, chance)
-        finish(command, work, out)
-        other = differences(expected, contents(work / out))
-        wrong += [f"{name}, round {number}: {', '.join(other)}"] if other else []
+            start, most = (NewProcess, longest_new) if new else (forks.start, longest)
+            disturb(command, work, out, start, most, chance)
+        finish(command, work, out, NewProcess if new else forks.start)
+        other = _compared(expected, work, out)
+        wrong += other
         told = f", wrong: {', '.join(other)}" if other else ""
-        print(f"{name}: {KILLS_A_ROUND * (number + 1)} kills{told}", flush=True)
+        how = "new processes" if new else "forked"
+        print(f"{name}: {KILLS_A_ROUND * (number + 1)} kills, {how}{told}", flush=True)
+    forks.stop()
     return wrong
+
+
+def _compared(expected: dict[str, Any], work: Path, out: str) -> list[str]:
+    other = differences(expected, contents(work / out))
+    return [f"{out}: {', '.join(other)}"] if other else []
 
 
 def main() -> None:

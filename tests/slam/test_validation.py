@@ -15,7 +15,7 @@ from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.search.hill_climb import HillClimb
 from slam.search.random_restart import RandomRestart
-from slam.validation import one_of, unknown_name
+from slam.validation import number, one_of, unknown_name, whole_number
 
 
 @pytest.mark.parametrize(
@@ -65,3 +65,14 @@ def test_a_wrong_choice_is_answered_with_the_nearest_and_all():
         assert str(refused.value) == (
             f"doors must be one of None, 'moving', 'static', got {value!r}{hint}"
         )
+
+
+@pytest.mark.parametrize("value", [2**63, -(2**70), 16**5000], ids=["2**63", "-2**70", "16**5000"])
+def test_whole_numbers_beyond_64_bits_are_refused_in_a_line(value: int):
+    with pytest.raises(InputError, match=r"seeds must be .* of at least 1, got one beyond 64 bits"):
+        whole_number("seeds", value, 1)
+
+
+def test_a_number_too_large_to_be_written_is_refused_in_a_line():
+    with pytest.raises(InputError, match="time must be a finite number, got one beyond 64 bits"):
+        number("time", 16**5000)

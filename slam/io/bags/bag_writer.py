@@ -81,11 +81,12 @@ def check_times(episode: Episode) -> None:
 @contextmanager
 def new_bag(path: AnyPath) -> Iterator[BagWriter]:
     """A new recording at `path`, created atomically when complete: .bag is ROS 1, .mcap and .db3
-    one file of ROS 2, no ending a folder of ROS 2. Raises InputError if it cannot be written, or
-    the folder exists."""
+    one file of ROS 2, no ending a folder of ROS 2. A folder that holds the same bag, of a run that
+    was killed, is kept. Raises InputError if it cannot be written, or holds anything else."""
     path = Path(path)
-    if path.is_dir() or (path.exists() and not path.suffix):
-        raise InputError(f"{path}: is there already; a bag is written into a new folder")
+    is_bag = not path.suffix and (path / "metadata.yaml").is_file()
+    if not is_bag and (path.is_dir() or (path.exists() and not path.suffix)):
+        raise _there_already(path)
     try:
         with temporary_folder(path) as temporary:
             made = temporary / path.name  # the file in a folder is named after it
@@ -100,9 +101,30 @@ def new_bag(path: AnyPath) -> Iterator[BagWriter]:
                     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
                 with writer:
                     yield BagWriter(writer)
-                files = [one for one in made.iterdir() if one.suffix == path.suffix]
-                (files[0] if path.suffix else made).replace(path)
+                if path.suffix:
+                    next(one for one in made.iterdir() if one.suffix == path.suffix).replace(path)
+                else:
+                    _place_folder(made, path)
     except (OSError, rosbag1.WriterError, rosbag2.WriterError) as error:
         raise InputError(
             f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})"
         ) from None
+
+
+def _place_folder(made: Path, path: Path) -> None:
+    """Raises InputError where another recording is there already."""
+    try:
+        made.replace(path)
+    except OSError:
+        if not path.is_dir():
+            raise
+        if _contents(made) != _contents(path):
+            raise _there_already(path) from None
+
+
+def _contents(folder: Path) -> dict[str, bytes]:
+    return {one.name: one.read_bytes() for one in folder.iterdir()}
+
+
+def _there_already(path: Path) -> InputError:
+    return InputError(f"{path}: is there already; a bag is written into a new folder")

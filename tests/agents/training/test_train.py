@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from agents.random_agent import RandomAgent
 from agents.trained import Trained
@@ -32,6 +33,7 @@ TINY = {
 PARAMETERS = {"max_episode_steps": 8, "slam": "odometry", "world": "room"}
 ROLLOUT = 32
 SEGMENT = 2 * ROLLOUT
+TIMES = ("time/fps", "evaluation/seconds")
 STEPS = 5 * ROLLOUT  # two segments of two rollouts, and half of a third one
 
 
@@ -165,9 +167,8 @@ def test_broken_off_between_two_segments_it_goes_on_as_if_nothing_was(whole, tmp
     alike(tmp_path, whole)
 
 
-@pytest.mark.parametrize("moment", [1, 13, 60, 84, 100])
-def test_broken_off_anywhere_it_resumes_from_the_last_segment(whole, tmp_path, monkeypatch, moment):
-    """Within evaluations and within segments, before the first checkpoint and after."""
+def break_off(monkeypatch, moment: int) -> None:
+    """Interrupt the step of this number."""
     step, left = NativeVecEnv.step_wait, moment
 
     def broken(self):
@@ -178,10 +179,39 @@ def test_broken_off_anywhere_it_resumes_from_the_last_segment(whole, tmp_path, m
         return step(self)
 
     monkeypatch.setattr(NativeVecEnv, "step_wait", broken)
+
+
+@pytest.mark.parametrize("moment", [1, 13, 60, 84, 100])
+def test_broken_off_anywhere_it_resumes_from_the_last_segment(whole, tmp_path, monkeypatch, moment):
+    """Within evaluations and within segments, before the first checkpoint and after."""
+    break_off(monkeypatch, moment)
     with pytest.raises(KeyboardInterrupt):
         train(training(), tmp_path)
     train(training(), tmp_path, resume=True)
     alike(tmp_path, whole)
+
+
+def logged(folder: Path) -> dict[str, list[tuple[int, float]]]:
+    """What TensorBoard shows: steps and values of each curve but those of times."""
+    shown = EventAccumulator(str(folder / "tensorboard_1")).Reload()
+    names = [name for name in shown.Tags()["scalars"] if name not in TIMES]
+    return {name: [(one.step, one.value) for one in shown.Scalars(name)] for name in names}
+
+
+@pytest.mark.parametrize("moment", [13, 84, 100])
+def test_tensorboard_shows_a_resumed_training_as_one_that_was_not_broken_off(
+    whole, tmp_path, monkeypatch, moment
+):
+    expected = logged(whole)
+    assert [step for step, _ in expected["evaluation/reward"]] == [0, SEGMENT, 2 * SEGMENT, STEPS]
+    break_off(monkeypatch, moment)
+    with pytest.raises(KeyboardInterrupt):
+        train(training(), tmp_path)
+    train(training(), tmp_path, resume=True)
+    found = logged(tmp_path)
+    assert found.pop("rollout/ep_rew_mean")  # of the episodes since it was resumed
+    assert expected.pop("rollout/ep_rew_mean")
+    assert found == expected
 
 
 @pytest.mark.parametrize("left", [20, 0])

@@ -122,5 +122,11 @@ def test_a_learned_policy_chooses_a_viewpoint_that_can_be_reached(
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "other.npz", weights=np.zeros(3))
-    with pytest.raises(InputError, match="not the weights of a viewpoint policy"):
-        load_network(tmp_path / "other.npz")
+    (tmp_path / "cut.npz").write_bytes((tmp_path / "other.npz").read_bytes()[:100])
+    save_network(ViewpointNetwork(), tmp_path / "nan.npz")
+    with np.load(tmp_path / "nan.npz") as stored:
+        weights = {name: stored[name] * np.nan for name in stored.files}
+    np.savez(tmp_path / "nan.npz", **weights)
+    for name in ("other", "cut", "nan"):
+        with pytest.raises(InputError, match=f"{name}.npz: not the weights of a viewpoint policy"):
+            load_network(tmp_path / f"{name}.npz")

@@ -113,7 +113,9 @@ def test_what_is_no_map_or_no_door_is_told(place):
         FromMap(place, clearance=3.0)
     for text in ("no json", "{}", '{"features": [{}]}', DOORS.format('"x"')):
         (place / "doors.geojson").write_text(text)
-        with pytest.raises(InputError, match=r"doors.geojson: expected doors that `dynslam map`"):
+        with pytest.raises(
+            InputError, match=r"doors.geojson: not a file of doors that `dynslam map`"
+        ):
             FromMap(place)
     with pytest.raises(InputError, match=re.escape("nowhere.yaml")):
         FromMap(place / "nowhere.yaml")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -116,7 +117,7 @@ def test_a_value_of_the_wrong_kind_is_refused_by_its_option(tmp_path: Path, caps
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="no such file"):
         with_config(MapCommand, ["--config", str(tmp_path / "none.toml")])
 
 
@@ -125,3 +126,17 @@ def test_a_command_without_config_keeps_its_arguments() -> None:
     assert with_config(RunCommand, arguments) == arguments
     assert "config" not in options_of(RunCommand)
     assert with_config(MapCommand, ["drive.npz", "--seed", "3"]) == ["drive.npz", "--seed", "3"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in folders")
+def test_what_never_ends_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    with pytest.raises(InputError, match=r"pipe\.toml: a file was expected, this is a device"):
+        with_config(MapCommand, ["--config", str(tmp_path / "pipe.toml")])
+
+
+def test_a_long_entry_is_told_in_a_short_line(tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text("x" * 5000 + " = 1\n")
+    with pytest.raises(InputError, match=r"long\.toml: unknown entry 'xxx") as refused:
+        with_config(MapCommand, ["--config", str(tmp_path / "long.toml")])
+    assert len(str(refused.value)) < 500 + len(str(tmp_path))

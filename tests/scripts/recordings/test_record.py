@@ -101,8 +101,22 @@ def test_a_bag_holds_what_ros_expects(recorded):
 
 def test_a_bag_is_not_overwritten(recorded, capsys):
     arguments = ["record", "DoorCorridor-v0", "--seeds", "5", "--formats", "mcap"]
-    assert main.status([*arguments, "--out", str(recorded)]) == 2
+    arguments += ["--out", str(recorded), "--doors", "static"]
+    assert main.status(arguments) == 2
     assert "is there already" in capsys.readouterr().err
+
+
+def test_after_a_kill_the_same_command_goes_on(tmp_path, monkeypatch):
+    """The first bag is there, the second is not."""
+    monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "cache"))
+    out = tmp_path / "out"
+    arguments = ["record", "DoorCorridor-v0", "--formats", "mcap", "--out", str(out)]
+    assert main.status([*arguments, "--seeds", "5"]) == 0
+    (bag,) = out.iterdir()
+    before = {one.name: one.read_bytes() for one in bag.iterdir()}
+    assert main.status([*arguments, "--seeds", "5,7"]) == 0
+    assert {one.name: one.read_bytes() for one in bag.iterdir()} == before
+    assert len(list(out.iterdir())) == 2
 
 
 def test_what_is_recorded_can_be_mapped_and_scored(recorded, tmp_path, capsys):
