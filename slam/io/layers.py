@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from slam.bounds import MAX_TIME
 from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
@@ -25,6 +26,7 @@ Week = dict[str, Any] | None
 FORMAT = "dynslam-layers-3"
 WHAT = "layers written by dynslam"
 RASTERS = {"occupied": np.nan, "rate": 0.0, "watched": 0.0}  # and their values elsewhere
+MOST = {"occupied": 1.0, "rate": MAX_TIME, "watched": MAX_TIME}
 FRAME = "map, x and y in metres: not the longitude and latitude of RFC 7946"
 COLOURS = {
     "static": (0, 0, 0),
@@ -130,14 +132,23 @@ def _layers(data: dict[str, np.ndarray]) -> Layers:
         raise ValueError("reasons that there are not")
     doors = tuple(unpacked_door(row) for row in data["doors"].tolist())
     spec = GridSpec(resolution, row0, col0, *kind.shape)
-    rasters = [_raster(data, name, kind.shape) for name in RASTERS]
+    cells = data["watched_cells"]
+    if cells.dtype != np.int64 or not (np.diff(cells, prepend=-1, append=kind.size) > 0).all():
+        raise ValueError("numbers of cells that are not in order")
+    rasters = [_raster(cells, data[name], name, kind.shape) for name in RASTERS]
     return Layers(spec, kind, reason, *rasters, doors=doors)
 
 
-def _raster(data: dict[str, np.ndarray], name: str, shape: tuple[int, ...]) -> np.ndarray:
+def _raster(cells: np.ndarray, values: np.ndarray, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    if (
+        values.dtype != np.float32
+        or not (values >= 0.0).all()
+        or values.max(initial=0.0) > MOST[name]
+    ):
+        raise ValueError(f"values of {name} that there are not")
     take(np.dtype(np.float32).itemsize * math.prod(shape))
     result = np.full(shape, RASTERS[name], np.float32)
-    result.ravel()[data["watched_cells"]] = data[name]
+    result.ravel()[cells] = values
     return result
 
 

@@ -111,7 +111,7 @@ def main() -> int:
     options.add_argument("count", type=int)
     given = options.parse_args()
     work = WORKS[given.what]() if given.what in WORKS else scans(given.what)
-    begun, first = time.monotonic(), None
+    begun, first, grown = time.monotonic(), None, 0.0
     for part in parts(work, given.count):
         first = first or part
         grown = part.mb - first.mb

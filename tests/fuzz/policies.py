@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -24,8 +24,8 @@ NETWORK = {"net_arch": [4]}
 def _patrol() -> Any:
     """An environment with few observations: its policy is small, and read in a millisecond."""
     env = DoorPatrolEnv()
-    spaces = {name: env.observation_space[name] for name in ("deviations", "velocity")}
-    env.observation_space = Dict(spaces)
+    every = cast(Dict, env.observation_space)
+    env.observation_space = Dict({name: every[name] for name in ("deviations", "velocity")})
     return env
 
 
@@ -34,8 +34,8 @@ def _model() -> Any:
     model = PPO(
         "MultiInputPolicy", _patrol(), n_steps=2, batch_size=2, policy_kwargs=NETWORK, seed=0
     )
-    loss = sum(weight.square().sum() for weight in model.policy.parameters())
-    loss.backward()
+    for weight in model.policy.parameters():
+        weight.square().sum().backward()
     model.policy.optimizer.step()  # as after a segment: with moments
     return model
 
