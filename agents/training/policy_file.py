@@ -14,6 +14,7 @@ from typing import Any
 import torch
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
+from agents.weights import check_weights
 from slam.errors import InputError
 from slam.io.files import reading, replacing
 from slam.io.guard import guarded, take
@@ -68,7 +69,7 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, torch.Tensor]]:
         weights = _tensors(archive, WEIGHTS_MEMBER)
         if not (isinstance(training, dict) and isinstance(weights, dict)):
             raise TypeError("no configuration and weights")
-        _check_finite(weights)
+        check_weights(weights)
         return training, weights
 
 
@@ -82,7 +83,7 @@ def restore(model: OnPolicyAlgorithm, path: Path) -> None:
         for name, count in counts.items():
             whole_number(name, count, 0)
         weights = _tensors(archive, WEIGHTS_MEMBER)
-        _check_finite(weights)
+        check_weights(weights)
         model.policy.load_state_dict(weights)
         _restore_moments(model.policy.optimizer, _tensors(archive, OPTIMISER_MEMBER)["state"])
         vars(model).update(counts)

@@ -9,6 +9,7 @@ import torch
 
 from agents.viewpoints.network import ViewpointNetwork, inputs
 from agents.viewpoints.situation import DoorRows, Situation
+from agents.weights import check_weights
 from slam.errors import InputError
 from slam.io.arrays import read_arrays
 from slam.io.guard import guarded
@@ -53,8 +54,7 @@ def load_network(path: Path) -> ViewpointNetwork:
         try:
             weights = {name: torch.from_numpy(arrays[name]) for name in network.state_dict()}
             network.load_state_dict(weights)
+            check_weights(network.state_dict())
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
             raise InputError(f"not {what} ({one_line(error)})") from None
-        if not all(torch.isfinite(weight).all() for weight in network.state_dict().values()):
-            raise InputError(f"not {what} (a weight is no number)")
     return network.eval()
