@@ -1,6 +1,7 @@
 // -- files: a mask for Nav2's keep-out filter, and the doors as corrected ----------------------------
 
 const FREE = 254, FORBIDDEN = 0; // bytes of a PGM, as in map.pgm
+const CLOSED = numbers(DATA.closed, Uint32Array); // stretches of cells that dynslam closed: first, one after the last
 
 function download(name, content, kind) {
   const link = made("a", "", { href: URL.createObjectURL(new Blob([content], { type: kind })), download: name });
@@ -10,6 +11,7 @@ function download(name, content, kind) {
 
 function mask(zones) { // one byte a cell of map.pgm, its first row the highest
   const { rows, cols } = DATA.grid, cells = new Uint8Array(rows * cols).fill(FREE);
+  for (let k = 0; k < CLOSED.length; k += 2) cells.fill(FORBIDDEN, CLOSED[k], CLOSED[k + 1]);
   for (const zone of zones) fill(cells, zone);
   return cells;
 }
@@ -39,7 +41,7 @@ function saveZones(zones) {
   ].join("\n");
   download("keepout.yaml", yaml, "text/yaml");
   download("keepout.pgm", new Blob([`P5\n${cols} ${rows}\n255\n`, mask(zones)]), "image/x-portable-graymap");
-  tell(`keepout.yaml and keepout.pgm saved, with ${zones.length} zones`);
+  tell(`keepout.yaml and keepout.pgm saved, with ${zones.length} zones${CLOSED.length ? " and the closed cells of dynslam map" : ""}`);
 }
 
 function corrected(edits) { // the GeoJSON of dynslam, with what a person knows

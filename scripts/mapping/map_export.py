@@ -199,7 +199,8 @@ class MapExport:
         return names
 
     def _page(self) -> list[str]:
-        write_page(self.out / "map.html", self.title, self.episode, self.run, self.layers)
+        path, keep = self.out / "map.html", self.drawing.keep
+        write_page(path, self.title, self.episode, self.run, self.layers, keep)
         return ["map.html"]
 
 

@@ -16,9 +16,11 @@ from dynslam_env import FromMap
 from slam.benchmark.run import run
 from slam.episode import Episode
 from slam.io.layers import write_doors
-from slam.io.ros_map import read_ros_map, write_ros_map
+from slam.io.ros_map import read_ros_map, write_filter_mask, write_ros_map
 from slam.layers import layers
+from slam.layers.classification import KEPT, KEPT_REASONS, SEEN_IN_PART, SEEN_ONCE, STATIC
 from slam.layers.doors import MappedDoor
+from slam.layers.filter_masks import CLOSED, keepout_mask
 from tests.browser import watched
 
 SURE = MappedDoor(np.array([[1.0, 0.5], [1.0, -0.5]]), 0.4, 2, 9.0, 1.0, 8.0, 21, 34, 0.95, 1, 1)
@@ -38,6 +40,7 @@ def folder(tmp_path_factory, short_episode: Episode) -> Path:
     found = layers(short_episode.scans, done.poses, believed=done.grid)
     found = replace(found, doors=(SURE, PERHAPS))
     write_ros_map(found.static_map(), out / "map.yaml")
+    write_filter_mask(keepout_mask(found, KEPT_REASONS), found.spec, out / "keepout.yaml")
     write_doors(found, out / "doors.geojson")
     for name in ("map.html", "again.html"):
         write_page(out / name, "a drive", short_episode, done, found)
@@ -151,7 +154,7 @@ def test_the_drive_is_played_and_lost_stretches_are_marked(page) -> None:
     page.fill("#moment", "76")
     page.click("#play")
     assert page.inner_text("#play") == "Pause"
-    page.wait_for_function("document.getElementById('play').textContent === 'Play'", timeout=5000)
+    page.wait_for_function("document.getElementById('play').textContent === 'Play'")
     assert page.input_value("#moment") == page.get_attribute("#moment", "max") == "79"
     assert painted(page) != before
 
@@ -203,13 +206,47 @@ def test_a_keep_out_zone_becomes_a_mask_for_nav2(page, folder: Path, tmp_path: P
     with Image.open(tmp_path / "keepout.pgm") as image:  # another reader of the format
         assert (image.format, image.mode, image.size) == ("PPM", "L", mask.spec.shape[::-1])
         assert set(np.unique(np.asarray(image))) == {0, 254}
-    x, y = mask.spec.centres(np.argwhere(mask.occupied == 1)).T
+    closed = read_ros_map(folder / "keepout.yaml").occupied == 1  # by the run
+    x, y = mask.spec.centres(np.argwhere((mask.occupied == 1) & ~closed)).T
     assert len(x) * mask.spec.resolution**2 == pytest.approx(0.4, abs=0.03)
     assert x.min() > 0.45
     assert x.max() < 1.55
     assert (y < 0.55 + 0.8 * (x - 1.5)).all()  # the side from the first corner to the last
     page.click("#zones button")
     assert page.inner_text("#zones") == "none drawn"
+
+
+def test_a_saved_mask_also_has_the_cells_that_the_run_closed(
+    browser, folder: Path, tmp_path: Path, short_episode: Episode
+) -> None:
+    done = run(slam.make("dynamic-ml"), short_episode)
+    found = layers(short_episode.scans, done.poses, believed=done.grid)
+    reason = found.reason.copy()
+    kept = np.argwhere(found.kind == STATIC)[::7]  # as if of glass
+    kind = found.kind.copy()
+    kind[tuple(kept.T)], reason[tuple(kept.T)] = KEPT, SEEN_IN_PART
+    found = replace(found, kind=kind, reason=reason)
+    ours = keepout_mask(found, KEPT_REASONS) == CLOSED
+    assert 50 < ours.sum() < ours.size / 2
+    for name, keep, closed in (("all", KEPT_REASONS, ours), ("few", (SEEN_ONCE,), ours & False)):
+        path = tmp_path / f"{name}.html"
+        write_page(path, name, short_episode, done, found, keep)
+        with watched(browser, path, 1200) as page:
+            page.wait_for_selector("body[data-shown]")
+            saved(page, "#save-zones", tmp_path, 2)
+            mask = read_ros_map(tmp_path / "keepout.yaml")
+            assert mask.spec == found.spec
+            np.testing.assert_array_equal(mask.occupied == 1, closed)
+            page.check("input[value=zone]")
+            for corner in ZONE:
+                click(page, *corner)
+            page.click("#close-zone")
+            drawn = tmp_path / f"{name} drawn"
+            drawn.mkdir()
+            saved(page, "#save-zones", drawn, 2)
+        both = read_ros_map(drawn / "keepout.yaml").occupied == 1
+        assert both[closed].all()
+        assert both.sum() > closed.sum() + 50
 
 
 def test_corrected_doors_are_read_again(page, folder: Path, tmp_path: Path) -> None:
