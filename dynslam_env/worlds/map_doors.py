@@ -18,12 +18,13 @@ from slam.io.small_text import parse_text
 
 THICKNESS = 0.04  # m, of a leaf
 SHORTEST = 0.3  # m, of a leaf
+MOSTLY = 0.5  # share of the time
 MAX_BYTES = 1 << 24  # of a file of doors; one takes 1 kB
 
 
 def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
     """(2, 2) ends of each gap of at least this probability, m, of a file of `dynslam map`, but of
-    doors that were never seen open: the map has a wall there.
+    doors that stood closed and did not move: the map has a wall there.
 
     Raises InputError for another file.
     """
@@ -32,10 +33,15 @@ def read_gaps(path: AnyPath, least_probability: float) -> list[Array]:
 
 
 def _gaps(text: str) -> list[tuple[Array, float]]:
-    """Ends of each gap, m, and its probability, but of doors that were never seen open."""
+    """Ends of each gap, m, and its probability, but of doors that stood closed."""
     features = json.loads(text)["features"]
-    seen = [one for one in features if one["properties"].get("seen_open_scans") != 0]
-    return [(_ends(one), float(one["properties"]["probability"])) for one in seen]
+    found = [one for one in features if not _stood_closed(one["properties"])]
+    return [(_ends(one), float(one["properties"]["probability"])) for one in found]
+
+
+def _stood_closed(properties: dict[str, Any]) -> bool:
+    """Whether a door was not seen to move, and mostly closed; one added by hand was not."""
+    return properties.get("flips") == 0 and properties.get("open_share", 1.0) < MOSTLY
 
 
 def _ends(feature: dict[str, Any]) -> Array:

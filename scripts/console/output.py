@@ -71,8 +71,6 @@ def write_png(figure: Figure, path: Path) -> None:
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
-        figure.set_layout_engine(
-            None
-        )  # else savefig draws all twice, the first time for the layout
+        figure.set_layout_engine(None)  # else all is drawn twice, first for the layout
     with replacing(path) as file:
         figure.savefig(file, format="png", metadata={"Software": None})

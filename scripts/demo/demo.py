@@ -12,9 +12,9 @@ VARIANTS = "odometry,static-ml,clamped-ml,dynamic-ml,hmm-ml,static-ml/beta1,dyna
 class DemoCommand:
     """Run the paper's experiment: paired drives past static and moving doors.
 
-    Every variant sees the same drives. Takes about a minute on two cores, and half a minute longer
-    the first time, while kernels compile. Writes results.jsonl, table.md, the paper's figures as
-    PNG, and replay.gif.
+    Every variant sees the same drives. Takes about a minute on two cores, and three quarters of a
+    minute longer the first time, while kernels compile. Writes results.jsonl, table.md, the paper's
+    figures as PNG, and replay.gif.
     """
 
     out: Path = Path("out/demo")

@@ -29,9 +29,9 @@ function readZones(text, edits) {
 }
 
 function readDoors(stored, edits) {
-  const judged = (stored.features ?? []).filter(({ properties }) => properties.by_hand);
-  const rejected = stored.not_doors ?? [], verdicts = {}, added = [];
-  if (!Array.isArray(stored.features)) throw new Error("no doors in it");
+  if (!Array.isArray(stored.features) || !Array.isArray(stored.not_doors)) throw new Error("no doors in it that this page saved");
+  const judged = stored.features.filter(({ properties }) => properties.by_hand);
+  const rejected = stored.not_doors, verdicts = {}, added = [];
   for (const feature of [...judged, ...rejected]) {
     const ends = endsOf(feature).map((end) => end.map((side) => Number(side.toFixed(3))));
     if (!ends.every(isPlace)) throw new Error("a door that is nowhere");

@@ -24,7 +24,7 @@ from slam.layers.doors import PERHAPS, SURE
 from slam.metrics.trajectory import alignment
 from slam.validation import unknown_name, whole_number
 
-from ..console.output import own_directory
+from ..console.output import own_directory, write_png
 from ..figures.style import ESTIMATE, FAINT, SMALL, blank_figure, plain_axes
 from ..trials.pool import check_workers
 from .drives import run_drives, write_table
@@ -146,4 +146,4 @@ def reliability(rows: Sequence[Result], path: Path) -> None:
     axes.set_xlabel("probability of the doors found (number below)", fontsize=SMALL)
     axes.set_ylabel("share that are doors, 95 % interval", fontsize=SMALL)
     plain_axes(axes)
-    figure.savefig(path)
+    write_png(figure, path)

@@ -58,7 +58,8 @@ class MappedDoor(NamedTuple):
 
     @property
     def moved(self) -> bool:
-        """Whether it was seen to open or to close, or in both states."""
+        """Whether it was seen to open or to close: several looks in a row of one state, then of the
+        other."""
         return self.flips > 0
 
     @property

@@ -34,13 +34,12 @@ def find_wall_gaps(wall: np.ndarray, spec: GridSpec, surface: SurfaceCells) -> l
     """
     found = _wall_gaps(wall, surface.number, surface.places, surface.normals, spec.origin,
                        1 / spec.resolution)  # fmt: skip
-    kept: list[Array] = []
-    for row in found[np.argsort(found[:, 4], kind="stable")]:
-        ends = row[:4].reshape(2, 2)
-        away = [np.hypot(*(ends.mean(axis=0) - one.mean(axis=0))) for one in kept]
-        if min(away, default=np.inf) > SAME_DISTANCE:
-            kept.append(ends)
-    return kept
+    ends = found[:, :4].reshape(-1, 2, 2)
+    middles, kept = ends.mean(axis=1), []
+    for k in np.argsort(found[:, 4], kind="stable").tolist():
+        if not kept or np.hypot(*(middles[kept] - middles[k]).T).min() > SAME_DISTANCE:
+            kept.append(k)
+    return list(ends[kept])
 
 
 @kernel

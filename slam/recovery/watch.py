@@ -40,7 +40,7 @@ ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes in 
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
 GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is not farther off
-DROPPED = 0.02  # probability that a doubt was right that no check confirmed: 1 of 87 was
+DROPPED = 0.02  # probability that a dropped doubt was right: 2 of 87 were
 FORGETTING = 0.99  # factor of it from one keyframe to the next
 FOUND = 0.002  # probability of being lost after the robot was found again
 

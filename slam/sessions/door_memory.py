@@ -24,7 +24,8 @@ FORGOTTEN = 90 * 86400.0  # s after the last look, when a door that is not found
 
 def remembered(session: Session, found: Sequence[MappedDoor]) -> tuple[RememberedDoor, ...]:
     """The doors of the session, given those that are found in it now: known ones, as they are found
-    now, and new ones that are sure and moved. Their habits are learned since."""
+    now, and new ones that are sure and moved. Their habits are learned from the
+    recordings since then."""
     known, left = [], [door for door in found if door.sure and door.moved]
     for one in session.doors:
         again = _same(one.door, found)
@@ -38,13 +39,14 @@ def remembered(session: Session, found: Sequence[MappedDoor]) -> tuple[Remembere
 def with_remembered(
     made: Layers, doors: Sequence[RememberedDoor]
 ) -> tuple[Layers, list[dict[str, Any] | None]]:
-    """The layers with the doors that are remembered, the most probable first, then those found that
-    are not; and of the first ones the week, None where no time was unix time."""
-    first = sorted(doors, key=lambda one: -one.door.probability)
-    known = [one.door for one in first]
+    """The layers with the doors that are remembered and those found that are not, the most probable
+    first; and the week of each, None where it is not remembered, or no time was unix time."""
+    known = [one.door for one in doors]
+    weeks = [None if one.forecast.look is None else one.forecast.to_dict() for one in doors]
     others = [door for door in made.doors if not any(door is one for one in known)]
-    weeks = [None if one.forecast.look is None else one.forecast.to_dict() for one in first]
-    return replace(made, doors=(*known, *others)), weeks
+    pairs = [*zip(known, weeks, strict=True), *((door, None) for door in others)]
+    pairs.sort(key=lambda pair: -pair[0].probability)
+    return replace(made, doors=tuple(door for door, _ in pairs)), [week for _, week in pairs]
 
 
 def _same(door: MappedDoor, found: Iterable[MappedDoor]) -> MappedDoor | None:

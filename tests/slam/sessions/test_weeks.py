@@ -140,15 +140,16 @@ def test_doors_are_found_again_nearby_and_forgotten_after_months():
     assert remembered(replace(known, doors=(older,)), []) == ()
 
 
-def test_remembered_doors_are_listed_first_with_their_week():
+def test_doors_are_listed_most_probable_first_and_remembered_ones_with_their_week():
     known = session((MONDAY, True))
-    made = replace(layers(known.scans, known.poses), doors=(DOOR, DOOR._replace(probability=0.2)))
+    others = DOOR._replace(probability=0.2), DOOR, DOOR._replace(probability=0.99)
+    made = replace(layers(known.scans, known.poses), doors=others)
     memory = RememberedDoor(DOOR, DoorForecast.fit(MONDAY, MONDAY + HOUR, 1), MONDAY)
     listed, weeks = with_remembered(made, [memory])
-    assert [door.probability for door in listed.doors] == [0.95, 0.2]
-    assert len(weeks) == 1
-    assert weeks[0] is not None
-    assert weeks[0]["watched_hours"][0][0] == 1.0
+    assert [door.probability for door in listed.doors] == [0.99, 0.95, 0.2]
+    assert (weeks[0], weeks[2]) == (None, None)
+    assert weeks[1] is not None
+    assert weeks[1]["watched_hours"][0][0] == 1.0
 
 
 def test_places_that_are_seen_often_keep_the_first_and_the_last_recordings():
