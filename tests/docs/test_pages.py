@@ -11,6 +11,7 @@ import matplotlib
 import pytest
 import tyro
 from dynslam_cli import main
+from dynslam_cli.bench.weeks import LAYERED
 from dynslam_cli.console import config_file
 from dynslam_cli.outside.adapter import known_outside
 
@@ -99,7 +100,7 @@ def test_the_commands_are_understood(page: Path, monkeypatch, capsys):
         for option, value in pairwise(words):
             if option in ("--slam", "--variants") and value not in PLACEHOLDERS:
                 named = {one for one in value.split(",") if not one.endswith(".toml")}
-                assert named <= {*slam.variants(), *known_outside()}, command
+                assert named <= {*slam.variants(), *known_outside(), LAYERED}, command
         left = status([*words, "--help"] if bare else words)
         assert left == 0, f"{command}\n{capsys.readouterr().err}"
 
