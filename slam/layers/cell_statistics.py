@@ -47,7 +47,7 @@ class CellStatistics(NamedTuple):
     occupied_for  (n,) float32, s watched while occupied
     hits          (n,) int32, number of scans with an echo in the cell or beside it
     passes        (n,) int32, number of scans that observed it as free
-    first, last   (n,) float32, s from the first scan to its first and last observation
+    last          (n,) float32, s from the first scan to its last observation
     belief        (n,) float32, s of observations as occupied less as free, within +-MAX_BELIEF
     scan          (n,) int32, number of the last scan that observed it or had an echo nearby
     sides         observations from each side
@@ -59,7 +59,6 @@ class CellStatistics(NamedTuple):
     occupied_for: np.ndarray
     hits: np.ndarray
     passes: np.ndarray
-    first: np.ndarray
     last: np.ndarray
     belief: np.ndarray
     scan: np.ndarray
@@ -68,8 +67,8 @@ class CellStatistics(NamedTuple):
     @staticmethod
     def none(n: int) -> CellStatistics:
         """Of `n` cells, without an observation."""
-        seconds = (np.zeros(n, np.float32) for _ in range(5))
-        free_for, occupied_for, first, last, belief = seconds
+        seconds = (np.zeros(n, np.float32) for _ in range(4))
+        free_for, occupied_for, last, belief = seconds
         return CellStatistics(
             np.full(n, UNKNOWN, np.uint8),
             np.zeros(n, np.int32),
@@ -77,7 +76,6 @@ class CellStatistics(NamedTuple):
             occupied_for,
             np.zeros(n, np.int32),
             np.zeros(n, np.int32),
-            first,
             last,
             belief,
             np.full(n, -1, np.int32),
@@ -188,9 +186,7 @@ def _add(i, occupied, moment, cells):
     scan, now, usual = moment
     cells.scan[i] = scan
     gone = usual
-    if cells.hits[i] + cells.passes[i] == 1:
-        cells.first[i] = now
-    else:
+    if cells.hits[i] + cells.passes[i] > 1:
         gone = max(now - cells.last[i], 0.0)
     cells.last[i] = now
     weight = min(gone, MAX_WEIGHT)
