@@ -17,7 +17,7 @@ from dynslam_env.env import DoorWorldEnv, Observation
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Builder, Estimate, Revising, Sampled, Slam
+from slam.interface import Builder, Estimate, Revising, Sampled, Slam, believed
 from slam.kernel import kernel
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
@@ -176,7 +176,11 @@ class SlamWrapper(
             self._update_slam()
         if isinstance(self.slam, Revising):
             self.slam.finish()
-            self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
+            self._revise_trail()
+
+    def _revise_trail(self) -> None:
+        """Draw the path as the SLAM believes it now."""
+        self._trail = [Pose2.of(pose) for pose in believed(self.slam, np.array(self._trail))]
 
     def _update_slam(self) -> None:
         """Update the SLAM with the scan and the displacement since the last one."""
@@ -190,8 +194,8 @@ class SlamWrapper(
     ) -> tuple[Observation, dict[str, Any]]:
         """The observation and info, extended by the results of the SLAM."""
         world, estimate, result = self._world, self._estimate, dict(self._result)
-        if estimate.revised and isinstance(self.slam, Revising):
-            self._trail = [Pose2.of(pose) for pose in self.slam.trajectory()]
+        if estimate.revised:
+            self._revise_trail()
         if self._score_every:
             self._record_seen_surface()
         if scored:

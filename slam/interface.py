@@ -75,6 +75,27 @@ class Revising(Slam, Protocol):
         ...
 
 
+@runtime_checkable
+class Restarting(Slam, Protocol):
+    """A SLAM that may go through its first scans a second time, with what they showed."""
+
+    @property
+    def first_poses(self) -> Array:
+        """(n, 3) poses of the first n updates, as they were found the second time; (0, 3) before.
+        The map holds the scans at these poses from the n-th update on."""
+        ...
+
+
+def believed(slam: Slam, online: Array) -> Array:
+    """(n, 3) the poses of the updates so far, as `slam` believes now, where `online` (n, 3) are
+    those that the updates returned."""
+    if isinstance(slam, Revising):
+        return slam.trajectory()
+    if isinstance(slam, Restarting) and len(slam.first_poses):
+        return np.concatenate([slam.first_poses, online[len(slam.first_poses) :]])
+    return online
+
+
 class MapModel(Protocol):
     """A map model: what is stored of the history of every cell, and its occupancy h."""
 

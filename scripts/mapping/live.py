@@ -13,7 +13,7 @@ from dynslam_env.drawing import captions, colours
 from dynslam_env.drawing.view import Projection
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, Revising, Slam
+from slam.interface import Estimate, Slam, believed
 from slam.layers.doors import MappedDoor
 from slam.metrics.lost import ALARM_LEVEL
 from slam.scan import Scan
@@ -118,8 +118,7 @@ class Live:
     def _draw_map(self, slam: Slam) -> None:
         import pygame
 
-        if isinstance(slam, Revising):
-            self._poses = [Pose2(*row) for row in slam.trajectory().tolist()]
+        self._poses = [Pose2(*row) for row in believed(slam, np.array(self._poses)).tolist()]
         grid = slam.map()
         size = self._screen.get_width(), self._screen.get_height() - STATUS_HEIGHT
         self._view = _fitting(grid, np.array(self._poses), size)

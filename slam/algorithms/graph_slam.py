@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.algorithms.second_start import NONE, SecondStart
 from slam.geometry import Array, Pose2, compose, lever_jacobian, turned, wrap_angle
 from slam.graph.chain import chained
 from slam.graph.covariance import MIN_INFORMATION, size
@@ -78,6 +79,7 @@ class GraphSlam:
     candidates  maximum number of older local maps that a finished one is matched with
     visits      number of other local maps of the same place that make one redundant
     watch       tells whether the robot is lost, and finds it again; None: nobody does
+    again       maps the first metres again if the odometry's scale is wrong; None: they stay
     """
 
     def __init__(
@@ -96,6 +98,7 @@ class GraphSlam:
         candidates: int = 5,
         visits: int = 5,
         watch: Watch | None = None,
+        again: SecondStart | None = None,
     ):
         positive_number("stretch", stretch)
         whole_number("seeds", seeds, 0)
@@ -112,6 +115,7 @@ class GraphSlam:
         self.seeds = seeds
         self.candidates = candidates
         self.watch = watch
+        self.again = again
         self.pose = start
         self.graph = PoseGraph(np.array([start]))
         self.places: list[LocalMap] = []
@@ -134,6 +138,12 @@ class GraphSlam:
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Estimate the pose in the current local map, and do a unit of pending loop work."""
+        if self.again is None:
+            return self.advance(displacement, scan)
+        return self.again.update(self, displacement, scan)
+
+    def advance(self, displacement: Pose2, scan: Scan) -> Estimate:
+        """One update."""
         estimate = self._located(displacement, scan)
         revised = self._work_on()
         self._path.append(len(self.places) - 1, estimate.pose)
@@ -146,6 +156,7 @@ class GraphSlam:
     def remember(self, keyframes: Iterable[tuple[Scan, Pose2]]) -> None:
         """Add scans at known poses as local maps, before the first update: later ones close loops
         with them. Edges to the first of them hold them in place."""
+        self.again = None
         for scan, pose in keyframes:
             within = Pose2.of(self.graph.poses[-1]).between(pose)
             if self.places and self._continues(self.places[-1], scan, within):
@@ -176,6 +187,11 @@ class GraphSlam:
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, as believed now."""
         return self._path.poses(self.graph.poses)
+
+    @property
+    def first_poses(self) -> Array:
+        """(n, 3) poses of the first n updates, if they were mapped again; else (0, 3)."""
+        return NONE if self.again is None else self.again.poses
 
     def map(self) -> OccupancyGrid:
         """The scans of all local maps, integrated at their current pose estimates."""

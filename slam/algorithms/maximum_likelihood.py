@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
+from slam.algorithms.second_start import NONE, SecondStart
 from slam.geometry import Array, Pose2, turned
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
@@ -47,6 +48,7 @@ class MaximumLikelihood:
 
     keyframe  the estimate at the last integrated scan
     watch     tells whether the robot is lost; None: nobody does
+    again     maps the first metres again if the odometry's scale is wrong; None: they stay
     astray    the map apart, while the robot is lost
     """
 
@@ -63,6 +65,7 @@ class MaximumLikelihood:
         keyframes: MotionThreshold = KEYFRAMES,
         registration: Registration | None = SURFACES,
         watch: Watch | None = None,
+        again: SecondStart | None = None,
         surroundings: Callable[[], Surroundings] | None = None,
     ):
         """`surroundings`: the map in which a lost robot is searched for; None: this one."""
@@ -84,6 +87,7 @@ class MaximumLikelihood:
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
         self._last_outline: tuple[Scan, Outline] | None = None
         self.watch = watch
+        self.again = again
         self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
         self._surroundings = self._own if surroundings is None else surroundings
         self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
@@ -91,6 +95,12 @@ class MaximumLikelihood:
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
+        if self.again is None:
+            return self.advance(displacement, scan)
+        return self.again.update(self, displacement, scan)
+
+    def advance(self, displacement: Pose2, scan: Scan) -> Estimate:
+        """One update."""
         if self.astray is not None:
             return self._wander(self.astray, displacement, scan)
         self._since_keyframe.move(displacement)
@@ -116,6 +126,7 @@ class MaximumLikelihood:
         covariance: Array = EXACT,
     ) -> None:
         """Integrate scans at known poses, of (3, 3) `covariance`, and continue from the last."""
+        self.again = None
         changed = []
         for scan, pose in keyframes:
             estimate = Estimate(pose, covariance, score, True)
@@ -137,6 +148,7 @@ class MaximumLikelihood:
 
     def freeze(self) -> None:
         """Stop mapping: from now on the robot is only localised in the map."""
+        self.again = None
         self._frozen = True
 
     def _match(self, scan: Scan) -> Estimate:
@@ -289,6 +301,11 @@ class MaximumLikelihood:
         """(3, 3) covariance of the predicted pose, before its scan is matched."""
         x, y = prediction.pose.x - origin.pose.x, prediction.pose.y - origin.pose.y
         return moved(origin.covariance, x, y, prediction.covariance())
+
+    @property
+    def first_poses(self) -> Array:
+        """(n, 3) poses of the first n updates, if they were mapped again; else (0, 3)."""
+        return NONE if self.again is None else self.again.poses
 
     def map(self) -> OccupancyGrid:
         """The current occupancy h of every cell."""

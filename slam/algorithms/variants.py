@@ -25,6 +25,7 @@ from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.graph_slam import GraphSlam
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.particle_filter import ParticleFilter
+from slam.algorithms.second_start import SecondStart
 from slam.geometry import Pose2
 from slam.interface import Builder, MapModel, MotionModel, Search, SensorModel, Slam
 from slam.maps.clamped import Clamped
@@ -90,6 +91,7 @@ def maximum_likelihood(
             search=search(),
             registration=registration,
             watch=watch(),
+            again=None if watch is nobody else SecondStart(),
         )
 
     return build
@@ -110,7 +112,8 @@ def graph_slam(
     """A builder of graph SLAM with a map model for the global map."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        return GraphSlam(start, rng, map_model=map_model, watch=watch())
+        again = None if watch is nobody else SecondStart()
+        return GraphSlam(start, rng, map_model=map_model, watch=watch(), again=again)
 
     return build
 

@@ -12,7 +12,7 @@ from slam.algorithms.ceilings import CEILINGS
 from slam.episode import Episode
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, Revising, Slam
+from slam.interface import Estimate, Restarting, Revising, Slam, believed
 from slam.kernel import READYING
 from slam.registry import make
 
@@ -24,12 +24,14 @@ class Run:
     """The result of a SLAM on the scans of an episode.
 
     poses    (n, 3) at each scan, as estimated at the end
-    online   (n, 3) at each scan, as estimated then; differs from `poses` for a `Revising` SLAM only
+    online   (n, 3) at each scan, as estimated then; differs from `poses` for a `Revising` SLAM, and
+             where the first scans were mapped again
     grid     the map after the last scan
     matched  number of scans that were matched
     spent    (n,) s, wall time of each update, without that of compiling and loading kernels; the
              last one includes `finish`
     lost     (n,) probability that the online pose is off within its map: see `Estimate.lost`
+    first    (k, 3) poses of the first k scans, if the k-th made the SLAM map them again
     """
 
     poses: Array
@@ -38,6 +40,7 @@ class Run:
     matched: int
     spent: Array
     lost: Array
+    first: Array
 
     @property
     def seconds(self) -> float:
@@ -85,9 +88,10 @@ class Playback:
     def result(self) -> Run:
         """The run so far."""
         online = np.array(self._poses).reshape(-1, 3)
-        poses = self.slam.trajectory() if isinstance(self.slam, Revising) else online
+        poses = believed(self.slam, online)
         spent, lost = np.array(self._spent), np.array(self._lost)
-        return Run(poses, online, self.slam.map(), self._matched, spent, lost)
+        first = self.slam.first_poses if isinstance(self.slam, Restarting) else online[:0]
+        return Run(poses, online, self.slam.map(), self._matched, spent, lost, first)
 
 
 def run(slam: Slam, episode: Episode) -> Run:

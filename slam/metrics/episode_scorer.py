@@ -52,9 +52,10 @@ class EpisodeScorer:
         """ATE, m, of other poses (n, 3), such as the online estimates."""
         return ate(poses, self._truth)
 
-    def lost(self, online: Array, lost: Array) -> LostScores:
-        """How well `lost` (n,), one a scan, tells where the online poses (n, 3) are wrong."""
-        return score_lost(self._times, online, self._truth, lost)
+    def lost(self, online: Array, lost: Array, first: Array) -> LostScores:
+        """How well `lost` (n,), one a scan, tells where the online poses (n, 3) are wrong; the
+        first k scans were mapped again at the poses (k, 3)."""
+        return score_lost(self._times, online, self._truth, lost, first)
 
     def calibration(self, grid: OccupancyGrid) -> Calibration:
         """Calibration of the map's h against the true share of time that cells are occupied."""

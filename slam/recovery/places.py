@@ -20,11 +20,15 @@ SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW = 60  # echoes
 TURN_STEP = math.radians(2.0)  # between candidates
+WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose odometry failed,
+MARGIN = 0.5  # m, of the map around its echoes,
+FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
 CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
+Reach = tuple[float, float, float]  # m, m, rad: half the width of a window
 
 
 class Place(NamedTuple):
@@ -91,6 +95,14 @@ class Places:
     def matched(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""
         return matched(self._endpoint, scan, start)
+
+
+def best_near(endpoint: Endpoint, scan: Scan, pose: Pose2, reach: Reach) -> Pose2:
+    """The pose of a window around `pose` at which the coarse map agrees best with the scan."""
+    points, around = searched(scan), np.array(pose[:2])
+    size = float(np.hypot(*points.T).max(initial=0.0)) + max(reach[:2]) + MARGIN
+    region = GlobalSearch(endpoint, (around - size, around + size))
+    return region.best(points, pose, np.array(reach), turn_step=FINE_TURN_STEP)
 
 
 def matched(endpoint: Endpoint, scan: Scan, start: Pose2) -> Place:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe
 from slam.recovery.lost_belief import LostBelief
-from slam.recovery.places import CANDIDATES, Place, Places, agree, at, matched
+from slam.recovery.places import CANDIDATES, Place, Places, agree, at, best_near, matched
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
@@ -37,6 +38,9 @@ class Proof(NamedTuple):
 
 AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, CANDIDATES)  # after a scan that was not continuous
 WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 1)
+NEARBY = Proof(0.12, 0.85, 3.0, 0.2, 1)  # after such a scan, within reach of wheels that slipped,
+SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad,
+LESS_CONTRADICTED = 0.1  # share of the echoes, at least, that are contradicted here and not there
 
 
 class Rivals:
@@ -71,23 +75,38 @@ class Rivals:
 
         jump  the scan with which the doubt began, and its pose from here, if it counts
         """
-        other = self._other(endpoint, scan, here, belief, proof)
+        other = None if jump is None else self._nearby(endpoint, scan, here, belief)
         if other is None:
-            return False
-        if jump is not None and not _began(endpoint, here, other, jump):
-            self._way = None
-            return False
+            other = self._other(endpoint, scan, here, belief, proof)
+            if other is None:
+                return False
+            if jump is not None and not _began(endpoint, here, other, jump):
+                self._way = None
+                return False
         before, self._way = self._way, other.pose @ here.pose.inverse()
         same = before is not None and agree(self._way @ here.pose, before @ here.pose)
         self.votes = self.votes + 1 if same else 1
         return True
+
+    def _nearby(
+        self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief
+    ) -> Place | None:
+        """A place that the robot may have slipped to, and may still have done after the doubt
+        began. The map contradicts the believed one: it is not new ground."""
+        if here.agreement.contradicted < LESS_CONTRADICTED:
+            return None
+        place = matched(endpoint, scan, best_near(endpoint, scan, here.pose, SLIPPED))
+        less = here.agreement.contradicted - place.agreement.contradicted
+        better = place.value > here.value + NEARBY.gain * len(scan.points)
+        meets = _meets(place, _least(here, belief, NEARBY), NEARBY)
+        return place if better and meets and less > LESS_CONTRADICTED else None
 
     def _other(
         self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief, proof: Proof
     ) -> Place | None:
         """The place that the last scan was for, or another one of the whole map."""
         gain = proof.gain * len(scan.points)
-        more = here.agreement.explained + max(MORE_EXPLAINED, proof.spreads * belief.spread)
+        more = _more(here, belief, proof)
         if self.votes and self._way is not None:
             before = matched(endpoint, scan, self._way @ here.pose)
             if before.value > here.value + gain and _meets(before, more, proof):
@@ -95,10 +114,20 @@ class Rivals:
         if self._searches < 1.0:
             return None
         self._searches -= 1.0
-        least = max(proof.explained * max(belief.explained, LEAST_USUAL), more)
+        least = _least(here, belief, proof)
         places = Places(endpoint, here.pose, candidates=proof.candidates)
         other = places.better_than(scan, here, gain, least)
         return other if other is not None and _meets(other, least, proof) else None
+
+
+def _more(here: Place, belief: LostBelief, proof: Proof) -> float:
+    """The share of echoes that must be explained elsewhere, to be more than `here`."""
+    return here.agreement.explained + max(MORE_EXPLAINED, proof.spreads * belief.spread)
+
+
+def _least(here: Place, belief: LostBelief, proof: Proof) -> float:
+    """The share that must be explained there, to be as much as usual, too."""
+    return max(proof.explained * max(belief.explained, LEAST_USUAL), _more(here, belief, proof))
 
 
 def _began(endpoint: Endpoint, here: Place, other: Place, jump: Keyframe) -> bool:

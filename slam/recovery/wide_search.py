@@ -8,17 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slam.geometry import Pose2
-from slam.graph.global_search import GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
-from slam.recovery.places import searched
+from slam.recovery.places import WIDE, Reach, best_near
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive
-
-MARGIN = 0.5  # m, of the map around the echoes
-TURN_STEP = math.radians(1.0)  # between candidates
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class WideSearch:
     refine      climbs from the best candidate to the local maximum
     """
 
-    reach: tuple[float, float, float] = (1.0, 1.0, math.radians(100.0))
+    reach: Reach = WIDE
     deviations: tuple[float, float, float] = (0.5, 0.5, 0.35)
     rate: float = 0.005
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
@@ -50,20 +46,15 @@ class WideSearch:
         scan: Scan,
         narrow: Prediction,
         found: Pose2,
-        window: tuple[float, float, float] | None = None,
+        window: Reach | None = None,
     ) -> tuple[Pose2, float]:
         """The best pose of the window, and the log-odds, nats, that the odometry failed and the
         scan was taken there, against `found`, the best pose by the `narrow` prediction.
 
         window  m, m, rad: half its width, if it is smaller than `reach`
         """
-        reach = np.array(self.reach if window is None else window)
-        around = np.array(narrow.pose[:2])
-        points = searched(scan)
-        farthest = float(np.hypot(*points.T).max(initial=0.0))
-        size = farthest + reach[:2].max() + MARGIN
-        region = GlobalSearch(endpoint, (around - size, around + size))
-        start = region.best(points, narrow.pose, reach, turn_step=TURN_STEP)
+        reach = self.reach if window is None else window
+        start = best_near(endpoint, scan, narrow.pose, reach)
         wide = self._wide(narrow)
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)

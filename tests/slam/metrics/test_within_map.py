@@ -57,3 +57,15 @@ def test_a_turn_alone_is_wrong():
     poses = truth.copy()
     poses[60:, 2] += math.radians(11.0)
     assert wrong_within_map(poses, truth, BELIEVED).tolist() == [False] * 60 + [True] * 40
+
+
+def test_scans_that_were_mapped_again_are_compared_with_the_map_that_holds_them() -> None:
+    truth = np.zeros((10, 3))
+    truth[:, 0] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.4, 0.3, 0.2, 0.1, 0.0]
+    poses = truth.copy()
+    poses[:4, 1] = 1.0  # then found to be wrong, and mapped again
+    drawn = np.ones(10, bool)
+    assert wrong_within_map(poses, truth, drawn).tolist() == [False] * 4 + [True] * 6
+    assert not wrong_within_map(poses, truth, drawn, truth[:5]).any()
+    wrong = wrong_within_map(poses, truth, drawn, truth[:5] + [1.0, 0.0, 0.0])
+    assert wrong.tolist() == [False] * 4 + [True] * 6

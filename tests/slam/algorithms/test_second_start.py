@@ -1,0 +1,107 @@
+"""The first metres are mapped again, once the odometry's distances are known to be wrong."""
+
+import copy
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agents import record_path
+from dynslam_env import Odometry, OdometryScale
+from slam import make
+from slam.algorithms.graph_slam import GraphSlam
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.algorithms.second_start import SecondStart
+from slam.benchmark.run import Playback, run, true_start
+from slam.episode import Episode
+
+WHEELS = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)
+VARIANTS = ["static-ml", "dynamic-graph"]
+
+
+@cache
+def drive(factor: float, steps: int = 150) -> Episode:
+    """Along a corridor, whose walls tell little of the distance driven."""
+    faults = [OdometryScale(factor)]
+    return record_path(
+        "DoorCorridor-v0", 121, odometry=WHEELS, faults=faults, max_episode_steps=steps
+    )
+
+
+def started(variant: str, episode: Episode) -> MaximumLikelihood | GraphSlam:
+    robot = make(variant, true_start(episode))
+    assert isinstance(robot, MaximumLikelihood | GraphSlam)
+    return robot
+
+
+def errors(poses: np.ndarray, episode: Episode) -> np.ndarray:
+    """(n,) m, of the positions."""
+    away = poses - episode.known_truth("this test").poses
+    return np.hypot(*away[:, :2].T)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_first_metres_have_their_true_length(variant: str) -> None:
+    episode = drive(1.2)
+    result = run(started(variant, episode), episode)
+    again = len(result.first)
+    assert 20 < again < 120
+    assert errors(result.online, episode)[: again - 1].max() > 0.3
+    assert errors(result.online, episode)[again - 1 :].max() < 0.15
+    assert errors(result.poses, episode).max() < 0.15
+    assert result.poses[: again - 1] == pytest.approx(result.first[:-1], abs=0.05)
+
+
+def test_without_a_second_start_they_stay_too_long() -> None:
+    episode = drive(1.2)
+    result = run(started("static-ml/no-recovery", episode), episode)
+    assert errors(result.online, episode)[-1] > 0.3
+    assert len(result.first) == 0
+    assert result.poses is result.online
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_an_odometry_that_is_right_is_not_mapped_twice(variant: str) -> None:
+    episode = drive(1.02)
+    result = run(started(variant, episode), episode)
+    assert len(result.first) == 0
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_it_is_told_once_that_poses_were_revised(variant: str) -> None:
+    episode = drive(1.2)
+    robot = started(variant, episode)
+    told = [k for k, e in enumerate(Playback(robot, episode), 1) if e.revised]
+    assert told[0] == len(robot.first_poses)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_copy_made_before_goes_on_as_the_original(variant: str) -> None:
+    episode = drive(1.2)
+    robot = started(variant, episode)
+    motions = list(zip(episode.displacements(), episode.scans, strict=True))
+    for motion, scan in motions[:20]:
+        robot.update(motion, scan)
+    twin = copy.deepcopy(robot)
+    poses = [[slam.update(*given).pose for given in motions[20:]] for slam in (robot, twin)]
+    assert poses[0] == poses[1]
+    assert len(robot.first_poses) == len(twin.first_poses) > 0
+
+
+def test_a_robot_that_stood_too_long_is_not_mapped_twice() -> None:
+    episode = drive(1.2)
+    robot = started("static-ml", episode)
+    robot.again = SecondStart(max_scans=20)
+    for _ in Playback(robot, episode):
+        pass
+    assert len(robot.first_poses) == 0
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_nothing_is_mapped_twice_in_a_map_that_was_there_before(variant: str) -> None:
+    episode = drive(1.2)
+    robot = started(variant, episode)
+    robot.remember([(episode.scans[0], true_start(episode))])
+    for _ in Playback(robot, episode):
+        pass
+    assert len(robot.first_poses) == 0
