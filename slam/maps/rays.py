@@ -18,6 +18,8 @@ from slam.validation import positive, within
 TILE_MARGIN = 8  # cells around every echo whose tiles are allocated too: sensor models read them
 INDEX_MARGIN = 32  # cells around the scan that `Tiles.index` covers, allocated or not
 WINDOW_MARGIN = 2  # cells around the window of a scan, for rounding errors
+SHORTEST_ROW = 3  # beams without an echo that show that nothing is there, where none is missed
+BY_CHANCE = 0.05  # longer rows that a scan of missed echoes has, on average
 FREE, HIT = np.uint8(1), np.uint8(2)
 WORD = 1 << 3  # marks that are tested at once
 ALL_HIT = np.uint64(0x0202020202020202)  # a word of cells that are all HIT
@@ -44,8 +46,9 @@ class Rays:
 
     reach          m; a beam with an echo farther away marks cells as free up to here
     no_echo_reach  m; a beam without echo marks cells as free up to here, or to the sensor's maximum
-                   range if that is less: glass and dark walls give no echo either. It marks none if
-                   a beam beside it has an echo or no reading: lasers miss single echoes of walls
+                   range if that is less: glass and dark walls give no echo either. It marks none
+                   unless it is inside a row of at least three such beams, or of more where single
+                   ones are frequent: lasers miss echoes of walls
     """
 
     reach: float = 30.0
@@ -109,16 +112,46 @@ def _ends(ranges, directions, hit, no_echo, reach, clear, mount_x, mount_y, x, y
     c, s = np.cos(theta), np.sin(theta)
     x, y = x + c * mount_x - s * mount_y, y + s * mount_x + c * mount_y
     ends, hits = np.empty((len(ranges), 2)), np.empty(len(ranges), np.bool_)
-    n = 0
+    clears, n = _clear(hit, no_echo), 0
     for k in range(len(ranges)):
-        clears = no_echo[k] and no_echo[max(k - 1, 0)] and no_echo[min(k + 1, len(ranges) - 1)]
-        if hit[k] or clears:
+        if hit[k] or clears[k]:
             length = min(ranges[k], reach) if hit[k] else clear
             ends[n, 0] = x + length * (c * directions[k, 0] - s * directions[k, 1])
             ends[n, 1] = y + length * (s * directions[k, 0] + c * directions[k, 1])
             hits[n] = hit[k] and ranges[k] <= reach
             n += 1
     return np.array([x, y]), ends[:n], hits[:n]
+
+
+@kernel
+def _clear(hit, no_echo):
+    """(n,) bool, the beams that show that nothing is there: inside a row of beams without an echo
+    that is longer than rows of missed echoes are by chance."""
+    least, last = _shortest_row(hit, no_echo), len(no_echo) - 1
+    clears, k = np.zeros(len(no_echo), np.bool_), 0
+    while k <= last:
+        begin = k
+        while k <= last and no_echo[k]:
+            k += 1
+        at_border = (begin == 0) + (k > last)  # there the row may go on
+        if k - begin + at_border >= least:
+            clears[begin + (begin > 0) : k - (k <= last)] = True
+        k += 1
+    return clears
+
+
+@kernel
+def _shortest_row(hit, no_echo):
+    """The number of beams without an echo in a row that are not all misses, if echoes are missed
+    independently, and as often as beams between two with an echo have none."""
+    echoes, single = 1, 0
+    for k in range(1, len(hit) - 1):
+        echoes += hit[k]
+        single += no_echo[k] and hit[k - 1] and hit[k + 1]
+    if single == 0:
+        return SHORTEST_ROW
+    missed = (1.0 - np.sqrt(max(1.0 - 4.0 * single / echoes, 0.0))) / 2.0  # single: p (1 - p)
+    return max(SHORTEST_ROW, int(np.ceil(np.log(BY_CHANCE / len(hit)) / np.log(missed))))
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import defaultdict
 from itertools import pairwise
 
@@ -57,6 +58,26 @@ def cell(point, resolution: float) -> tuple[int, int]:
     return math.floor(point[1] / resolution), math.floor(point[0] / resolution)
 
 
+def clear(scan: Scan, k: int) -> bool:
+    """Whether a beam without an echo is inside a long enough row of them."""
+    kinds = "".join("-" if r >= scan.max_range else "x" if h else "?"
+                    for r, h in zip(scan.ranges, scan.hit, strict=True))  # fmt: skip
+    missed = len(re.findall("(?=x-x)", kinds)) / (1 + kinds[1:-1].count("x"))
+    least = 3
+    if missed:
+        share = (1 - math.sqrt(max(1 - 4 * missed, 0))) / 2
+        least = max(least, math.ceil(math.log(0.05 / len(kinds)) / math.log(share)))
+    kinds = kinds[0] + kinds + kinds[-1]  # beyond the border it is the same
+    if kinds[k : k + 3] != "---":
+        return False
+    begin, end = k, k
+    while begin >= 0 and kinds[begin] == "-":
+        begin -= 1
+    while end < len(kinds) and kinds[end] == "-":
+        end += 1
+    return end - begin - 1 >= least
+
+
 def beams(scan: Scan, pose: Pose2, reach: float, no_echo_reach: float):
     """The sensor, and (end, hit) of each beam that is believed."""
     sensor = pose @ scan.mount
@@ -65,8 +86,7 @@ def beams(scan: Scan, pose: Pose2, reach: float, no_echo_reach: float):
         if math.isnan(r) or r < scan.min_range or r <= 0:
             continue
         if r >= scan.max_range:
-            beside = scan.ranges[max(k - 1, 0) : k + 2]
-            if not all(other >= scan.max_range for other in beside):
+            if not clear(scan, k):
                 continue
             length, hit = min(no_echo_reach, scan.max_range), False
         else:

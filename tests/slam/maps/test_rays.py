@@ -118,6 +118,27 @@ def test_ends_of_every_kind_of_reading(seed: int) -> None:
     assert hit.tolist() == [h for _, h in beams]
 
 
+@pytest.mark.parametrize("missed", [0.02, 0.1, 0.3, 0.4])
+def test_random_misses_of_a_wall_show_no_free_cells(missed: float) -> None:
+    rng = np.random.default_rng(0)
+    shown = 0
+    for _ in range(100):
+        ranges = np.where(rng.random(181) < missed, math.inf, 2.0)
+        scan = Scan(ranges, np.linspace(-1.5, 1.5, 181), 8.0)
+        shown += (~Rays().ends(scan, Pose2())[2]).sum()
+    assert shown < 100  # of 18,100 beams
+
+
+@pytest.mark.parametrize("missed", [0.0, 0.1, 0.3])
+def test_a_passage_with_no_end_in_reach_is_free_for_a_laser_that_misses_echoes(missed) -> None:
+    rng = np.random.default_rng(0)
+    ranges = np.where(rng.random(181) < missed, math.inf, 2.0)
+    ranges[80:101] = math.inf
+    _, ends, hit = Rays().ends(Scan(ranges, np.linspace(-1.5, 1.5, 181), 8.0), Pose2())
+    assert (~hit).sum() >= 19
+    assert np.hypot(*ends[~hit].T) == pytest.approx(8.0)
+
+
 @pytest.mark.parametrize(
     ("length", "max_range", "way", "hit"),
     [
