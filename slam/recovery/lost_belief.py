@@ -22,6 +22,10 @@ MEMORY = 50  # keyframes over which the usual shares are averaged
 RECENT = 8  # keyframes, of which the best fit is expected
 LEAST_EXPLAINED = 0.1  # of the usual share
 LEAST_SPREAD = 0.03  # of the share of explained echoes
+NO_MORE_CONTRADICTED = 0.03  # than usual, where the map does not contradict a scan
+LESS_EXPLAINED = 2.0  # usual deviations below the usual share of explained echoes,
+MORE_CONTRADICTED = 0.15  # and share of contradicted ones above the usual: the map hardly agrees
+HARDLY_EXPLAINED = 0.25, 5.0  # of the usual share, and usual deviations below it
 
 
 class Agreement(NamedTuple):
@@ -102,6 +106,23 @@ class LostBelief:
     def usual(self, agreement: Agreement) -> bool:
         """Whether the map explains about as much as usual."""
         return agreement.explained > self.explained - max(LEAST_SPREAD, self.spread)
+
+    def contradicts_more(self, agreement: Agreement) -> bool:
+        """Whether the map contradicts more than usual."""
+        more = max(NO_MORE_CONTRADICTED, self.contradicted_spread)
+        return agreement.contradicted > self.contradicted + more
+
+    def hardly_agrees(self, agreement: Agreement) -> bool:
+        """Whether the map explains so much less than usual, and contradicts so much more, that a
+        match may follow something that moves."""
+        less = agreement.explained < self.explained - LESS_EXPLAINED * self.spread
+        return less and agreement.contradicted > self.contradicted + MORE_CONTRADICTED
+
+    def hardly_explains(self, agreement: Agreement) -> bool:
+        """Whether the map explains nearly nothing of what it usually does."""
+        share, deviations = HARDLY_EXPLAINED
+        least = self.explained - deviations * self.spread
+        return agreement.explained < min(share * self.explained, least)
 
     def dismiss(self) -> None:
         """The last change of the scan meant nothing."""

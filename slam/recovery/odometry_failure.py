@@ -47,12 +47,14 @@ class OdometryFailure:
     wide    the search
     sudden  whether the last keyframe does not follow from the ones before: it fits the map much
             worse than they did, and sees other surfaces, or was found far from the prediction and
-            they do not prove it
+            they do not prove it, or farther from it than wheels usually slip
+    far     whether the last one was found so far from it
     """
 
     def __init__(self, belief: LostBelief, wide: WideSearch):
         """`belief` knows what is usual."""
-        self.wide, self._belief, self.sudden = wide, belief, False
+        self.wide, self._belief = wide, belief
+        self.sudden = self.far = False
         self._fits, self._falls = Surprise(WORSE), Surprise(FALL)
         self._errors = Surprise(LARGE_ERROR)
         self._overlap = 1.0  # usual one, of consecutive keyframes
@@ -74,7 +76,7 @@ class OdometryFailure:
 
         recent  keyframes before it
         """
-        self.sudden = False
+        self.sudden = self.far = False
         return self._searched(match, recent) if match.continuous else self._after_gap(match)
 
     def _searched(self, match: Match, recent: Recent) -> Pose2:
@@ -95,7 +97,8 @@ class OdometryFailure:
             corrected = recent.overlaps(match, pose)
             proof = evidence(overlaps, corrected)
             if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
-                self.sudden = proof < PROVEN
+                self.far = not near(found, pose, *SLIGHT)
+                self.sudden = self.far or proof < PROVEN
                 return pose
         for sign in suspected:
             sign.dismiss()

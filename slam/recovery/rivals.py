@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from slam.geometry import Pose2
@@ -15,7 +16,10 @@ from slam.sensor_models.endpoint import Endpoint
 LEAST_USUAL = 0.6  # share of explained echoes: a map that usually explains less proves no place
 MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there and not here
 BEGAN_GAIN = 0.055  # nats a beam by which the scan with which a doubt began fits better there
-BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here
+BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here,
+SINCE_GAIN = 0.3  # or nats a beam by which the scans since then do, all together,
+SINCE_EXPLAINED = 0.9  # if so much of the usual share of the last one is explained there
+SUSPECTS = 4  # places, at most, that are compared at each check
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 
 
@@ -37,10 +41,101 @@ class Proof(NamedTuple):
 
 
 AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, CANDIDATES)  # after a scan that was not continuous
+AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
 WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 1)
 NEARBY = Proof(0.12, 0.85, 3.0, 0.2, 1)  # after such a scan, within reach of wheels that slipped,
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad,
 LESS_CONTRADICTED = 0.1  # share of the echoes, at least, that are contradicted here and not there
+
+
+class Check(NamedTuple):
+    """A scan of a robot that may be elsewhere than it believes.
+
+    endpoint  of the map in which it is searched for
+    scan      the last one
+    here      the believed place
+    belief    knows what is usual
+    proof     what is asked of another place
+    jump      the scan with which the doubt began, and its pose from here, if it counts
+    """
+
+    endpoint: Endpoint
+    scan: Scan
+    here: Place
+    belief: LostBelief
+    proof: Proof
+    jump: Keyframe | None
+
+    @property
+    def more(self) -> float:
+        """The share of echoes that must be explained elsewhere, to be more than here."""
+        more = max(MORE_EXPLAINED, self.proof.spreads * self.belief.spread)
+        return self.here.agreement.explained + more
+
+    @property
+    def least(self) -> float:
+        """The share that must be explained there, to be as much as usual, too."""
+        usual = max(self.belief.explained, LEAST_USUAL)
+        return max(self.proof.explained * usual, self.more)
+
+    def gain(self, place: Place) -> float:
+        """Nats a beam by which the scan fits better at another place."""
+        return (place.value - self.here.value) / len(self.scan.points)
+
+    def speaks_for(self, place: Place, explained: float) -> bool:
+        """Whether the scan fits so much better there, and the map explains that share of it, and
+        contradicts little."""
+        agreement = place.agreement
+        enough = agreement.explained > explained
+        agrees = enough and agreement.contradicted <= self.proof.contradicted
+        return agrees and self.gain(place) > self.proof.gain
+
+    def explains_well(self, place: Place) -> bool:
+        """Whether the map explains about as much of the scan there as usual."""
+        usual = max(self.belief.explained, LEAST_USUAL)
+        return place.agreement.explained > SINCE_EXPLAINED * usual
+
+    def began(self, place: Place) -> Beginning:
+        """How the scan with which the doubt began fits there."""
+        if self.jump is None:
+            return Beginning(math.inf, 0.0)
+        scan, pose = self.jump
+        before = at(self.endpoint, scan, self.here.pose @ pose)
+        there = matched(self.endpoint, scan, place.pose @ pose)
+        gain = (there.value - before.value) / len(scan.points)
+        return Beginning(gain, there.agreement.explained - before.agreement.explained)
+
+
+class Beginning(NamedTuple):
+    """How much better than at the believed place a scan fits, with which a doubt began.
+
+    gain  nats a beam
+    more  share of its surface that is explained
+    """
+
+    gain: float
+    more: float
+
+    def speaks(self, since: float) -> bool:
+        """Whether it speaks for the other place; a little is enough if those `since` do, by so many
+        nats a beam all together."""
+        if self.gain > BEGAN_GAIN:
+            return True
+        return since > SINCE_GAIN or (self.gain > 0.0 and self.more > BEGAN_EXPLAINED)
+
+
+@dataclass
+class Suspect:
+    """A place that may be the true one instead of the believed one.
+
+    way   from the believed place to this one
+    gain  nats a beam by which the scans since it was found fit better here, all together
+    led   whether the scan with which the doubt began does, too, and the last one is well explained
+    """
+
+    way: Pose2
+    gain: float
+    led: bool = False
 
 
 class Rivals:
@@ -56,90 +151,77 @@ class Rivals:
         self.votes = 0
         self._searches = float(MAX_SEARCHES)  # that may be made now
         self._way: Pose2 | None = None  # from the believed place to the other, by the last one
+        self._suspects: list[Suspect] = []
 
     def keyframe(self) -> None:
         """Count a keyframe: searches of the whole map are rationed."""
         self._searches = min(self._searches + 1.0 / SEARCH_SPACING, MAX_SEARCHES)
 
-    def vote(
-        self,
-        endpoint: Endpoint,
-        scan: Scan,
-        here: Place,
-        belief: LostBelief,
-        proof: Proof,
-        jump: Keyframe | None,
-    ) -> bool:
-        """Whether a place other than `here` explains the scan much better. It counts in a row only
-        if the scan before was for the same one.
+    @property
+    def leading(self) -> bool:
+        """Whether the scans since the doubt began fit much better at another place, together."""
+        return any(suspect.led and suspect.gain > SINCE_GAIN for suspect in self._suspects)
 
-        jump  the scan with which the doubt began, and its pose from here, if it counts
-        """
-        other = None if jump is None else self._nearby(endpoint, scan, here, belief)
+    def clear(self) -> None:
+        """No other place is suspected any more."""
+        self.votes = 0
+        self._suspects.clear()
+
+    def vote(self, check: Check) -> bool:
+        """Whether another place explains the scan much better. It counts in a row only if the scan
+        before was for the same one."""
+        other = self._nearby(check) or self._suspected(check) or self._found(check)
         if other is None:
-            other = self._other(endpoint, scan, here, belief, proof)
-            if other is None:
-                return False
-            if jump is not None and not _began(endpoint, here, other, jump):
-                self._way = None
-                return False
-        before, self._way = self._way, other.pose @ here.pose.inverse()
-        same = before is not None and agree(self._way @ here.pose, before @ here.pose)
+            return False
+        here = check.here.pose
+        before, self._way = self._way, other.pose @ here.inverse()
+        same = before is not None and agree(other.pose, before @ here)
         self.votes = self.votes + 1 if same else 1
         return True
 
-    def _nearby(
-        self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief
-    ) -> Place | None:
+    def _nearby(self, check: Check) -> Place | None:
         """A place that the robot may have slipped to, and may still have done after the doubt
         began. The map contradicts the believed one: it is not new ground."""
-        if here.agreement.contradicted < LESS_CONTRADICTED:
+        contradicted = check.here.agreement.contradicted
+        if check.jump is None or contradicted < LESS_CONTRADICTED:
             return None
-        place = matched(endpoint, scan, best_near(endpoint, scan, here.pose, SLIPPED))
-        less = here.agreement.contradicted - place.agreement.contradicted
-        better = place.value > here.value + NEARBY.gain * len(scan.points)
-        meets = _meets(place, _least(here, belief, NEARBY), NEARBY)
-        return place if better and meets and less > LESS_CONTRADICTED else None
+        check = check._replace(proof=NEARBY)
+        start = best_near(check.endpoint, check.scan, check.here.pose, SLIPPED)
+        place = matched(check.endpoint, check.scan, start)
+        less = contradicted - place.agreement.contradicted
+        speaks = less > LESS_CONTRADICTED and check.speaks_for(place, check.least)
+        return place if speaks else None
 
-    def _other(
-        self, endpoint: Endpoint, scan: Scan, here: Place, belief: LostBelief, proof: Proof
-    ) -> Place | None:
-        """The place that the last scan was for, or another one of the whole map."""
-        gain = proof.gain * len(scan.points)
-        more = _more(here, belief, proof)
-        if self.votes and self._way is not None:
-            before = matched(endpoint, scan, self._way @ here.pose)
-            if before.value > here.value + gain and _meets(before, more, proof):
-                return before
+    def _suspected(self, check: Check) -> Place | None:
+        """The likeliest of the places that were found before, if the scan speaks for it."""
+        here, best = check.here.pose, None
+        for suspect in self._suspects:
+            place = matched(check.endpoint, check.scan, suspect.way @ here)
+            began = check.began(place)
+            suspect.way = place.pose @ here.inverse()
+            suspect.gain += check.gain(place)
+            suspect.led = began.gain > 0.0 and check.explains_well(place)
+            since = suspect.gain if suspect.led else 0.0
+            speaks = check.speaks_for(place, check.more) and began.speaks(since)
+            if speaks and (best is None or place.value > best.value):
+                best = place
+        return best
+
+    def _found(self, check: Check) -> Place | None:
+        """The place that a search of the whole map finds, if the scan speaks for it."""
         if self._searches < 1.0:
             return None
         self._searches -= 1.0
-        least = _least(here, belief, proof)
-        places = Places(endpoint, here.pose, candidates=proof.candidates)
-        other = places.better_than(scan, here, gain, least)
-        return other if other is not None and _meets(other, least, proof) else None
-
-
-def _more(here: Place, belief: LostBelief, proof: Proof) -> float:
-    """The share of echoes that must be explained elsewhere, to be more than `here`."""
-    return here.agreement.explained + max(MORE_EXPLAINED, proof.spreads * belief.spread)
-
-
-def _least(here: Place, belief: LostBelief, proof: Proof) -> float:
-    """The share that must be explained there, to be as much as usual, too."""
-    return max(proof.explained * max(belief.explained, LEAST_USUAL), _more(here, belief, proof))
-
-
-def _began(endpoint: Endpoint, here: Place, other: Place, jump: Keyframe) -> bool:
-    """Whether the scan with which the doubt began fits better at the other place, as well."""
-    before = at(endpoint, jump.scan, here.pose @ jump.pose)
-    there = matched(endpoint, jump.scan, other.pose @ jump.pose)
-    more = there.agreement.explained - before.agreement.explained
-    gain = there.value - before.value
-    return gain > BEGAN_GAIN * len(jump.scan.points) or (gain > 0.0 and more > BEGAN_EXPLAINED)
-
-
-def _meets(place: Place, explained: float, proof: Proof) -> bool:
-    """Whether the map explains so much of the scan at a place, and contradicts little of it."""
-    agreement = place.agreement
-    return agreement.explained > explained and agreement.contradicted <= proof.contradicted
+        here = check.here
+        places = Places(check.endpoint, here.pose, candidates=check.proof.candidates)
+        gain = check.proof.gain * len(check.scan.points)
+        place = places.better_than(check.scan, here, gain, check.least)
+        if place is None or not check.speaks_for(place, check.least):
+            return None
+        began = check.began(place)
+        if not any(agree(suspect.way @ here.pose, place.pose) for suspect in self._suspects):
+            way = place.pose @ here.pose.inverse()
+            self._suspects.append(Suspect(way, check.gain(place)))
+            self._suspects.sort(key=lambda suspect: -suspect.gain)
+            del self._suspects[SUSPECTS:]
+        return place if began.speaks(0.0) else None

@@ -15,7 +15,15 @@ from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.odometry_failure import OdometryFailure
 from slam.recovery.places import Surroundings, at
-from slam.recovery.rivals import AFTER_JUMP, LEAST_USUAL, WITHOUT_JUMP, Rivals
+from slam.recovery.rivals import (
+    AFTER_CORRECTION,
+    AFTER_JUMP,
+    LEAST_USUAL,
+    WITHOUT_JUMP,
+    Check,
+    Proof,
+    Rivals,
+)
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 
@@ -24,18 +32,14 @@ CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardly moved
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 MIN_VOTES = 3  # in a row against the believed place
-MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed
-NO_MORE_CONTRADICTED = 0.03  # than usual, where the map does not contradict a scan after a jump
-LESS_EXPLAINED = 2.0  # usual deviations below the usual share of explained echoes,
-MORE_CONTRADICTED = 0.15  # and share of contradicted ones above the usual: the map hardly agrees
-FAR_LESS_EXPLAINED = 3.0  # the same, where after a jump the map does not show the believed place
-MAX_WAITING = 10  # matches in a row, with which it hardly agrees, that wait to be drawn
+MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
+MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
+FAR_LESS_EXPLAINED = 3.0  # usual deviations less: after a jump the map does not show that place
+MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
-STRANGE_EXPLAINED = 0.25  # of the usual share of explained echoes; fewer agree with no place
-STRANGE = 5.0  # usual deviations below the usual share, of such a scan
-STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of such a scan
+STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes in a row
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
@@ -67,6 +71,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
+        self._moved = False  # whether that one was found far from the prediction
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
@@ -115,7 +120,8 @@ class Watch:
     def found(self) -> None:
         """The robot was found again."""
         self.belief.set(FOUND)
-        self._jump, self._rivals.votes, self._dropped = None, 0, 0.0
+        self._jump, self._dropped = None, 0.0
+        self._rivals.clear()
         self._recent.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -135,9 +141,9 @@ class Watch:
         if not self.doubted:
             self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None
         agreement, changed = match.agreement(pose), self._recent.add(match)
-        waits = match.continuous and self._hardly_agrees(agreement)
+        waits = match.continuous and self.belief.hardly_agrees(agreement)
         self._disagreeing = self._disagreeing + 1 if waits else 0
-        startled = self._startled and self._contradicts_more(agreement)
+        startled = self._startled and self.belief.contradicts_more(agreement)
         self.belief.update(agreement, changed, self.odometry.sudden or startled)
         self.odometry.sudden = self._startled = False
         self._rivals.keyframe()
@@ -146,10 +152,12 @@ class Watch:
         begins = self.belief.jumped and self._jump is None
         if begins:
             self._jump = Keyframe(match.scan, pose)
-            self._unexplained = self._hardly_explains(agreement)
+            self._unexplained = self.belief.hardly_explains(agreement)
+            self._moved = self.odometry.far
         if not self.doubted:
-            self._jump, self._rivals.votes, self._unsure = None, 0, False
-            self._unexplained, self._checks = False, 0
+            self._jump, self._checks = None, 0
+            self._unsure = self._unexplained = self._moved = False
+            self._rivals.clear()
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
@@ -162,7 +170,7 @@ class Watch:
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
-        if self._checks < MAX_CHECKS:
+        if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
         self._dropped = DROPPED
         return NOT_ELSEWHERE
@@ -176,18 +184,19 @@ class Watch:
     ) -> float:
         """The probability of being lost, after a search of the whole map."""
         self._unsure = False
-        if self._agrees(agreement):
+        open_question = self._moved or self._rivals.leading
+        if self._agrees(agreement) and not open_question:
             return self._dismissed()
         endpoint, frame = surroundings()
         here = at(endpoint, scan, frame @ pose)
         strange = self._strange(agreement)
-        proof = WITHOUT_JUMP if self._jump is None else AFTER_JUMP
         jump = None if strange or self._jump is None else self._jump.seen_from(pose)
         votes = self._rivals.votes
-        against = self._rivals.vote(endpoint, scan, here, self.belief, proof, jump)
+        check = Check(endpoint, scan, here, self.belief, self._proof(), jump)
+        against = self._rivals.vote(check)
         if strange:
             self._rivals.votes = votes + 1
-        elif not against and self._agrees_enough(agreement):
+        elif not against and not self._rivals.leading and self._agrees_enough(agreement):
             return self._dismissed()
         elif not against:
             self._unsure = True
@@ -196,18 +205,17 @@ class Watch:
             return ELSEWHERE[min(self._rivals.votes, MIN_VOTES) - 1]
         return UNCHECKED
 
+    def _proof(self) -> Proof:
+        """What is asked of another place."""
+        if self._jump is None:
+            return WITHOUT_JUMP
+        return AFTER_CORRECTION if self._moved else AFTER_JUMP
+
     def _agrees(self, agreement: Agreement) -> bool:
         """Whether the map agrees with the scan so well that no other place is searched for."""
         if self.belief.usual(agreement) and self._contradicts_no_more(agreement):
             return True
         return self._jump is None and agreement.explained > POOR * self.belief.explained
-
-    def _hardly_agrees(self, agreement: Agreement) -> bool:
-        """Whether the map explains so much less than usual, and contradicts so much more, that a
-        match may follow something that moves."""
-        belief = self.belief
-        less = agreement.explained < belief.explained - LESS_EXPLAINED * belief.spread
-        return less and agreement.contradicted > belief.contradicted + MORE_CONTRADICTED
 
     def _agrees_enough(self, agreement: Agreement) -> bool:
         """Whether nothing speaks against the believed place: after a jump, the map contradicts no
@@ -215,34 +223,23 @@ class Watch:
         belief = self.belief
         least = belief.explained - FAR_LESS_EXPLAINED * belief.spread
         return self._jump is None or (
-            not self._contradicts_more(agreement) and agreement.explained > least
+            not self.belief.contradicts_more(agreement) and agreement.explained > least
         )
 
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
         """Whether the map contradicts no more than usual, if that is asked for: after a jump."""
-        return self._jump is None or not self._contradicts_more(agreement)
-
-    def _contradicts_more(self, agreement: Agreement) -> bool:
-        """Whether the map contradicts more than usual."""
-        more = max(NO_MORE_CONTRADICTED, self.belief.contradicted_spread)
-        return agreement.contradicted > self.belief.contradicted + more
+        return self._jump is None or not self.belief.contradicts_more(agreement)
 
     def _dismissed(self) -> float:
         """The probability after a check that does not speak against the believed place."""
-        self._rivals.votes = 0
+        self._rivals.clear()
         self.belief.dismiss()
         return NOT_ELSEWHERE
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
-        if not self._hardly_explains(agreement):
+        if not self.belief.hardly_explains(agreement):
             return False
         if self._unexplained:
-            return self._contradicts_more(agreement)
+            return self.belief.contradicts_more(agreement)
         return agreement.contradicted > STRANGE_CONTRADICTED
-
-    def _hardly_explains(self, agreement: Agreement) -> bool:
-        """Whether the map explains nearly nothing of what it usually does."""
-        belief = self.belief
-        least = belief.explained - STRANGE * belief.spread
-        return agreement.explained < min(STRANGE_EXPLAINED * belief.explained, least)

@@ -85,6 +85,8 @@ def carried(env: str, variant: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
         ("DoorLoop-v0", "static-ml", 113),  # the first scan fits there little better than here
         ("DoorCorridor-v0", "static-ml", 127),  # doors moved there: it shows more of its surface
         ("DoorOffice-v0", "dynamic-graph", 117),  # the map shows nothing of it, and no place fits
+        ("DoorOffice-v0", "static-ml", 128),  # into a room that looks like this one turned round
+        ("DoorOffice-v0", "static-ml", 88),  # the same; the first scan fits there little better
     ],
 )
 def test_a_robot_that_was_carried_to_where_it_looks_alike_is_told(
@@ -112,6 +114,18 @@ def test_wheels_that_turn_90_degrees_in_a_room_are_corrected(variant: str) -> No
     result = run(make(variant, true_start(episode)), episode)
     away = result.online - episode.known_truth("this test").poses
     assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE
+
+
+def test_wheels_that_slip_before_a_door_that_moves_are_told() -> None:
+    """They slip on after the doubt began, so its first scan does not fit where the robot is now."""
+    fault = [OdometryScale(1.01), Slip(0.4, at=(10.0, 20.0))]
+    episode = record_path("DoorCorridor-v0", 145, odometry=CALIBRATED, faults=fault)
+    result = run(make("static-ml", true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    off = np.hypot(*away[:, :2].T) > LOST_DISTANCE
+    assert off.any()
+    assert result.lost[off].max() > 0.5
+    assert not off[250:].any()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
