@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe
+from slam.interface import LOST_DISTANCE, LOST_TURN
 from slam.recovery.lost_belief import LostBelief
-from slam.recovery.places import CANDIDATES, Place, Places, agree, at, best_near, matched
+from slam.recovery.places import CANDIDATES, Place, Places, agree, at, best_near, matched, near
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
@@ -188,6 +189,8 @@ class Rivals:
         check = check._replace(proof=NEARBY)
         start = best_near(check.endpoint, check.scan, check.here.pose, SLIPPED)
         place = matched(check.endpoint, check.scan, start)
+        if near(check.here.pose, place.pose, LOST_DISTANCE, LOST_TURN):
+            return None
         less = contradicted - place.agreement.contradicted
         speaks = less > LESS_CONTRADICTED and check.speaks_for(place, check.least)
         return place if speaks else None
@@ -200,7 +203,7 @@ class Rivals:
             began = check.began(place)
             suspect.way = place.pose @ here.inverse()
             suspect.gain += check.gain(place)
-            suspect.led = began.gain > 0.0 and check.explains_well(place)
+            suspect.led = min(began) > 0.0 and check.explains_well(place)
             since = suspect.gain if suspect.led else 0.0
             speaks = check.speaks_for(place, check.more) and began.speaks(since)
             if speaks and (best is None or place.value > best.value):
