@@ -62,7 +62,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "Lost robots": (
         "slam.recovery.watch.Watch", "slam.recovery.wide_search.WideSearch",
-        "slam.recovery.astray.Demands",
+        "slam.recovery.astray.Demands", "slam.algorithms.second_start.SecondStart",
     ),
     "Recordings": (
         "slam.preprocessing.clock.Clock",
@@ -86,6 +86,7 @@ INTERNAL = {  # what a SLAM makes for itself, by class: no parts that are chosen
     "slam.preprocessing.clock.ClockEstimate": "what a recording tells",
     "slam.recovery.astray.Astray": "the map of a robot that is lost",
     "slam.recovery.places.Places": "a map prepared for a search",
+    "slam.recovery.rivals.Suspect": "a place where a robot may be",
 }
 SHARED = {  # parameters that are parts themselves, or that all algorithms have
     "resolution": "m, side of a cell",

@@ -12,8 +12,7 @@ from slam.geometry import Array, Pose2
 from slam.interface import Estimate
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.scan import Scan
-
-MAX_SCANS = 2000  # that are kept; a robot that stands for so long is not mapped again
+from slam.validation import whole_number
 
 
 class Restartable(Protocol):
@@ -37,10 +36,12 @@ class SecondStart:
     (`AdaptiveOdometry.scale`), that part of the map would stay too long or too short, and the robot
     would be lost in it when it comes back. So it is mapped again, once.
 
-    poses   (n, 3) of the first n updates, as they were found the second time; (0, 3) before
+    max_scans  that are kept for it; a robot that stands for so long is not mapped again
+    poses      (n, 3) of the first n updates, as they were found the second time; (0, 3) before
     """
 
-    def __init__(self, max_scans: int = MAX_SCANS):
+    def __init__(self, max_scans: int = 2000):
+        whole_number("max_scans", max_scans, 1)
         self.poses: Array = NONE
         self._max_scans = max_scans
         self._fresh: dict[str, Any] = {}  # the state of the SLAM before the first scan
