@@ -330,23 +330,20 @@ def _bounds(phases, beams, window, unknown):
     rows, cols = beams[0], beams[1]
     high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
     bounds = np.full((len(rows), high, wide), rows.shape[1] * unknown, np.uint16)
+    _, _, tall, broad = phases.shape
+    sums, maxima = bounds.ravel(), phases.ravel()
     for t in range(len(rows)):
         for k in range(rows.shape[1]):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
-            phase = phases[row % SQUARE, col % SQUARE]
-            _accumulate(bounds[t], phase, row // SQUARE, col // SQUARE)
+            phase = row % SQUARE * SQUARE + col % SQUARE
+            row, col = row // SQUARE, col // SQUARE
+            begin, end = max(-col, 0), min(broad - col, wide)
+            for a in range(max(-row, 0), min(tall - row, high)):
+                target = np.uint64((t * high + a) * wide)
+                source = np.uint64((phase * tall + row + a) * broad + col)
+                for b in range(begin, end):  # in this loop: slices count references to arrays
+                    sums[target + np.uint64(b)] += maxima[source + np.uint64(b)]
     return bounds
-
-
-@kernel
-def _accumulate(sums, phase, row, col):
-    """Add to sums (rows, cols) the part of a phase that begins at a row and a column."""
-    begin = max(-col, 0)
-    end = max(min(phase.shape[1] - col, sums.shape[1]), begin)  # a negative end would wrap around
-    for a in range(max(-row, 0), min(len(phase) - row, len(sums))):
-        target, source = sums[a, begin:end], phase[row + a, col + begin : col + end]
-        for k in range(len(target)):
-            target[k] += source[k]
 
 
 @kernel
