@@ -24,11 +24,11 @@ class Pose2(NamedTuple):
     theta: float = 0.0
 
     def __matmul__(self, other: Pose2) -> Pose2:
-        c, s = math.cos(self.theta), math.sin(self.theta)
+        x, y, theta = self
+        dx, dy, turn = other
+        c, s = math.cos(theta), math.sin(theta)
         return Pose2(
-            self.x + c * other.x - s * other.y,
-            self.y + s * other.x + c * other.y,
-            math.remainder(self.theta + other.theta, math.tau),
+            x + c * dx - s * dy, y + s * dx + c * dy, math.remainder(theta + turn, math.tau)
         )
 
     def inverse(self) -> Pose2:
@@ -38,7 +38,14 @@ class Pose2(NamedTuple):
 
     def between(self, other: Pose2) -> Pose2:
         """`other` relative to this pose: `self @ self.between(other) == other`."""
-        return self.inverse() @ other
+        x, y, theta = self
+        dx, dy, turn = other
+        c, s = math.cos(theta), math.sin(theta)
+        return Pose2(
+            -c * x - s * y + c * dx + s * dy,
+            s * x - c * y - s * dx + c * dy,
+            math.remainder(turn - theta, math.tau),
+        )
 
     @staticmethod
     def of(values: ArrayLike) -> Pose2:

@@ -68,6 +68,12 @@ class Scan:
                 f"got min_range={self.min_range}, max_range={self.max_range}"
             )
 
+    def bare(self) -> Scan:
+        """The same scan without what was computed of it so far; not validated again."""
+        scan = object.__new__(Scan)
+        vars(scan).update({name: getattr(self, name) for name in self.__dataclass_fields__})
+        return scan
+
     @cached_property
     def hit(self) -> np.ndarray:
         """(beams,) bool: an echo within the sensor's range."""

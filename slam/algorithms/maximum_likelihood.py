@@ -13,7 +13,7 @@ from slam.geometry import Array, Pose2, turned
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
-from slam.maps.outline import Outline, outline
+from slam.maps.outline import outlined
 from slam.maps.static import Static
 from slam.maps.surfaces import Surfaces
 from slam.motion.adaptive import AdaptiveOdometry
@@ -85,7 +85,6 @@ class MaximumLikelihood:
         self._since_match = MotionTrigger(matches)
         self._frozen = False
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
-        self._last_outline: tuple[Scan, Outline] | None = None
         self.watch = watch
         self.again = again
         self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
@@ -173,7 +172,7 @@ class MaximumLikelihood:
         """The pose refined on the map's surfaces; log-likelihood and (3, 3) information there."""
         if self.registration is not None and self._surfaces is not None:
             found = self.registration(
-                self._outline(scan), self._surfaces, self.map_model.cells, prediction, pose
+                outlined(scan), self._surfaces, self.map_model.cells, prediction, pose
             )
             if found is not None:
                 poses = np.array([pose, found[0]])
@@ -181,12 +180,6 @@ class MaximumLikelihood:
                 if after >= before - MAX_LOSS:
                     return found[0], after, found[1]
         return pose, *laplace(self.sensor_model, scan, pose)
-
-    def _outline(self, scan: Scan) -> Outline:
-        """The outline of a scan; a keyframe's is needed twice."""
-        if self._last_outline is None or self._last_outline[0] is not scan:
-            self._last_outline = scan, outline(scan.points)
-        return self._last_outline[1]
 
     def _checked(self, scan: Scan, estimate: Estimate) -> Estimate:
         """The estimate of a keyframe, corrected if the odometry failed, with `lost`."""
@@ -277,7 +270,7 @@ class MaximumLikelihood:
         if not self._frozen:
             changed = self.map_model.integrate(scan, estimate.pose)
             if self._surfaces is not None:
-                self._surfaces.add(self._outline(scan), estimate.pose)
+                self._surfaces.add(outlined(scan), estimate.pose)
             self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)

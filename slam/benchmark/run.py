@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Playback:
         """One estimate a scan; the last one after `finish` of a `Revising` SLAM."""
         motions, last = self.episode.displacements(), len(self.episode.scans)
         for k, (motion, scan) in enumerate(zip(motions, self.episode.scans, strict=True), 1):
-            own = replace(scan)  # what a SLAM computes of it is freed with it
+            own = scan.bare()  # what a SLAM computes of it is freed with it
             begun, readied = time.perf_counter(), READYING.seconds
             estimate = self.slam.update(motion, own)
             if k == last and isinstance(self.slam, Revising):

@@ -24,6 +24,7 @@ LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
+CHUNK = 64  # numbers that are compared with a limit at once
 ROUNDING = 1e-6  # of a unit
 ANYWHERE = np.empty((0, 0, 0), np.bool_)
 
@@ -263,7 +264,7 @@ def _search(
     radius   squared, of a place, of which only the best candidate counts
     """
     beams = _beams(points, turns, middle, words.shape[1])
-    bounds = _bounds(phases, beams, window, unknown)
+    bounds = _bounds(phases, beams, window, unknown, _spans(standing, middle, window))
     _stand(bounds, standing, middle, window)
     found, values = np.full((most, 3), -1), np.full(most, least)
     kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
@@ -271,8 +272,8 @@ def _search(
     flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
     high, wide = bounds.shape[1:]
     for first in (True, False):  # the most promising square, then those that may be better
-        nodes = np.full(1, flat.argmax()) if first else np.flatnonzero(flat > values.min())
         worst = values.min()
+        nodes = _first_largest(flat) if first else _above(flat, worst)
         for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
             if flat[o] <= worst:
                 break
@@ -325,38 +326,89 @@ def _keep(kept, turn, row, col, value):
 
 
 @kernel
-def _bounds(phases, beams, window, unknown):
-    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates."""
+def _first_largest(values):
+    """(1,) the place of the first of the largest whole numbers."""
+    most = values[0]
+    for k in range(len(values)):
+        most = max(most, values[k])
+    place = 0
+    while values[place] < most:
+        place += 1
+    return np.full(1, place)
+
+
+@kernel
+def _above(values, least):
+    """The places of whole numbers above `least`."""
+    places, n = np.empty(1024, np.int64), 0
+    for begin in range(0, len(values), CHUNK):
+        end, most = min(begin + CHUNK, len(values)), values[begin]
+        for k in range(begin, end):
+            most = max(most, values[k])
+        if most <= least:
+            continue
+        if n + CHUNK > len(places):
+            more = np.empty(2 * len(places), np.int64)
+            more[:n] = places[:n]
+            places = more
+        for k in range(begin, end):
+            places[n] = k
+            n += values[k] > least
+    return places[:n]
+
+
+@kernel
+def _bounds(phases, beams, window, unknown, spans):
+    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates; in each
+    row only those in `spans` (rows, 2)."""
     rows, cols = beams[0], beams[1]
-    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
+    high, wide = len(spans), 2 * window[0] // SQUARE + 1
     bounds = np.full((len(rows), high, wide), rows.shape[1] * unknown, np.uint16)
+    _, _, tall, broad = phases.shape
+    sums, maxima = bounds.ravel(), phases.ravel()
     for t in range(len(rows)):
         for k in range(rows.shape[1]):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
-            phase = phases[row % SQUARE, col % SQUARE]
-            _accumulate(bounds[t], phase, row // SQUARE, col // SQUARE)
+            phase = row % SQUARE * SQUARE + col % SQUARE
+            row, col = row // SQUARE, col // SQUARE
+            for a in range(max(-row, 0), min(tall - row, high)):
+                begin, end = max(-col, spans[a, 0]), min(broad - col, spans[a, 1])
+                target = np.uint64((t * high + a) * wide)
+                source = np.uint64((phase * tall + row + a) * broad + col)
+                for b in range(begin, end):  # in this loop: slices count references to arrays
+                    sums[target + np.uint64(b)] += maxima[source + np.uint64(b)]
     return bounds
 
 
 @kernel
-def _accumulate(sums, phase, row, col):
-    """Add to sums (rows, cols) the part of a phase that begins at a row and a column."""
-    begin = max(-col, 0)
-    end = max(min(phase.shape[1] - col, sums.shape[1]), begin)  # a negative end would wrap around
-    for a in range(max(-row, 0), min(len(phase) - row, len(sums))):
-        target, source = sums[a, begin:end], phase[row + a, col + begin : col + end]
-        for k in range(len(target)):
-            target[k] += source[k]
+def _spans(standing, middle, window):
+    """(rows, 2) the first square of each row in which the robot may stand, and the one after the
+    last."""
+    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
+    spans = np.zeros((high, 2), np.int64)
+    for a in range(high):
+        for b in range(wide):
+            if _stands(standing, 1, middle, a * SQUARE - window[1], b * SQUARE - window[0]):
+                if spans[a, 1] == 0:
+                    spans[a, 0] = b
+                spans[a, 1] = b + 1
+    return spans
 
 
 @kernel
 def _stand(bounds, standing, middle, window):
     """Set the bounds of squares to zero where no robot may stand."""
+    if not len(standing):
+        return
+    mask = np.empty(bounds.shape[1:], np.uint16)
     for a in range(bounds.shape[1]):
         for b in range(bounds.shape[2]):
             i, j = a * SQUARE - window[1], b * SQUARE - window[0]
-            if not _stands(standing, 1, middle, i, j):
-                bounds[:, a, b] = 0
+            mask[a, b] = 0xFFFF if _stands(standing, 1, middle, i, j) else 0
+    flat, kept = bounds.ravel(), mask.ravel()
+    for begin in range(0, len(flat), len(kept)):
+        for k in range(len(kept)):
+            flat[begin + k] &= kept[k]
 
 
 @kernel

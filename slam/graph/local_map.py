@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +64,7 @@ class LocalMap:
         """Keep only what the map can be drawn again from: no seeds, and of its scans no cached
         properties. To be called once its own map was built."""
         self.seeds = ()
-        self.keyframes = [Keyframe(replace(scan), pose) for scan, pose in self.keyframes]
+        self.keyframes = [Keyframe(scan.bare(), pose) for scan, pose in self.keyframes]
         self._path = self.path()
 
     def middle(self) -> Pose2:

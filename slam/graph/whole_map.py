@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -75,7 +74,7 @@ class WholeMap:
         for number in range(max(new - 1, 0), len(places)):
             frame, changed = Pose2.of(self._poses[number]), [NO_CELLS]
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
-                bare = replace(scan)  # a copy: its cached properties are freed with it
+                bare = scan.bare()  # its cached properties are freed with it
                 changed.append(self.map_model.integrate(bare, frame @ pose))
             self._keyframes[number] = len(places[number].keyframes)
             yield np.concatenate(changed)

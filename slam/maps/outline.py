@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.geometry import Array
 from slam.kernel import kernel
+from slam.scan import Scan
 
 REACH = 0.1  # m from an echo up to which its neighbours are fitted by a line
 MAX_GAP = 0.5  # m between neighbouring echoes of one line
@@ -44,6 +45,15 @@ def outline(points: Array) -> Outline:
     are none within REACH: at a grazing angle echoes of one wall are half a metre apart.
     """
     return Outline(points, *_outline(points))
+
+
+def outlined(scan: Scan) -> Outline:
+    """The outline of a scan, kept with it like its cached properties: that of a keyframe is needed
+    when it is matched, when it is drawn, and when the next local map begins with it."""
+    kept = vars(scan)
+    if "outline" not in kept:
+        kept["outline"] = outline(scan.points)
+    return kept["outline"]
 
 
 @kernel(error_model="numpy")

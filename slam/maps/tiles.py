@@ -152,7 +152,8 @@ class Tiles:
     @property
     def origin(self) -> tuple[float, float]:
         """World x, y in m of the lower left corner of `index`."""
-        return self.col0 * self.resolution, self.row0 * self.resolution
+        current, resolution = self.current, self.resolution  # read many times a scan
+        return current.col0 * resolution, current.row0 * resolution
 
     @property
     def nbytes(self) -> int:

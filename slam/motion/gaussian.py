@@ -88,7 +88,7 @@ class Prediction:
 
     def poses(self, errors: Array) -> Array:
         """(n, 3) the poses that result from errors (n, 3)."""
-        return _with_errors(errors, self._centre, self._moved)
+        return with_errors(errors, self._centre, self._moved)
 
     def error(self, pose: Pose2) -> Array:
         """(3,) the error that results in a pose."""
@@ -100,7 +100,7 @@ class Prediction:
 
     def log_density(self, poses: Array) -> Array:
         """(n,) log p(s | u, s') of poses (n, 3), up to a constant."""
-        return _log_density(poses, *self.gaussian)
+        return log_density(poses, *self.gaussian)
 
     def covariance(self) -> Array:
         """(3, 3) covariance of the predicted pose by the odometry's errors alone, world."""
@@ -123,7 +123,8 @@ class Prediction:
 
 
 @kernel
-def _with_errors(errors, centre, moved):
+def with_errors(errors, centre, moved):
+    """See `Prediction.poses`; `centre` and `moved` are of `Prediction.gaussian`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     poses = np.empty_like(errors)
     for n in range(len(errors)):
@@ -138,7 +139,7 @@ def _with_errors(errors, centre, moved):
 
 @kernel
 def _error(pose, centre, moved):
-    """The error (x, y, theta) that results in a pose: the inverse of `_with_errors`."""
+    """The error (x, y, theta) that results in a pose: the inverse of `with_errors`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     dx, dy = pose[0] - centre[0], pose[1] - centre[1]
     theta = (pose[2] - centre[2] + np.pi) % (2 * np.pi) - np.pi
@@ -149,7 +150,8 @@ def _error(pose, centre, moved):
 
 
 @kernel
-def _log_density(poses, centre, moved, deviations):
+def log_density(poses, centre, moved, deviations):
+    """See `Prediction.log_density`; the rest is `Prediction.gaussian`."""
     result = np.empty(len(poses))
     for n in range(len(poses)):
         x, y, theta = _error(poses[n], centre, moved)

@@ -31,19 +31,15 @@ FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 class Sight(NamedTuple):
     """What a scan saw; poses are those of the sensor.
 
-    pieces    (n, 2) m, the surfaces, in the robot's frame: see `Scan.pieces`
-    angles    (beams,) rad, ascending
-    free      (beams,) m, that is free in each direction and NEIGHBOURS to each side
-    outline   (n, 2) m, its echoes in the sensor's frame
-    bearings  (n,) rad, of the outline, ascending
-    mount     pose of the sensor on the robot
+    pieces  (n, 2) m, the surfaces, in the robot's frame: see `Scan.pieces`
+    angles  (beams,) rad, ascending
+    free    (beams,) m, that is free in each direction and NEIGHBOURS to each side
+    mount   pose of the sensor on the robot
     """
 
     pieces: Array
     angles: Array
     free: Array
-    outline: Array
-    bearings: Array
     mount: Pose2
 
 
@@ -70,22 +66,24 @@ class Recent:
         step = match.last.between(match.estimate.pose)
         changed = self.change(match.scan, step)
         self._last = self._sight(match.scan)
-        self._keep(self._last, step)
+        self._keep(match.scan, step)
         return changed
 
-    def _keep(self, seen: Sight, step: Pose2) -> None:
-        """Write a sight, `step` after the one before, to the rows that `_overlaps` reads."""
-        echoes = len(seen.outline)
+    def _keep(self, scan: Scan, step: Pose2) -> None:
+        """Write a scan, `step` after the one before, to the rows that `_overlaps` reads: its echoes
+        in the sensor's frame, by ascending angle."""
+        order, echoes = _order(scan), len(scan.points)
         if echoes > self._bearings.shape[1]:
             more = echoes - self._bearings.shape[1]
             self._outlines = np.pad(self._outlines, ((0, 0), (0, more), (0, 0)))
             self._bearings = np.pad(self._bearings, ((0, 0), (0, more)))
         row = self._newest = (self._newest + 1) % RECENT
         self._number = min(self._number + 1, RECENT)
-        self._outlines[row, :echoes] = seen.outline
-        self._bearings[row, :echoes] = seen.bearings
-        view = seen.angles[0], seen.angles[-1]
-        self._frames[row] = echoes, *view, *seen.mount.inverse(), *step
+        outline = np.ascontiguousarray(scan.points[::order])
+        self._outlines[row, :echoes] = transform_points(scan.mount.inverse(), outline)
+        self._bearings[row, :echoes] = scan.angles[scan.hit][::order]
+        view = scan.angles[::order]
+        self._frames[row] = echoes, view[0], view[-1], *scan.mount.inverse(), *step
 
     def change(self, scan: Scan, displacement: Pose2) -> float:
         """The change of a scan since the last keyframe, `displacement` before; 0 if not known."""
@@ -94,7 +92,7 @@ class Recent:
     def overlaps(self, match: Match, pose: Pose2) -> Array:
         """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
         it was taken at `pose`; and the number of its echoes in view."""
-        pieces, away = self._sight(match.scan).pieces, match.last.between(pose)
+        pieces, away = match.scan.pieces, match.last.between(pose)
         return _overlaps(
             self._outlines, self._bearings, self._frames, self._newest, self._number, pieces, *away
         )
@@ -108,12 +106,14 @@ class Recent:
 
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
-    free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
-    order = -1 if len(free) > 1 and scan.angles[-1] < scan.angles[0] else 1
+    order, free = _order(scan), _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
     angles, free = np.ascontiguousarray(scan.angles[::order]), np.ascontiguousarray(free[::order])
-    outline = transform_points(scan.mount.inverse(), np.ascontiguousarray(scan.points[::order]))
-    bearings = np.ascontiguousarray(scan.angles[scan.hit][::order])
-    return Sight(scan.pieces, angles, free, outline, bearings, scan.mount)
+    return Sight(scan.pieces, angles, free, scan.mount)
+
+
+def _order(scan: Scan) -> int:
+    """The step through the beams by which their angles ascend."""
+    return -1 if len(scan.angles) > 1 and scan.angles[-1] < scan.angles[0] else 1
 
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
@@ -121,8 +121,10 @@ def change(before: Sight, after: Sight, displacement: Pose2) -> float:
     where the other scan saw free space; from 0 to 2, the sum of both directions. 0 if it is of one
     direction only: something came, or went, and the robot is where it was."""
     came = _share(before, after, displacement)
+    if came <= ONE_SIDED:
+        return 0.0
     went = _share(after, before, displacement.inverse())
-    return came + went if min(came, went) > ONE_SIDED else 0.0
+    return came + went if went > ONE_SIDED else 0.0
 
 
 def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:

@@ -11,11 +11,15 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.interface import Posterior
 from slam.kernel import kernel
+from slam.motion.gaussian import log_density, with_errors
 from slam.search.gauss_newton import GaussNewton
+from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.field import likeliest
 from slam.validation import positive
 
 FEW = 16  # candidates of which all are evaluated in full: a floor would cost more than it saves
 MAX_EXHAUSTIVE = 100  # candidates up to which all are evaluated, without bounds
+MAX_IN_FIELD = 2000  # the same in the field of an `Endpoint`, by one kernel
 NODE_SIDE = 2  # candidates along the side of a node, which share a bound
 FIRST_BATCH = 2  # nodes evaluated at first; then twice as many, and so on
 ROUNDING = 1e-6  # added to bounds, which rounding errors could make too small
@@ -52,7 +56,11 @@ class Correlative:
     def best(self, posterior: Posterior) -> Pose2:
         """The candidate with the largest posterior; the first of equal ones."""
         axes = self._axes(posterior.prediction.deviations)
-        few = math.prod(len(axis) for axis in axes) <= MAX_EXHAUSTIVE
+        candidates, model = math.prod(len(axis) for axis in axes), posterior.sensor_model
+        if isinstance(model, Endpoint) and candidates <= MAX_IN_FIELD:
+            points, prior = posterior.scan.points, posterior.prediction.gaussian
+            return Pose2(*_best_in_field(axes, prior, points, model.samples))
+        few = candidates <= MAX_EXHAUSTIVE
         return _exhaustive(posterior, axes) if few else self._branch_and_bound(posterior, axes)
 
     def exhaustive(self, posterior: Posterior) -> Pose2:
@@ -116,6 +124,18 @@ def _grid(turns, xs, ys):
                 errors[n, 0], errors[n, 1], errors[n, 2] = x, y, t
                 n += 1
     return errors
+
+
+@kernel
+def _best_in_field(axes, prior, points, samples):
+    """The same as `_exhaustive`, compiled.
+
+    prior    see `Prediction.gaussian`
+    samples  see `Endpoint.samples`
+    """
+    poses = with_errors(_grid(*axes), prior[0], prior[1])
+    best = likeliest(poses, log_density(poses, *prior), points, *samples)
+    return poses[best, 0], poses[best, 1], poses[best, 2]
 
 
 @kernel

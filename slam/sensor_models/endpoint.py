@@ -22,6 +22,7 @@ ROUNDING = 1e-6
 # F above which an echo is explained and below which it is contradicted; the prior lies between
 EXPLAINED_F, CONTRADICTED_F = 0.4, 0.1
 TABLE_SIZE = 4096  # values of the logarithm that are tabulated
+Samples = tuple[np.ndarray, np.ndarray, tuple[float, float], float, float, float, float]
 Reading = tuple[np.ndarray, Array, tuple[float, float], float, int, float]  # see `field.slope`
 
 
@@ -127,6 +128,13 @@ class Endpoint:
             poses, scan.points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
             self.unknown, floor / self.beta - ROUNDING, self.top,
         )  # fmt: skip
+
+    @property
+    def samples(self) -> Samples:
+        """What kernels compare poses by: the last arguments of `field.likeliest`."""
+        tiles = self.tiles
+        return (tiles.index, self._field.flat, tiles.origin, tiles.resolution,
+                self.unknown, self.top, self.beta)  # fmt: skip
 
     def shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
         """Shares of echoes (n, 2) that the map explains (occupied) and contradicts (free)."""

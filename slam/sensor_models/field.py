@@ -18,6 +18,7 @@ MIN_CENTROID_CHANGE = 12  # 1/256 of a cell; smaller changes of a centroid are i
 MIN_H_CHANGE = 6  # of 255; smaller changes of h are ignored, except at the limits
 U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numba checks no index
 U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
+ROUNDING = 1e-6  # nats, of sums that are compared with a floor
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
 
@@ -142,47 +143,71 @@ def sums(poses, points, index, field, origin, resolution, unknown, floor, top):
     `unknown` counts for points outside of the field. -inf if the sum is below `floor`, as soon as
     that is certain; `top` is the maximum of the field.
     """
-    scale = 1.0 / resolution
-    rows, cols = (index.shape[0] << SHIFT) - 1.0, (index.shape[1] << SHIFT) - 1.0
     result = np.empty(len(poses))
     for n in range(len(poses)):
-        c, s = np.cos(poses[n, 2]) * scale, np.sin(poses[n, 2]) * scale
-        x0, y0 = (poses[n, 0] - origin[0]) * scale, (poses[n, 1] - origin[1]) * scale
-        total = 0.0
-        for k in range(len(points)):
-            x = x0 + c * points[k, 0] - s * points[k, 1]
-            y = y0 + s * points[k, 0] + c * points[k, 1]
-            if total + (len(points) - k) * top < floor:
-                total = -np.inf
-                break
-            if not (x >= 1.0 and y >= 1.0 and x < cols and y < rows):
-                total += unknown
-                continue
-            r, q = np.int64(y), np.int64(x)
-            fy, fx = np.float32(y - r), np.float32(x - q)
-            i, j = np.uint64(r), np.uint64(q)
-            u2, v2 = HALF * fx * fx, HALF * fy * fy
-            u0, v0 = HALF - fx + u2, HALF - fy + v2
-            u1, v1 = ONE - u0 - u2, ONE - v0 - v2
-            row, col = i & U_MASK, j & U_MASK
-            if U_0 < row < U_MASK and U_0 < col < U_MASK:
-                a = (np.uint64(index[i >> U_SHIFT, j >> U_SHIFT]) << (U_SHIFT + U_SHIFT)) + (
-                    (row << U_SHIFT) + col
-                )
-                b, c_ = a - U_TILE, a + U_TILE
-                total += (
-                    v0 * (u0 * field[b - U_1] + u1 * field[b] + u2 * field[b + U_1])
-                    + v1 * (u0 * field[a - U_1] + u1 * field[a] + u2 * field[a + U_1])
-                    + v2 * (u0 * field[c_ - U_1] + u1 * field[c_] + u2 * field[c_ + U_1])
-                )
-            else:
-                total += (
-                    v0 * _row(index, field, r - 1, q, u0, u1, u2)
-                    + v1 * _row(index, field, r, q, u0, u1, u2)
-                    + v2 * _row(index, field, r + 1, q, u0, u1, u2)
-                )
-        result[n] = total
+        result[n] = _sum(poses[n, 0], poses[n, 1], poses[n, 2], points, index, field, origin,
+                         resolution, unknown, floor, top)  # fmt: skip
     return result
+
+
+@kernel
+def likeliest(poses, priors, points, index, field, origin, resolution, unknown, top, beta):
+    """The number of the pose (of (n, 3)) with the largest sum over the points of the field, times
+    `beta`, plus its log prior (n,); the first of equal ones.
+
+    The poses are tried in the order of their priors, and each only until it must be worse.
+    """
+    best, found = -np.inf, 0
+    for n in np.argsort(-priors, kind="mergesort"):
+        floor = (best - priors[n]) / beta - ROUNDING
+        total = _sum(poses[n, 0], poses[n, 1], poses[n, 2], points, index, field, origin,
+                     resolution, unknown, floor, top)  # fmt: skip
+        value = beta * total + priors[n]
+        if value > best or (value == best and n < found):
+            best, found = value, n
+    return found
+
+
+@kernel
+def _sum(robot_x, robot_y, theta, points, index, field, origin, resolution, unknown, floor, top):
+    """The sum of `sums` for one pose."""
+    scale = 1.0 / resolution
+    rows, cols = (index.shape[0] << SHIFT) - 1.0, (index.shape[1] << SHIFT) - 1.0
+    c, s = np.cos(theta) * scale, np.sin(theta) * scale
+    x0, y0 = (robot_x - origin[0]) * scale, (robot_y - origin[1]) * scale
+    total = 0.0
+    for k in range(len(points)):
+        x = x0 + c * points[k, 0] - s * points[k, 1]
+        y = y0 + s * points[k, 0] + c * points[k, 1]
+        if total + (len(points) - k) * top < floor:
+            return -np.inf
+        if not (x >= 1.0 and y >= 1.0 and x < cols and y < rows):
+            total += unknown
+            continue
+        r, q = np.int64(y), np.int64(x)
+        fy, fx = np.float32(y - r), np.float32(x - q)
+        i, j = np.uint64(r), np.uint64(q)
+        u2, v2 = HALF * fx * fx, HALF * fy * fy
+        u0, v0 = HALF - fx + u2, HALF - fy + v2
+        u1, v1 = ONE - u0 - u2, ONE - v0 - v2
+        row, col = i & U_MASK, j & U_MASK
+        if U_0 < row < U_MASK and U_0 < col < U_MASK:
+            a = (np.uint64(index[i >> U_SHIFT, j >> U_SHIFT]) << (U_SHIFT + U_SHIFT)) + (
+                (row << U_SHIFT) + col
+            )
+            b, c_ = a - U_TILE, a + U_TILE
+            total += (
+                v0 * (u0 * field[b - U_1] + u1 * field[b] + u2 * field[b + U_1])
+                + v1 * (u0 * field[a - U_1] + u1 * field[a] + u2 * field[a + U_1])
+                + v2 * (u0 * field[c_ - U_1] + u1 * field[c_] + u2 * field[c_ + U_1])
+            )
+        else:
+            total += (
+                v0 * _row(index, field, r - 1, q, u0, u1, u2)
+                + v1 * _row(index, field, r, q, u0, u1, u2)
+                + v2 * _row(index, field, r + 1, q, u0, u1, u2)
+            )
+    return total
 
 
 @kernel
@@ -226,8 +251,7 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
     rows, cols = (index.shape[0] << shift) - 1.0, (index.shape[1] << shift) - 1.0
     c, s = np.cos(theta), np.sin(theta)
     x0, y0 = (robot_x - origin[0]) * scale, (robot_y - origin[1]) * scale
-    value = 0.0
-    g, H = np.zeros(3), np.zeros((3, 3))
+    value = gx = gy = gt = xx = xy = yy = xt = yt = tt = 0.0
     t = np.empty((3, 3), np.float32)
     for k in range(len(points)):
         wx, wy = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
@@ -238,48 +262,48 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
         i, j = np.int32(y), np.int32(x)
         row, col = i & mask, j & mask
         if 0 < row < mask and 0 < col < mask:
-            slot, first = index[i >> shift, j >> shift], (row - 1) * side + col - 1
-            for a in range(3):
-                for b in range(3):
-                    t[a, b] = field[slot, np.uint64(first + a * side + b)]
+            slot, here = np.uint64(index[i >> shift, j >> shift]), np.uint64(row * side + col)
+            below, above = here - np.uint64(side), here + np.uint64(side)
+            t00, t01, t02 = field[slot, below - U_1], field[slot, below], field[slot, below + U_1]
+            t10, t11, t12 = field[slot, here - U_1], field[slot, here], field[slot, here + U_1]
+            t20, t21, t22 = field[slot, above - U_1], field[slot, above], field[slot, above + U_1]
         else:
             for a in range(3):
                 for b in range(3):
                     r, q = i + a - 1, j + b - 1
                     t[a, b] = field[index[r >> shift, q >> shift], (r & mask) * side + (q & mask)]
+            t00, t01, t02 = t[0, 0], t[0, 1], t[0, 2]
+            t10, t11, t12 = t[1, 0], t[1, 1], t[1, 2]
+            t20, t21, t22 = t[2, 0], t[2, 1], t[2, 2]
         fy, fx = np.float32(y - i), np.float32(x - j)
         u2, v2 = HALF * fx * fx, HALF * fy * fy
         u0, v0 = HALF - fx + u2, HALF - fy + v2
         u1, v1 = ONE - u0 - u2, ONE - v0 - v2
         p0, p1, p2 = fx - ONE, ONE - TWO * fx, fx
         q0, q1, q2 = fy - ONE, ONE - TWO * fy, fy
-        m0 = u0 * t[0, 0] + u1 * t[0, 1] + u2 * t[0, 2]
-        m1 = u0 * t[1, 0] + u1 * t[1, 1] + u2 * t[1, 2]
-        m2 = u0 * t[2, 0] + u1 * t[2, 1] + u2 * t[2, 2]
-        d0 = p0 * t[0, 0] + p1 * t[0, 1] + p2 * t[0, 2]
-        d1 = p0 * t[1, 0] + p1 * t[1, 1] + p2 * t[1, 2]
-        d2 = p0 * t[2, 0] + p1 * t[2, 1] + p2 * t[2, 2]
+        m0 = u0 * t00 + u1 * t01 + u2 * t02
+        m1 = u0 * t10 + u1 * t11 + u2 * t12
+        m2 = u0 * t20 + u1 * t21 + u2 * t22
+        d0 = p0 * t00 + p1 * t01 + p2 * t02
+        d1 = p0 * t10 + p1 * t11 + p2 * t12
+        d2 = p0 * t20 + p1 * t21 + p2 * t22
         value += v0 * m0 + v1 * m1 + v2 * m2
-        gx, gy = (v0 * d0 + v1 * d1 + v2 * d2) * scale, (q0 * m0 + q1 * m1 + q2 * m2) * scale
-        xx = (
-            v0 * (t[0, 0] - TWO * t[0, 1] + t[0, 2])
-            + v1 * (t[1, 0] - TWO * t[1, 1] + t[1, 2])
-            + v2 * (t[2, 0] - TWO * t[2, 1] + t[2, 2])
+        dx, dy = (v0 * d0 + v1 * d1 + v2 * d2) * scale, (q0 * m0 + q1 * m1 + q2 * m2) * scale
+        dxx = (
+            v0 * (t00 - TWO * t01 + t02)
+            + v1 * (t10 - TWO * t11 + t12)
+            + v2 * (t20 - TWO * t21 + t22)
         ) * (scale * scale)
-        yy = (m0 - TWO * m1 + m2) * (scale * scale)
-        xy = (q0 * d0 + q1 * d1 + q2 * d2) * (scale * scale)
-        xx, xy, yy = _negative_part(xx, xy, yy)
-        g[0] += gx
-        g[1] += gy
-        g[2] += wx * gy - wy * gx
-        H[0, 0] += xx
-        H[0, 1] += xy
-        H[1, 1] += yy
-        H[0, 2] += wx * xy - wy * xx
-        H[1, 2] += wx * yy - wy * xy
-        H[2, 2] += wx * wx * yy - 2.0 * wx * wy * xy + wy * wy * xx
-    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
-    return beta * value, beta * g, beta * H
+        dyy = (m0 - TWO * m1 + m2) * (scale * scale)
+        dxy = (q0 * d0 + q1 * d1 + q2 * d2) * (scale * scale)
+        dxx, dxy, dyy = _negative_part(dxx, dxy, dyy)
+        gx, gy, gt = gx + dx, gy + dy, gt + (wx * dy - wy * dx)
+        xx, xy, yy = xx + dxx, xy + dxy, yy + dyy
+        xt, yt = xt + (wx * dxy - wy * dxx), yt + (wx * dyy - wy * dxy)
+        tt += wx * wx * dyy - 2.0 * wx * wy * dxy + wy * wy * dxx
+    g = np.array([beta * gx, beta * gy, beta * gt])
+    H = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+    return beta * value, g, beta * H
 
 
 @kernel

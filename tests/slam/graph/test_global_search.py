@@ -12,6 +12,7 @@ from slam.graph.global_search import (
     MAX_POINTS,
     MAX_UNITS,
     OTHER_DISTANCE,
+    SQUARE,
     TURN_STEP,
     GlobalSearch,
 )
@@ -167,9 +168,13 @@ def test_no_candidate_is_below_the_least() -> None:
 @pytest.mark.parametrize("col", range(-12, 13))
 def test_of_points_beside_the_map_nothing_is_added(row: int, col: int) -> None:
     phase = np.arange(1, 13, dtype=np.uint16).reshape(3, 4)
-    found, expected = np.zeros((2, 2, 6), np.uint16)
+    phases, expected = np.zeros((SQUARE, SQUARE, 3, 4), np.uint16), np.zeros((2, 6), np.uint16)
+    phases[0, 0] = phase
     for a, b in np.ndindex(expected.shape):
         if 0 <= row + a < 3 and 0 <= col + b < 4:
             expected[a, b] = phase[row + a, col + b]
-    global_search._accumulate(found, phase, row, col)
+    expected[0, :1] = expected[1, 4:] = 0  # outside of the spans
+    window, spans = np.array([10, 2]), np.array([[1, 6], [0, 4]])
+    beams = np.array([[row * SQUARE + 2]]), np.array([[col * SQUARE + 10]])
+    found = global_search._bounds(phases, beams, window, 0, spans)[0]
     np.testing.assert_array_equal(found, expected)
