@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -56,7 +55,7 @@ class SecondStart:
         if not self._taken:
             state = {name: part for name, part in vars(slam).items() if part is not self}
             self._fresh = copy.deepcopy(state, {id(slam): slam})
-        self._taken.append((displacement, replace(scan)))
+        self._taken.append((displacement, scan.bare()))
         estimate = slam.advance(displacement, scan)
         if odometry.scale.factor != 1.0:
             estimate = self._again(slam, odometry)
