@@ -19,7 +19,8 @@ MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there 
 BEGAN_GAIN = 0.055  # nats a beam by which the scan with which a doubt began fits better there
 BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here,
 SINCE_GAIN = 0.3  # or nats a beam by which the scans since then do, all together,
-SINCE_EXPLAINED = 0.9  # if so much of the usual share of the last one is explained there
+SINCE_EXPLAINED = 0.9  # if so much of the usual share of the last one is explained there,
+LED_EXPLAINED = 0.1  # and by so much more of the surface of the first one than here
 SUSPECTS = 4  # places, at most, that are compared at each check
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 
@@ -203,7 +204,8 @@ class Rivals:
             began = check.began(place)
             suspect.way = place.pose @ here.inverse()
             suspect.gain += check.gain(place)
-            suspect.led = min(began) > 0.0 and check.explains_well(place)
+            suspect.led = began.gain > 0.0 and began.more > LED_EXPLAINED
+            suspect.led = suspect.led and check.explains_well(place)
             since = suspect.gain if suspect.led else 0.0
             speaks = check.speaks_for(place, check.more) and began.speaks(since)
             if speaks and (best is None or place.value > best.value):
