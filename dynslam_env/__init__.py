@@ -49,6 +49,7 @@ from dynslam_env.worlds.layout import Door, Generator, Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 from dynslam_env.worlds.varied import Varied
+from dynslam_env.worlds.wings import Wings
 
 __all__ = [
     "LASERS",
@@ -111,6 +112,7 @@ __all__ = [
     "Visit",
     "Weibull",
     "WheelEncoders",
+    "Wings",
     "WrongBeams",
     "record",
     "register_law",

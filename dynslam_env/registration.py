@@ -12,6 +12,7 @@ WORLDS: dict[str, tuple[int, dict[str, Any]]] = {
     "DoorLoop-v0": (2000, {"world": "loop"}),
     "DoorOffice-v0": (5000, {"world": "office"}),
     "DoorCrowd-v0": (1500, {"world": "crowd"}),
+    "DoorWings-v0": (2500, {"world": "wings"}),
 }
 """Ids of the environments of one robot without a SLAM: id -> (time limit in steps, keywords)."""
 
@@ -36,7 +37,7 @@ for _name, (_limit, _keywords) in WORLDS.items():
         entry_point="dynslam_env.env:DoorWorldEnv",
         vector_entry_point="dynslam_env.vector:DoorWorldVectorEnv",
         max_episode_steps=_limit,
-        reward_threshold=REWARD_THRESHOLDS[_name],
+        reward_threshold=REWARD_THRESHOLDS.get(_name),
         kwargs=_keywords,
     )
 
