@@ -47,9 +47,9 @@ def own_names(monkeypatch):
 
 
 def test_the_built_in_names_are_in_the_same_tables():
-    assert NAMED_WORLDS.names()[:4] == WORLDS
+    assert NAMED_WORLDS.names()[:5] == WORLDS
     assert NAMED_LAWS.names()[:2] == LAWS
-    assert NAMED_WORLDS.get("crowd", "wings") == Corridor(people=6)
+    assert NAMED_WORLDS.get("crowd") == Corridor(people=6)
     assert (NAMED_LAWS.get("moving"), NAMED_LAWS.get("static")) == (Uniform(), Fixed())
 
 
