@@ -23,9 +23,9 @@ HEAD = """\
 
 # Environments
 
-dynslam registers eight Gymnasium environments in which a robot with a laser drives among doors that
-open and close: five worlds (corridor, standing doors, loop, office, crowd) and three patrol tasks
-for agents. This page has a card of each environment (picture, spaces, time limit) and the
+dynslam registers nine Gymnasium environments in which a robot with a laser drives among doors that
+open and close: six worlds (corridor, standing doors, loop, office, crowd, wings) and three patrol
+tasks for agents. This page has a card of each environment (picture, spaces, time limit) and the
 specification of each class: actions, observations, rewards, start, end, arguments. The
 specifications are the docstrings of the classes. The settings of the parts are on the page
 [dynslam_env](api/dynslam_env.md).

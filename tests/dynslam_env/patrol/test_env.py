@@ -50,6 +50,14 @@ def test_gymnasiums_checker_has_no_complaint():
         check_env(made(max_episode_steps=5).unwrapped, skip_render_check=True)
 
 
+def test_it_is_not_said_to_be_out_of_date():
+    """DoorPatrol-v1 is another task."""
+    code = "import gymnasium, dynslam_env; gymnasium.make('DoorPatrol-v0')"
+    told = subprocess.run([sys.executable, "-W", "default", "-c", code], capture_output=True,
+                          check=True, text=True)  # fmt: skip
+    assert "out of date" not in told.stderr
+
+
 def test_stable_baselines3s_checker_has_no_complaint():
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     with warnings.catch_warnings():
