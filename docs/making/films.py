@@ -22,7 +22,7 @@ SECONDS_PER_FRAME = dict.fromkeys((*WORLDS, *PATROLS), 1.0) | {
 }  # fmt: skip
 FRAMES_PER_SECOND = 8.0
 LARGEST = (500, 320)  # pixels, of a frame
-COLOURS = 16  # of a film
+COLOURS = 48  # of a frame; with 16, leaves and robot turn grey
 REAL_LASER = Laser(
     sigma=0.02, effects=(MixedPixels(), EchoLoss(reach=8.0), Surfaces(glass=0.3), Sweep(0.1))
 )
