@@ -41,6 +41,7 @@ from dynslam_env.simulation.registry import register_law, register_world
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.robot_presets import ROBOTS
 from dynslam_env.simulation.task import Task
+from dynslam_env.slam_vector import SlamVectorEnv
 from dynslam_env.slam_wrapper import FinalScores, SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
@@ -102,6 +103,7 @@ __all__ = [
     "Recorder",
     "Robot",
     "Scripted",
+    "SlamVectorEnv",
     "SlamWrapper",
     "Slip",
     "Surfaces",

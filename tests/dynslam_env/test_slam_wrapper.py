@@ -9,7 +9,7 @@ import pytest
 
 from dynslam_env import Doors, DoorWorldEnv, FinalScores, Gap, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
-from dynslam_env.slam_wrapper import crop_map, crop_points
+from dynslam_env.slam_run import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
 from slam.interface import Sampled
 from slam.metrics.change import TrueOccupancy
