@@ -355,7 +355,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
 
 def columns_of(rows: Sequence[dict[str, Any] | None], mask: Bools) -> Infos:
-    """Arrays (n, ...) by name of the rows of worlds `mask`, all of the same names; zero elsewhere."""
+    """Arrays (n, ...) by name of the rows of worlds `mask`, of equal names; zero elsewhere."""
     columns: Infos = {}
     for i in np.flatnonzero(mask).tolist():
         for key, value in (rows[i] or {}).items():

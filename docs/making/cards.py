@@ -44,7 +44,8 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
   `gym.make_vec` uses Gymnasium's own vector environments.
 * **Speed.** A step of `DoorCorridor-v0` takes 36 to 39 us of processor time alone (`gym.make`), and
   10 to 14 us in a vector of 64: 1.25 to 1.3 times and 0.46 to 0.63 times the ten physics steps of
-  pymunk that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). A reset takes 0.9 ms.
+  pymunk that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). A reset takes
+  0.9 ms.
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
   worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.
