@@ -73,7 +73,7 @@ class SlamVectorEnv(DoorWorldVectorEnv):
         spec = gym.spec(env_id)
         if spec.entry_point != WORLD_CLASS:
             raise InputError(f"SlamVectorEnv needs an id of dynslam_env.WORLDS, got {env_id!r}")
-        limit = {"max_episode_steps": spec.max_episode_steps}
+        limit: dict[str, Any] = {"max_episode_steps": spec.max_episode_steps}
         return cls(num_envs, **{**limit, **spec.kwargs, **keywords})
 
     def _reset(self, i: int, asked: EpisodeOptions | None = None) -> None:

@@ -90,8 +90,8 @@ def episode(rule: Rule, index: int) -> Score:
         touched.append(100.0 * info["collision"])
         steps.append(info["steps"])
         over = terminated or truncated
-    means = (float(np.average(values, weights=steps)) for values in (briers, touched))
-    return Score(sum(rewards), *means, len(rewards))
+    brier, contact = (float(np.average(values, weights=steps)) for values in (briers, touched))
+    return Score(sum(rewards), brier, contact, len(rewards))
 
 
 def rows(episodes: int) -> Iterator[str]:

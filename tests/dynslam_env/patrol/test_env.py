@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from dynslam_env import DoorWorldEnv, FinalScores, Laser, Layout, SlamWrapper, slam_wrapper
+from dynslam_env import DoorWorldEnv, FinalScores, Laser, Layout, SlamWrapper, slam_run
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.patroller import Patroller
@@ -153,7 +153,7 @@ def test_no_truth_is_in_observation_or_reward(monkeypatch):
         return Poison(), *others, info | true
 
     monkeypatch.setattr(SlamWrapper, "step", poisoned)
-    monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})
+    monkeypatch.setattr(slam_run, "errors_of", lambda estimate, truth: {})
     monkeypatch.setattr(DoorsKnown, "brier", lambda self, memory, time, openings: 0.0)
     for truth in ("pose", "layout", "physics"):
         monkeypatch.setattr(DoorWorldEnv, truth, property(lambda self: Poison()))
@@ -174,7 +174,7 @@ def test_the_trap_would_catch_who_looks(monkeypatch):
     monkeypatch.setattr(DoorWorldEnv, "pose", property(lambda self: Poison()))
     cheat = lambda self, *given: {"at": env.unwrapped.place.pose.x}  # noqa: E731
     monkeypatch.setattr(Patroller, "observation", cheat)
-    monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})
+    monkeypatch.setattr(slam_run, "errors_of", lambda estimate, truth: {})
     with pytest.raises(AssertionError, match="the truth was looked at: x"):
         env.unwrapped._observation()
 
