@@ -41,6 +41,7 @@ from dynslam_env.simulation.registry import register_law, register_world
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.robot_presets import ROBOTS
 from dynslam_env.simulation.task import Task
+from dynslam_env.slam_vector import SlamVectorEnv
 from dynslam_env.slam_wrapper import FinalScores, SlamWrapper
 from dynslam_env.vector import DoorWorldVectorEnv
 from dynslam_env.worlds.corridor import Corridor
@@ -49,6 +50,7 @@ from dynslam_env.worlds.layout import Door, Generator, Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 from dynslam_env.worlds.varied import Varied
+from dynslam_env.worlds.wings import Wings
 
 __all__ = [
     "LASERS",
@@ -101,6 +103,7 @@ __all__ = [
     "Recorder",
     "Robot",
     "Scripted",
+    "SlamVectorEnv",
     "SlamWrapper",
     "Slip",
     "Surfaces",
@@ -111,6 +114,7 @@ __all__ = [
     "Visit",
     "Weibull",
     "WheelEncoders",
+    "Wings",
     "WrongBeams",
     "record",
     "register_law",

@@ -50,6 +50,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     | `DoorLoop-v0`             | corridors around a block of rooms: the path closes a loop | 2000 |
     | `DoorOffice-v0`           | a floor of rooms, drawn anew at each reset; doors are short cuts | 5000 |
     | `DoorCrowd-v0`            | the passage with six people who walk from room to room   | 1500  |
+    | `DoorWings-v0`            | three corridors at oblique angles, drawn anew at each reset; hinged, double and sliding doors | 2500 |
 
     ## Action Space
     `Box(-1, 1, (2,), float32)`; values outside are clipped:
@@ -111,7 +112,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
     | key            | shape | content                                            | unit      |
     |----------------|-------|----------------------------------------------------|-----------|
     | `pose`         | (3,)  | true pose x, y, theta                              | m, m, rad |
-    | `door_angles`  | (d,)  | opening angles; 0 is closed                        | rad       |
+    | `door_angles`  | (d,)  | opening angles; 0 is closed; of a leaf that slides, the share that is open of the angle of a hinged one | rad |
     | `people`       | (p, 2) | positions of the people                           | m         |
     | `collision`    | bool  | contact with a wall, a door or a person at any time in the step | |
     | `contact`      | dict  | `wall`, `door`, `person`: which of them were touched in the step; `at_end`: whether something is touched at its end; `impulse`: sum of the contacts' impulses in the step | bool, N s |
@@ -127,8 +128,8 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
 
     | argument      | type, default              | content                                       |
     |---------------|----------------------------|-----------------------------------------------|
-    | `world`       | "corridor", "loop", "office", "crowd", a `Generator`; `Corridor()` | the place: a registered name, a `Corridor`, `Loop` or `Office`, a `Layout` built by hand or loaded from a file (`Layout.load`), a map (`FromMap`), or any object with `layout(rng)` |
-    | `difficulty`  | "easy", "medium", "hard"; none | size, rooms, doors, furniture, oblique corners and people of a `Corridor`, `Loop` or `Office`, drawn anew in each episode |
+    | `world`       | "corridor", "loop", "office", "crowd", "wings", a `Generator`; `Corridor()` | the place: a registered name, a `Corridor`, `Loop`, `Office` or `Wings`, a `Layout` built by hand or loaded from a file (`Layout.load`), a map (`FromMap`), or any object with `layout(rng)` |
+    | `difficulty`  | "easy", "medium", "hard"; none | size, rooms, doors, furniture, oblique corners and people of a `Corridor`, `Loop`, `Office` or `Wings`, drawn anew in each episode |
     | `doors`       | "moving", "static", a `Law`, `Doors`; "moving" | a registered name, a law (`Uniform`, `Exponential`, `Periodic`, `Scripted`, `Coupled`, `Fixed`), or law and mechanics of the doors |
     | `robot`       | "Pioneer-3DX", "TurtleBot3", a `Robot`; `Robot()` | body, speeds, accelerations; a named robot carries the laser at its own place |
     | `laser`       | "SICK-LMS200", "Hokuyo-UTM-30LX", "RPLIDAR-A2", a `Laser`; `Laser()` | beams, field of view, range, noise, mount, and the effects of real lasers, below |

@@ -354,6 +354,18 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         return masked(named, mask)
 
 
+def columns_of(rows: Sequence[dict[str, Any] | None], mask: Bools) -> Infos:
+    """Arrays (n, ...) by name of the rows of worlds `mask`, of equal names; zero elsewhere."""
+    columns: Infos = {}
+    for i in np.flatnonzero(mask).tolist():
+        for key, value in (rows[i] or {}).items():
+            if key not in columns:
+                one = np.asarray(value)
+                columns[key] = np.zeros((len(rows), *one.shape), one.dtype)
+            columns[key][i] = value
+    return columns
+
+
 def masked(infos: Infos, mask: Bools) -> Infos:
     """The infos with a mask `_key` for each key, as in Gymnasium: for which worlds it is valid."""
     return infos | {f"_{key}": mask.copy() for key in infos}

@@ -23,9 +23,9 @@ HEAD = """\
 
 # Environments
 
-dynslam registers eight Gymnasium environments in which a robot with a laser drives among doors that
-open and close: five worlds (corridor, standing doors, loop, office, crowd) and three patrol tasks
-for agents. This page has a card of each environment (picture, spaces, time limit) and the
+dynslam registers nine Gymnasium environments in which a robot with a laser drives among doors that
+open and close: six worlds (corridor, standing doors, loop, office, crowd, wings) and three patrol
+tasks for agents. This page has a card of each environment (picture, spaces, time limit) and the
 specification of each class: actions, observations, rewards, start, end, arguments. The
 specifications are the docstrings of the classes. The settings of the parts are on the page
 [dynslam_env](api/dynslam_env.md).
@@ -42,12 +42,14 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
 * **Many at once.** `gym.make_vec(ID, 64, threads=2)` steps many worlds at once, with the same
   results, bit for bit, as single environments, if the card says *many at once: yes*; otherwise
   `gym.make_vec` uses Gymnasium's own vector environments.
-* **Speed.** A step takes 46 us alone (`gym.make`), 29 us in a vector of 64, and 22 us with two
-  threads. Ten physics steps of pymunk, the lower limit on one core, take 26 to 31 us
-  (`dynslam speed`, 2 cores).
+* **Speed.** A step of `DoorCorridor-v0` takes 36 to 39 us of processor time alone (`gym.make`), and
+  10 to 14 us in a vector of 64: 1.25 to 1.3 times and 0.46 to 0.63 times the ten physics steps of
+  pymunk that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). A reset takes
+  0.9 ms.
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
   worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.
+  `SlamVectorEnv.make("DoorOffice-v0", 8, slam="hmm-ml")` steps many worlds with a SLAM each.
 * **Copies.** `copy.deepcopy` and `pickle` copy every environment, also in mid-episode; the copy
   goes on bit for bit as the original ([example](search-a-tree.md)).
 * **The wheels.** `odometry` and `velocity` are what the wheels report, with errors. The default

@@ -1,4 +1,4 @@
-"""Films of the worlds: the first half minute or minute of a drive in each, and of a real laser."""
+"""Films of the environments: the first minutes of a drive in each, and of a real laser."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ import numpy as np
 from dynslam_cli.figures.film import write_film  # pyright: ignore[reportMissingImports]
 from PIL import Image
 
-from dynslam_env import WORLDS, EchoLoss, Laser, MixedPixels, Surfaces, Sweep
+from dynslam_env import PATROLS, WORLDS, EchoLoss, Laser, MixedPixels, Surfaces, Sweep
 
 SEED = 7  # of the drives
 FRAMES = 32
-SECONDS_PER_FRAME = dict.fromkeys(WORLDS, 1.0) | {"DoorOffice-v0": 2.0, "DoorLoop-v0": 2.0}
+SECONDS_PER_FRAME = dict.fromkeys((*WORLDS, *PATROLS), 1.0) | {
+    "DoorOffice-v0": 2.0, "DoorLoop-v0": 2.0, "DoorWings-v0": 2.0,
+    "DoorPatrolGoals-v0": 4.0, "DoorPatrol-v1": 2.0,
+}  # fmt: skip
 FRAMES_PER_SECOND = 8.0
 LARGEST = (500, 320)  # pixels, of a frame
-COLOURS = 16  # of a film
+COLOURS = 48  # of a frame; with 16, leaves and robot turn grey
 REAL_LASER = Laser(
     sigma=0.02, effects=(MixedPixels(), EchoLoss(reach=8.0), Surfaces(glass=0.3), Sweep(0.1))
 )
@@ -56,7 +59,7 @@ def _small(pixels: np.ndarray) -> Image.Image:
     return picture.quantize(COLOURS, dither=Image.Dither.NONE).convert("RGB")
 
 
-FILMS = {f"worlds/{name}.gif": partial(film, name) for name in WORLDS} | {
+FILMS = {f"worlds/{name}.gif": partial(film, name) for name in SECONDS_PER_FRAME} | {
     "worlds/real-laser.gif": film_of_effects
 }
 """Path within docs -> draws it, given the driver of an environment."""

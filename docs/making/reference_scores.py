@@ -1,4 +1,4 @@
-"""`python -m docs.making.reference_scores [EPISODES]`: the reference scores of docs/splits.md.
+"""`python -m docs.making.reference_scores [EPISODES [ID ...]]`: reference scores of docs/splits.md.
 
 Drives the first test episodes of each world by chance and along its path, by the true pose.
 """
@@ -6,7 +6,7 @@ Drives the first test episodes of each world by chance and along its path, by th
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
@@ -65,9 +65,9 @@ def episode(name: str, difficulty: str | None, agent: str, index: int) -> Score:
     return Score(total, info["ends"]["arrived"], touched / steps)
 
 
-def rows(episodes: int) -> Iterator[str]:
+def rows(episodes: int, names: Sequence[str]) -> Iterator[str]:
     """The table's rows, in Markdown."""
-    for name, level, agent in product(WORLDS, LEVELS, AGENTS):
+    for name, level, agent in product(names, LEVELS, AGENTS):
         one = partial(episode, name, level, agent)
         done: Any = joblib.Parallel(n_jobs=-1)(joblib.delayed(one)(i) for i in range(episodes))
         yield f"| `{name}` | {level or 'its own'} | {agent} | {_cells(done)} |"
@@ -89,5 +89,6 @@ def _text(interval: Interval, scale: float, form: str) -> str:
 
 if __name__ == "__main__":
     print(HEAD)
-    for row in rows(int(sys.argv[1]) if len(sys.argv) > 1 else EPISODES):
+    count, *chosen = sys.argv[1:] or [str(EPISODES)]
+    for row in rows(int(count), chosen or list(WORLDS)):
         print(row, flush=True)

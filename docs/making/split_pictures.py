@@ -1,4 +1,4 @@
-"""The pictures of test worlds: for each difficulty, the first ten of three environments."""
+"""The pictures of test worlds: for each difficulty, the first ten of four environments."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from PIL import Image
 from dynslam_env import DoorWorldEnv
 from slam.geometry import Array
 
-SHOWN = ("DoorCorridor-v0", "DoorLoop-v0", "DoorOffice-v0")
+SHOWN = ("DoorCorridor-v0", "DoorLoop-v0", "DoorOffice-v0", "DoorWings-v0")
 COUNT = 10  # test worlds of each
 COLOURS = 64  # of a picture
 

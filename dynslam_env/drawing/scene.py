@@ -85,7 +85,7 @@ def scene(batch: WorldBatch, i: int, trail: Sequence[Pose2]) -> Scene:
     """The current scene of world `i`; `trail` holds the past poses of its robot."""
     layout, world, config = batch.layouts[i], batch.worlds[i], batch.config
     angle = config.doors.open_angle
-    sweeps = [(*d.hinge, d.closed, d.swing * angle) for d in layout.doors]
+    sweeps = [(*d.hinge, d.closed, 0.0 if d.slides else d.swing * angle) for d in layout.doors]
     edges = world.segments[world.first_edge :][: 4 * len(layout.doors)]
     scan = batch.scanners[i].scan(batch.ranges[i].copy(), world.time)
     pose = Pose2.of(batch.drive.poses[i])

@@ -91,7 +91,9 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never. `FinalScores(env)` adds those of the last step |
 
     ## Version History
-    v0: first. `DoorPatrol-v1` (`LongPatrolEnv`) has doors of minutes, and questions of the way.
+    v0: first. `DoorPatrol-v1` (`LongPatrolEnv`) is another task, with doors of minutes, and questions
+    of the way; v0 stays. Gymnasium takes the higher number for a successor and would warn at each
+    `gym.make` that v0 is out of date: dynslam filters that warning.
     """  # noqa: E501
 
     metadata = DoorWorldEnv.metadata

@@ -51,7 +51,8 @@ class LongPatrolEnv(DoorPatrolEnv):
     `SlowDoors()` and `BeliefMap`.
 
     ## Version History
-    v1: first. `DoorPatrol-v0` has doors of 5 to 20 s, with which standing still is best.
+    v1: first. `DoorPatrol-v0` has doors of 5 to 20 s, with which standing still is best; it is
+    another task, and stays.
     """
 
     def __init__(

@@ -19,8 +19,8 @@ from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.simulation.world_batch import Rows, WorldBatch
 from dynslam_env.simulation.world_view import WorldView
-from dynslam_env.slam_wrapper import result_of
-from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, VectorKeywords, masked
+from dynslam_env.slam_run import result_of
+from dynslam_env.vector import Bools, DoorWorldVectorEnv, Infos, VectorKeywords, columns_of, masked
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate, Slam
 from slam.scan import Scan
@@ -139,14 +139,8 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
     def _slam_infos(self, mask: Bools) -> Infos:
         """The results of the SLAMs of worlds `mask`; zero for the others."""
-        columns: Infos = {}
-        for i in np.flatnonzero(mask).tolist():
-            for key, value in self._patrols[i].result.items():
-                if key not in columns:
-                    one = np.asarray(value)
-                    columns[key] = np.zeros((self.num_envs, *one.shape), one.dtype)
-                columns[key][i] = value
-        return masked({"slam": masked(columns, mask)}, mask)
+        results = [None if each is None else each.result for each in self._patrols]
+        return masked({"slam": masked(columns_of(results, mask), mask)}, mask)
 
     def _view(self, i: int) -> WorldView:
         return _PatrolView(self._batch, i, self._patrols, self.patrol_config)

@@ -153,7 +153,8 @@ ALLOWED_VALUES = {
     "laser": f"a Laser, or one of {', '.join(LASERS)}",
     "doors": '"moving", "static", a law such as Uniform(5, 20), or a Doors',
     "odometry": "an Odometry or WheelEncoders",
-    "world": '"corridor", "loop", "office", "crowd", a Corridor, Loop, Office or Layout, or '
+    "world": '"corridor", "loop", "office", "crowd", "wings", a Corridor, Loop, Office, Wings or '
+    "Layout, or "
     "anything else with layout(rng) -> Layout",
 }
 

@@ -130,8 +130,8 @@ class ContactSpace:
         """Of each joint: where Chipmunk keeps its impulse, and where `Bodies` does."""
         (_, _, (pull, turn)), *people = self._pulled
         pairs = [(pull, impulses[0, :2]), (turn, impulses[0, 2:])]
-        for (_, (motor, stop)), row in zip(self._hung, impulses[1:], strict=False):
-            pairs += [(motor, row[:1]), (stop, row[1:2])]
+        for (_, joints), row in zip(self._hung, impulses[1:], strict=False):
+            pairs += [(joint, row[k : k + 1]) for k, joint in enumerate(joints)]
         of_people = impulses[1 + len(self._hung) :]
         pairs += [(pull, row[:2]) for (_, _, (pull,)), row in zip(people, of_people, strict=True)]
         return [(impulse_of(joint), kept) for joint, kept in pairs]
@@ -143,8 +143,13 @@ class ContactSpace:
         for row, (puller, _, _) in zip(pullers, self._pulled, strict=False):
             SET_VELOCITY(puller._body, row[3:5])
             SET_ANGULAR_VELOCITY(puller._body, row[5])
-        for rate, (_, joints) in zip(self._rates.tolist(), self._hung, strict=False):
-            SET_RATE(joints[0]._constraint, rate)
+        for d, (rate, (leaf, joints)) in enumerate(
+            zip(self._rates.tolist(), self._hung, strict=False)
+        ):
+            if joints:
+                SET_RATE(joints[0]._constraint, rate)
+            else:
+                SET_VELOCITY(leaf._body, self._rows[1 + d, 3:5].tolist())
         self.states.advance_sorted(steps, dt, self._bodies, len(self._hung))
         for memory, impulses in self._memory:
             impulses[:] = memory
@@ -185,15 +190,18 @@ class ContactSpace:
         return puller, pull
 
     def _add_doors(self, solids: Solids) -> None:
-        for door, angle in zip(solids.layout.doors, solids.angles.tolist(), strict=True):
+        for door, (x, y, angle) in zip(solids.layout.doors, solids.leaves.tolist(), strict=True):
             if solids.doors.fixed:
                 body = pymunk.Body(body_type=pymunk.Body.STATIC)
+            elif door.slides:
+                body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
             else:
                 body = pymunk.Body(LEAF_MASS, solids.doors.inertia(door))
-                angle = float(self._first_rows[1 + len(self._hung), 2])
-            body.position, body.angle = door.hinge, angle
+            body.position, body.angle = (x, y), angle
             self.space.add(body)
-            if not solids.doors.fixed:
+            if door.slides:
+                self._hung.append((body, []))
+            elif not solids.doors.fixed:
                 self._hang(body, solids.doors.torque, solids.stops(door))
             margin = solids.leaf_margin(door)
             self._add_shape(pymunk.Poly(body, door.corners.tolist(), radius=margin), LEAF)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynslam_env.simulation.laws import Coupled, Fixed, Law, Uniform
 from dynslam_env.worlds.layout import Door
@@ -65,20 +66,22 @@ class Doors:
 class DoorMotors:
     """Control of the leaves of a layout: each has a target angle and a rate towards it.
 
-    table     (5, d) see `DOOR_ROWS`
+    table     (5, d) see `DOOR_ROWS`; to it, leaves that slide are closed: see `SlidingDoors`
     rates     (d,) rad/s, commanded rates
-    openings  (d,) rad, opening angles: 0 closed, positive open; a view
+    openings  (d,) rad, opening angles: 0 closed, positive open; of leaves that slide, the share
+              that is open of a full opening; a view
     """
 
     def __init__(self, leaves: tuple[Door, ...], doors: Doors, is_open: np.ndarray):
         swing = np.array([door.swing for door in leaves], dtype=np.float64)
         self._angle, self._is_open = doors.open_angle, is_open.copy()
+        self._turns = np.array([not door.slides for door in leaves], dtype=np.bool_)
         self.speed = doors.speed
         self.table = np.zeros((DOOR_ROWS, len(leaves)))
         self.table[CLOSED] = [door.closed for door in leaves]
         self.table[SWING] = swing
         self.table[BRAKING] = [BRAKING_SHARE * doors.torque / doors.inertia(d) for d in leaves]
-        self.table[TARGET] = self.table[CLOSED] + swing * self._angle * is_open
+        self.table[TARGET] = self.table[CLOSED] + swing * self._angle * (is_open & self._turns)
         self.table[OPENING] = doors.open_angle * is_open.astype(np.float64)
         self.openings, self.rates = self.table[OPENING], np.zeros(len(leaves))
 
@@ -87,10 +90,15 @@ class DoorMotors:
         """(d,) rad, world, target angles of the leaves."""
         return self.table[TARGET]
 
+    @property
+    def is_open(self) -> NDArray[np.bool_]:
+        """(d,) whether the doors shall be open; a view."""
+        return self._is_open
+
     def flip(self, door: int) -> None:
         """Close an open door, open a closed one."""
         self._is_open[door] ^= True
-        opened = self.table[SWING, door] * self._angle * self._is_open[door]
+        opened = self.table[SWING, door] * self._angle * (self._is_open & self._turns)[door]
         self.table[TARGET, door] = self.table[CLOSED, door] + opened
 
     def drive(self, leaves: Array, dt: float) -> int:

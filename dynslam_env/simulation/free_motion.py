@@ -138,11 +138,12 @@ def _travel(rows, b, puller, duration):
 
 @kernel(error_model="numpy")
 def _sweep(rows, b, rate, parts, duration):
-    """How far the farthest corner of a leaf can come in `duration` s, m."""
+    """How far the farthest corner of a leaf can come in `duration` s, m, turning or sliding."""
     angle = rows[b, 2]
     beyond = max(parts[b, MIN_ANGLE] - angle, angle - parts[b, MAX_ANGLE], 0.0)
     turn = max(abs(rows[b, 5]), abs(rate)) * duration + beyond
-    return turn * (parts[b, WIDTH] + abs(parts[b, SIDE]))
+    slid = math.sqrt(rows[b, 3] ** 2 + rows[b, 4] ** 2) * duration
+    return turn * (parts[b, WIDTH] + abs(parts[b, SIDE])) + slid
 
 
 @kernel(error_model="numpy")

@@ -15,6 +15,7 @@ from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
+from dynslam_env.worlds.wings import Wings
 from slam.errors import InputError
 from slam.plugins import load_entry_points
 from slam.validation import instance, one_of
@@ -64,7 +65,8 @@ class Registry(Generic[Part]):
 
 NAMED_WORLDS: Registry[Generator] = Registry(
     "world", Generator, "dynslam.worlds",
-    {"corridor": Corridor(), "loop": Loop(), "office": Office(), "crowd": Corridor(people=6)},
+    {"corridor": Corridor(), "loop": Loop(), "office": Office(), "crowd": Corridor(people=6),
+     "wings": Wings()},
 )  # fmt: skip
 NAMED_LAWS: Registry[Law] = Registry(
     "doors", Law, "dynslam.laws", {"moving": Uniform(), "static": Fixed()}

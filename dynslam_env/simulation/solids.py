@@ -57,15 +57,15 @@ class Solids:
 
     def __init__(
         self, layout: Layout, robot: Robot, doors: Doors, people: People, places: Array,
-        angles: Array, dt: float,
+        leaves: Array, dt: float,
     ):  # fmt: skip
-        """`places` (p, 2) m of the people; `angles` (d,) rad of the leaves."""
+        """`places` (p, 2) m of the people; `leaves` (d, 3) x, y, angle, m, m, rad."""
         self.layout, self.robot, self.doors, self.people = layout, robot, doors, people
         self._dt = dt
         self.hung, self.immovable = (() if doors.fixed else layout.doors), layout.doors
         if self.hung:
             self.immovable = ()
-        self.angles = angles
+        self.leaves = leaves
         self.person = regular(people.radius, PERSON_CORNERS)
         self.margin = self._margin(0.0)
         self.memory = self._memory(places)
@@ -88,7 +88,8 @@ class Solids:
 
     def stops(self, door: Door) -> tuple[float, float]:
         """The smallest and the largest angle of a leaf, rad."""
-        angles = door.closed, door.closed + door.swing * self.doors.open_angle
+        turn = 0.0 if door.slides else door.swing * self.doors.open_angle
+        angles = door.closed, door.closed + turn
         return min(angles), max(angles)
 
     def _margin(self, speed: float) -> float:
@@ -101,8 +102,7 @@ class Solids:
         rows, table = (bodies := bodies_of(memory)).rows, bodies.parts
         wheels = 1 + d + p
         rows[0, :3] = rows[wheels, :3] = self.layout.start
-        for row, door, angle in zip(rows[1:], self.hung, self.angles.tolist(), strict=False):
-            row[:3] = *door.hinge, angle
+        rows[1 : 1 + d, :3] = self.leaves[:d]
         rows[1 + d : wheels, :2] = rows[wheels + 1 : wheels + 1 + p, :2] = places
         parts = [self._robot_part(), *map(self._leaf_part, self.hung), *[self._person_part()] * p]
         for row, part in zip(table, parts, strict=True):
@@ -134,7 +134,7 @@ class Solids:
 
 def _tip_speed(door: Door, doors: Doors) -> float:
     """Speed of a leaf's free edge at full speed, m/s; raises InputError beyond MAX_TIP_SPEED."""
-    speed = doors.speed * door.width
+    speed = door.width / doors.swing_time if door.slides else doors.speed * door.width
     if speed > MAX_TIP_SPEED:
         raise InputError(
             f"a leaf {door.width:g} m wide cannot open in Doors.swing_time = "

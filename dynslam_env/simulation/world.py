@@ -17,9 +17,10 @@ from dynslam_env.simulation.mechanics import Mechanics
 from dynslam_env.simulation.people import People, Walkers
 from dynslam_env.simulation.polygons import Polygons
 from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.sliding import SlidingDoors
 from dynslam_env.simulation.solids import Solids
 from dynslam_env.simulation.world_step import settle, step_freely
-from dynslam_env.worlds.layout import Layout
+from dynslam_env.worlds.layout import Door, Layout
 from dynslam_env.worlds.start_checks import check_people
 from slam.geometry import Array, Pose2
 
@@ -65,8 +66,10 @@ class World:
         self._people = Walkers(people, layout, people_rng)
         places = self._people.starts()
         check_people(layout, places, people.radius, robot.radius)
-        solids = Solids(layout, robot, doors, people, places, self._doors.targets, PHYSICS_DT)
-        self._doors.rates = solids.bodies.rates
+        leaves = _leaves(layout.doors, self._doors, doors.open_angle)
+        solids = Solids(layout, robot, doors, people, places, leaves, PHYSICS_DT)
+        self._doors.rates, self._parts = solids.bodies.rates, solids.bodies.parts
+        self._sliding = SlidingDoors(solids.hung, doors)
         self._robot_radius, self._open_angle = robot.radius, doors.open_angle
         self._split_states(solids.bodies)
         self._init_segments(solids)
@@ -168,6 +171,8 @@ class World:
             for door in self._clock.flips_until(time):
                 self._doors.flip(door)
             self._doors.drive(self._leaves, CONTROL_DT)
+        if self._sliding:
+            self._sliding.drive(self._solid, self._parts, self._doors, CONTROL_DT)
         if len(self._feet):
             self._steer_people()
 
@@ -189,7 +194,7 @@ class World:
         rows, (hung, count) = bodies.rows, map(int, bodies.numbers[:2])
         last_leaf, last = 1 + hung, 1 + hung + count
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
-        self._walking, self._movers = rows[last_leaf:last], rows[1:last]
+        self._walking, self._movers, self._solid = rows[last_leaf:last], rows[1:last], rows[:last]
         self._wheels, self._feet = rows[last, 3:], rows[last + 1 : last + 1 + count, 3:5]
 
     def _init_segments(self, solids: Solids) -> None:
@@ -202,9 +207,16 @@ class World:
         first_moving = self.first_edge + immovable.count
         self.segments = np.empty((first_moving + self._polygons.count, 4))
         self.segments[: self.first_edge] = walls
-        hinges = np.array([door.hinge for door in fixed]).reshape(-1, 2)
-        poses = np.column_stack([hinges, solids.angles[: len(fixed)]])
-        immovable.outline(poses, self.segments[self.first_edge :])
+        immovable.outline(solids.leaves[: len(fixed)], self.segments[self.first_edge :])
+
+
+def _leaves(doors: tuple[Door, ...], motors: DoorMotors, angle: float) -> Array:
+    """(d, 3) x, y, angle, m, m, rad, of the leaves at their targets."""
+    opened = motors.is_open.tolist()
+    places = [door.place(share, angle) for door, share in zip(doors, opened, strict=True)]
+    leaves = np.array(places, dtype=np.float64).reshape(-1, 3)
+    leaves[:, 2] = motors.targets
+    return leaves
 
 
 def _replayed(begun: tuple[Any, ...], commands: array[float], put_down: dict[int, Pose2]) -> World:

@@ -22,12 +22,17 @@ def edges(corners: Array) -> Array:
 
 
 def leaf(door: Door, angle: float) -> Array:
-    """(4, 4) outline in the world of the door's leaf, opened by `angle` rad."""
-    return edges(_in_world(door, door.corners, door.closed + door.swing * angle))
+    """(4, 4) outline in the world of the door's leaf, opened by `angle` rad; one that slides is
+    closed, or open from any angle on."""
+    x, y, direction = door.place(1.0 if angle else 0.0, angle)
+    return edges(_at((x, y), door.corners, direction))
 
 
 def sweep(door: Door, angle: float = math.pi / 2) -> Array:
-    """(k, 4) outline around the area that the leaf sweeps between closed and `angle` rad."""
+    """(k, 4) outline around the area that the leaf sweeps between closed and `angle` rad; of one
+    that slides the part in its doorway."""
+    if door.slides:
+        return leaf(door, 0.0)
     behind = math.atan2(door.thickness, door.width)  # the outer corner of the closed leaf
     step = (angle + behind) / ARC_STEPS
     radius = math.hypot(door.width, door.thickness) / math.cos(
@@ -36,12 +41,12 @@ def sweep(door: Door, angle: float = math.pi / 2) -> Array:
     turned = door.swing * (step * np.arange(ARC_STEPS + 1) - behind)
     arc = radius * np.column_stack([np.cos(turned), np.sin(turned)])
     corners = np.vstack([door.corners[3:], arc, door.corners[:1]])
-    return edges(_in_world(door, corners, door.closed))
+    return edges(_at(door.hinge, corners, door.closed))
 
 
-def _in_world(door: Door, points: Array, angle: float) -> Array:
+def _at(place: tuple[float, float], points: Array, angle: float) -> Array:
     c, s = math.cos(angle), math.sin(angle)
-    return door.hinge + points @ np.array([(c, s), (-s, c)])
+    return place + points @ np.array([(c, s), (-s, c)])
 
 
 def clear(outline: Array, others: Array, distance: float) -> bool:

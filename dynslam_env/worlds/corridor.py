@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed, sliding
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -36,6 +36,7 @@ class Corridor:
     narrowest        narrowest door, as a share of door_width; 1: all are as wide
     cut              m, longest side of the corners that oblique walls cut off; 0: none
     doubled          share of the doors that have two leaves, where these swing clear
+    sliding          share of the doors that slide into the wall, where it has room for them
     """
 
     length: float = 12.0
@@ -53,6 +54,7 @@ class Corridor:
     narrowest: float = 1.0
     cut: float = 0.0
     doubled: float = 0.0
+    sliding: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "width", "door_width", "door_thickness", "wall_thickness")
@@ -63,6 +65,7 @@ class Corridor:
         within(self, "narrowest", MIN_NARROWEST, 1.0)
         within(self, "cut", 0.0)
         within(self, "doubled", 0.0, 1.0)
+        within(self, "sliding", 0.0, 1.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", self.partition)
         within(self, "margin", 0.0, self.length / 2)
@@ -87,6 +90,7 @@ class Corridor:
         ends = (self.margin, 0.0), (self.length - self.margin, 0.0)
         path = np.array([*ends, ends[0]])
         plan = doubled(plan, self.doubled, path, rng)
+        plan = sliding(plan, self.sliding, rng)
         rooms = range(1, len(plan.spaces))
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)

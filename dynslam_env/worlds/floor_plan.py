@@ -27,6 +27,7 @@ class Doorway(NamedTuple):
     opens_to   index of the space into which the leaf opens; None: no leaf
     at_start   whether the leaf is hinged at the start of the opening, else at its end
     double     whether there are two leaves, one at each end, each half as wide
+    slides     whether the leaves slide into the wall instead of turning
     """
 
     spaces: tuple[int, int]
@@ -35,6 +36,7 @@ class Doorway(NamedTuple):
     opens_to: int | None = None
     at_start: bool = True
     double: bool = False
+    slides: bool = False
 
     def halves(self) -> tuple[Doorway, ...]:
         """A doorway with one leaf for each leaf; empty without a leaf."""
@@ -144,14 +146,15 @@ class FloorPlan:
     @cached_property
     def walls(self) -> Array:
         """(w, 4) segments x1, y1, x2, y2, m, around the free space."""
-        return outline([*self.spaces, *(self._opening(each) for each in self.doorways)])
+        return outline([*self.spaces, *(self.opening(each) for each in self.doorways)])
 
     @cached_property
     def doors(self) -> tuple[Door, ...]:
         """The leaves, in the order of their doorways."""
         return tuple(leaf for each in self.doorways for leaf in self.leaves(each))
 
-    def _opening(self, doorway: Doorway) -> Rect:
+    def opening(self, doorway: Doorway) -> Rect:
+        """The area of the opening in the wall, m."""
         wall, stop = self.wall(doorway), doorway.start + doorway.width
         if wall.level:
             return Rect(doorway.start, wall.low, stop, wall.high)
@@ -167,7 +170,7 @@ class FloorPlan:
         side = -1 if doorway.opens_to == wall.lower else 1
         across = (wall.low + wall.high + side * self.door_thickness) / 2
         along = doorway.start if doorway.at_start else doorway.start + doorway.width
-        sizes = doorway.width - LATCH_GAP, self.door_thickness
+        sizes = doorway.width - LATCH_GAP, self.door_thickness, doorway.slides
         if wall.level:
             closed = 0.0 if doorway.at_start else math.pi
             return Door((along, across), closed, side if doorway.at_start else -side, *sizes)

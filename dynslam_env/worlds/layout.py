@@ -18,13 +18,15 @@ LATCH_GAP = 0.002  # m between a closed leaf and the jamb, so that its outer cor
 
 
 class Door(NamedTuple):
-    """A hinged leaf. It turns about `hinge`, a corner of the leaf on the side to which it opens.
+    """A leaf. It turns about `hinge`, a corner of the leaf on the side to which it opens, or slides
+    along its wall, beyond the hinge.
 
     hinge      (x, y) in m, world
     closed     rad, direction from the hinge along the closed leaf, world
     swing      +1 opens counter-clockwise, -1 clockwise
     width      m, from the hinge to the free edge
     thickness  m, measured away from the side to which the leaf opens
+    slides     whether the leaf slides: open, its free edge is where the closed leaf's hinge is
     """
 
     hinge: tuple[float, float]
@@ -32,6 +34,16 @@ class Door(NamedTuple):
     swing: int
     width: float
     thickness: float
+    slides: bool = False
+
+    def place(self, opened: float, angle: float) -> tuple[float, float, float]:
+        """x and y in m of the leaf's corner at the hinge, and its direction in rad, when the share
+        `opened` of a full opening of `angle` rad is open."""
+        x, y = self.hinge
+        if not self.slides:
+            return x, y, self.closed + self.swing * angle * opened
+        way = self.width * opened
+        return x - way * math.cos(self.closed), y - way * math.sin(self.closed), self.closed
 
     @property
     def corners(self) -> Array:
@@ -106,6 +118,14 @@ class Layout:
         routes = tuple(_turned(route, angle) for route in self.routes)
         return Layout(walls, doors, start, _turned(self.path, angle), routes)
 
+    def shifted(self, x: float, y: float) -> Layout:
+        """The same world moved by `x` and `y` m."""
+        by = np.array([x, y])
+        doors = tuple(door._replace(hinge=tuple(by + door.hinge)) for door in self.doors)
+        start = Pose2(self.start.x + x, self.start.y + y, self.start.theta)
+        routes = tuple(route + by for route in self.routes)
+        return Layout(self.walls + np.tile(by, 2), doors, start, self.path + by, routes)
+
     def plain(self) -> dict[str, Any]:
         """Its content as lists, numbers and dicts: the content of a world file."""
         return {
@@ -149,7 +169,8 @@ def _turned_door(door: Door, angle: float) -> Door:
 def _plain(door: Door) -> dict[str, Any]:
     numbers = {key: float(getattr(door, key)) for key in ("closed", "width", "thickness")}
     x, y = door.hinge
-    return {"hinge": [float(x), float(y)], "swing": int(door.swing), **numbers}
+    plain = {"hinge": [float(x), float(y)], "swing": int(door.swing), **numbers}
+    return plain | {"slides": True} if door.slides else plain
 
 
 def _rows(name: str, values: Array, columns: int) -> Array:
@@ -170,7 +191,8 @@ def _door(name: str, door: Door) -> Door:
     instance(name, door, Door)
     if np.shape(door.hinge) != (2,):
         raise InputError(f"{name}.hinge must be two numbers x, y, got {door.hinge!r}")
-    finite("a door of Layout.doors", (*door.hinge, *door[1:]))
+    finite("a door of Layout.doors", (*door.hinge, *door[1:5]))
+    instance(f"{name}.slides", door.slides, bool)
     number(f"{name}.closed, in rad,", door.closed, -math.tau, math.tau)
     one_of(f"{name}.swing", door.swing, (1, -1))
     positive_number(f"{name}.width", door.width)

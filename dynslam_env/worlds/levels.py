@@ -67,5 +67,16 @@ SIZES: Mapping[str, Mapping[str, Ranges]] = {
         "hard": {"length": Range(17.0, 21.0), "breadth": Range(11.0, 14.0),
                  "room_side": Range(2.4, 3.0), "doors": Range(5, 8)},
     },
+    "wings": {  # of each corridor
+        "easy": {"length": Range(6.0, 9.0), "width": Range(1.8, 2.4),
+                 "doors_per_side": Range(1, 2), "room_depth": Range(2.5, 3.5)},
+        "medium": {"length": Range(7.0, 10.0), "width": Range(1.7, 2.6),
+                   "doors_per_side": Range(2, 3), "room_depth": Range(2.4, 4.0)},
+        "hard": {"length": Range(8.0, 12.0), "width": Range(1.5, 3.0),
+                 "doors_per_side": Range(3, 4), "room_depth": Range(2.4, 4.5)},
+    },
 }  # fmt: skip
 """m, and numbers of doors, by kind of world and difficulty."""
+
+WING_COUNTS = {"easy": Range(2, 2), "medium": Range(2, 3), "hard": Range(3, 4)}
+"""How many corridors a building of wings has."""

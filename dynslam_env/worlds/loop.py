@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed, sliding
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -40,6 +40,7 @@ class Loop:
     narrowest        narrowest door, as a share of door_width; 1: all are as wide
     cut              m, longest side of the corners that oblique walls cut off; 0: none
     doubled          share of the doors that have two leaves, where these swing clear
+    sliding          share of the doors that slide into the wall, where it has room for them
     """
 
     length: float = 14.0
@@ -59,6 +60,7 @@ class Loop:
     narrowest: float = 1.0
     cut: float = 0.0
     doubled: float = 0.0
+    sliding: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "breadth", "width", "door_width", "door_thickness")
@@ -69,6 +71,7 @@ class Loop:
         within(self, "narrowest", MIN_NARROWEST, 1.0)
         within(self, "cut", 0.0)
         within(self, "doubled", 0.0, 1.0)
+        within(self, "sliding", 0.0, 1.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", self.partition)
         self._check_sides()
@@ -132,6 +135,7 @@ class Loop:
         lap = [(x2, y1), (x2, y2), (x1, y2), (x1, y1)]
         path, rooms = np.array([(x1, y1), *(lap * self.laps)]), range(4, len(plan.spaces))
         plan = doubled(plan, self.doubled, path, rng)
+        plan = sliding(plan, self.sliding, rng)
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, (x1, y1), clutter.solids)

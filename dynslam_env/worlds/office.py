@@ -11,7 +11,7 @@ from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.office_floor import FloorDimensions, OfficeFloor, draw_floor
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed
+from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed, sliding
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -40,6 +40,7 @@ class Office:
     narrowest        narrowest door, as a share of door_width; 1: all are as wide
     cut              m, longest side of the corners that oblique walls cut off; 0: none
     doubled          share of the doors that have two leaves, where these swing clear
+    sliding          share of the doors that slide into the wall, where it has room for them
     """
 
     length: float = 16.0
@@ -57,6 +58,7 @@ class Office:
     narrowest: float = 1.0
     cut: float = 0.0
     doubled: float = 0.0
+    sliding: float = 0.0
 
     def __post_init__(self) -> None:
         positive(self, "length", "breadth", "room_side", "door_width", "door_thickness")
@@ -68,6 +70,7 @@ class Office:
         within(self, "narrowest", MIN_NARROWEST, 1.0)
         within(self, "cut", 0.0)
         within(self, "doubled", 0.0, 1.0)
+        within(self, "sliding", 0.0, 1.0)
         within(self, "door_thickness", 0.0, self.wall_thickness)
         within(self, "clearance", 0.0)
         check_rooms(self.people, self.room_side, self.door_width)
@@ -92,6 +95,7 @@ class Office:
         """A layout whose path leads from the middle of a room through all rooms and back."""
         plan, path = self._floor(rng if self.floor is None else np.random.default_rng(self.floor))
         plan = doubled(plan, self.doubled, path, rng)
+        plan = sliding(plan, self.sliding, rng)
         (x, y), (x2, y2) = path[:2].tolist()
         rooms = range(len(plan.spaces))
         stands = Stands(self.cut, self.furniture, self.free_way)

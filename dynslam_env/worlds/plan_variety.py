@@ -85,6 +85,46 @@ def doubled(plan: FloorPlan, share: float, path: Array, rng: np.random.Generator
     return plan
 
 
+def sliding(plan: FloorPlan, share: float, rng: np.random.Generator) -> FloorPlan:
+    """The plan with leaves that slide into the wall in this share of its doors, where the wall
+    beside them has room for the open leaves, on the side of the hinge or else on the other.
+
+    For a share of 0 it is the same plan, and nothing is drawn.
+    """
+    if share == 0.0:
+        return plan
+    doorways = list(plan.doorways)
+    for i, draw in enumerate(rng.random(len(doorways)).tolist()):
+        if doorways[i].opens_to is not None and draw < share:
+            slides = doorways[i]._replace(slides=True)
+            turned = slides._replace(at_start=not slides.at_start)
+            fitting = [each for each in (slides, turned) if _has_pockets(plan, i, each)]
+            doorways[i] = (fitting or [doorways[i]])[0]
+    return replace(plan, doorways=tuple(doorways))
+
+
+def _has_pockets(plan: FloorPlan, i: int, changed: Doorway) -> bool:
+    """Whether the open leaves of doorway `i`, when it has `changed`, lie within its wall."""
+    wall, spaces = plan.wall(changed), [plan.spaces[k] for k in changed.spaces]
+    axis = 0 if wall.level else 1
+    low, high = min(each[axis] for each in spaces), max(each[axis + 2] for each in spaces)
+    others = [plan.opening(each) for k, each in enumerate(plan.doorways) if k != i]
+    for half in changed.halves():
+        start = half.start - half.width if half.at_start else half.start + half.width
+        pocket = plan.opening(half._replace(start=start))
+        if start < low or start + half.width > high or _overlaps(pocket, [*plan.spaces, *others]):
+            return False
+    return True
+
+
+def _overlaps(one: Rect, others: Sequence[Rect]) -> bool:
+    return any(
+        one.left < each.right and each.left < one.right
+        and one.bottom < each.top and each.bottom < one.top
+        for each in others
+    )  # fmt: skip
+
+
 def _swings_clear(plan: FloorPlan, i: int, changed: Doorway, path: Array) -> bool:
     """Whether the leaves of doorway `i`, when it has `changed`, keep clear of path and leaves."""
     others = [each for k, each in enumerate(plan.doorways) if k != i]

@@ -16,7 +16,8 @@
       "routes": []
     }
 
-Units and fields are those of `layout.Layout` and `layout.Door`; "routes" is optional.
+Units and fields are those of `layout.Layout` and `layout.Door`; "routes", and "slides" (true or
+false) of a door, are optional.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from slam.io.guard import guarded
 
 FORMAT = "dynslam-world-1"
 DOOR_KEYS = ("hinge", "closed", "swing", "width", "thickness")
+SLIDES = "slides"
 
 
 def write(path: AnyPath, world: Mapping[str, Any]) -> None:
@@ -125,13 +127,16 @@ def _check_keys(place: str, found: Any, needed: tuple[str, ...], optional: tuple
 
 
 def _door(place: str, door: Any) -> dict[str, Any]:
-    _check_keys(f"{place}:", door, DOOR_KEYS, ())
+    _check_keys(f"{place}:", door, DOOR_KEYS, (SLIDES,))
     swing = door["swing"]
     if isinstance(swing, bool) or swing not in (1, -1):
         raise InputError(f"{place}.swing must be 1 or -1, got {_short(swing)}")
     sizes = {key: _number(f"{place}.{key}", door[key]) for key in ("closed", "width", "thickness")}
     hinge = _numbers(f"{place}.hinge", door["hinge"], "x, y")
-    return {"hinge": hinge, "swing": int(swing), **sizes}
+    slides = door.get(SLIDES, False)
+    if not isinstance(slides, bool):
+        raise InputError(f"{place}.{SLIDES} must be true or false, got {_short(slides)}")
+    return {"hinge": hinge, "swing": int(swing), **sizes, SLIDES: slides}
 
 
 def _rows(place: str, rows: Any, names: str) -> list[list[float]]:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import tyro
 
+FIRST_SEED = 5000
+
 
 @dataclass
 class BenchCommand:
@@ -28,8 +30,13 @@ class BenchCommand:
     compared with the first."""
     seeds: int | None = None
     """Number of episodes per condition. Default: that of the suite."""
-    first: int = 5000
-    """The first seed; parameters were tuned on 1000 to 1023."""
+    first: int | None = None
+    """The first seed, or with --split the number of the first episode. Default: 5000 (parameters
+    were tuned on 1000 to 1023); with --split, 0."""
+    split: str | None = None
+    """train, validation or test: the episodes of this split, which are the same for everybody."""
+    difficulty: str | None = None
+    """easy, medium or hard: the worlds are drawn anew for each episode."""
     jobs: int = -1
     """Number of runs at the same time, each a process of one thread; -1: one per core."""
     out: Path | None = None
@@ -46,6 +53,13 @@ class BenchCommand:
     """With --resume: go on although the code of a variant has changed since its first runs."""
     limit: float = 600.0
     """Time limit of a run in s, with its scores and pictures; a longer one counts as failed."""
+
+    @property
+    def first_seed(self) -> int:
+        """The first seed, or the number of the first episode of the split."""
+        if self.first is not None:
+            return self.first
+        return FIRST_SEED if self.split is None else 0
 
     def __call__(self) -> int:
         """Run, write, print."""

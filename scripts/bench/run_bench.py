@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import Progress
 
+from dynslam_env.reset_options import DIFFICULTIES
+from dynslam_env.splits import SPLITS
 from slam.benchmark.results import Result
 from slam.errors import InputError
-from slam.validation import number, unknown_name, whole_number
+from slam.validation import number, one_of, unknown_name, whole_number
 
 from ..console.output import own_directory
 from ..console.progress import progress_bar
@@ -39,16 +41,19 @@ MAX_ERRORS_PRINTED = 5
 
 def run_bench(options: BenchCommand) -> int:
     """Run, write, print; the exit status."""
+    one_of("split", options.split, (None, *SPLITS))
+    one_of("difficulty", options.difficulty, (None, *DIFFICULTIES))
     if options.suite == WEEKS:
         return run_weeks(options)
-    suite = _suite(options)
+    suite = _suite(options).at(options.split, options.difficulty)
     variants = parse_variants(options.variants or ",".join(suite.variants))
     seeds = suite.seeds if options.seeds is None else options.seeds
     whole_number("seeds", seeds, 1)
-    whole_number("first", options.first, 0)
+    first = options.first_seed
+    whole_number("first", first, 0)
     number("limit", options.limit, 1e-3)
     check_workers(options.jobs)
-    trials = suite.trials(variants, range(options.first, options.first + seeds), options.limit)
+    trials = suite.trials(variants, range(first, first + seeds), options.limit)
     out = own_directory(options.out or Path("out") / f"bench-{suite.name}")
     path = out / "results.jsonl"
     resume = options.resume or options.retry_failed

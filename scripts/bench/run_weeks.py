@@ -41,14 +41,17 @@ def run_weeks(options: BenchCommand) -> int:
             empty(name)  # raises for a variant that continues no map
     seeds = CAMPAIGNS if options.seeds is None else options.seeds
     whole_number("seeds", seeds, 1)
-    whole_number("first", options.first, 0)
+    if options.split is not None or options.difficulty is not None:
+        raise InputError("the suite `weeks` has campaigns: leave out --split, --difficulty")
+    first = options.first_seed
+    whole_number("first", first, 0)
     number("limit", options.limit, 1e-3)
     check_workers(options.jobs)
     if options.cluster is not None:
         raise InputError("the suite `weeks` runs on this machine: leave out --cluster")
     out = own_directory(options.out or Path("out") / f"bench-{NAME}")
     path = out / "results.jsonl"
-    trials = _trials(variants, range(options.first, options.first + seeds), options.limit)
+    trials = _trials(variants, range(first, first + seeds), options.limit)
     todo = missing(trials, path, options.resume, options.retry_failed, options.mixed)
     status = run_batch(lambda _: _results(options, todo), len(todo), out, "bench", "runs")
     if path.exists():

@@ -78,6 +78,23 @@ class Suite:
     variants: Sequence[str]
     seeds: int
 
+    def at(self, split: str | None, difficulty: str | None) -> Suite:
+        """The suite with episodes of this split, and worlds of this difficulty; None: its own.
+
+        Raises InputError for a suite of recordings.
+        """
+        named = {"split": split, "difficulty": difficulty}
+        given = {name: value for name, value in named.items() if value is not None}
+        if not given:
+            return self
+        cases = [
+            SuiteCase(
+                {**case.condition, **given}, partial(_drive_at, case.source, split, difficulty)
+            )
+            for case in self.cases
+        ]
+        return replace(self, cases=cases)
+
     def trials(self, variants: Sequence[str], seeds: range, limit: float) -> list[Trial]:
         """Every variant on every episode, grouped by episode.
 
@@ -91,6 +108,19 @@ class Suite:
             for source in (case.source(seed),)
             for name in variants
         ]
+
+
+def _drive_at(
+    source: Callable[[int], Source], split: str | None, difficulty: str | None, seed: int
+) -> Source:
+    """The drive of `source` in another split, or at a difficulty."""
+    drive = source(seed)
+    if not isinstance(drive, SimulatedDrive):
+        raise InputError(
+            "a recording has no split and no difficulty: leave out --split, --difficulty"
+        )
+    parameters = {**drive.parameters, **({"difficulty": difficulty} if difficulty else {})}
+    return replace(drive, split=split or drive.split, parameters=parameters)
 
 
 def maker(name: str, limit: float) -> Callable[..., Trial]:

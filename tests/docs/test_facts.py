@@ -19,7 +19,7 @@ def test_the_cards_are_those_of_the_classes():
 
 
 def test_each_environment_has_a_picture():
-    assert len(cards.ids()) == 8
+    assert len(cards.ids()) == 9
     for name in cards.ids():
         assert (DOCS / "worlds" / f"{name}.png").stat().st_size < LARGEST
 

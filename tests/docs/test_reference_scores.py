@@ -7,6 +7,7 @@ import gymnasium as gym
 import pytest
 
 from docs.making.cards import PAGE
+from docs.making.goal_scores import RULES
 from docs.making.patrol_scores import table
 from dynslam_env import WORLDS
 
@@ -25,6 +26,13 @@ def test_a_patrol_is_solved_from_the_low_end_of_the_lookouts_return():
     row = re.search(rf"\| lookout \| {INTERVAL}", TEXT)
     assert row
     assert gym.spec("DoorPatrol-v0").reward_threshold == float(row[1])
+
+
+def test_a_patrol_of_goals_is_solved_from_the_highest_low_end_of_a_rule():
+    assert gym.spec("DoorPatrolGoals-v0").reward_threshold == max(
+        float(re.search(rf"\| {name} \| {INTERVAL}", TEXT)[1])  # type: ignore[index]
+        for name in RULES
+    )
 
 
 def test_the_table_counts_only_episodes_that_all_agents_finished(tmp_path):

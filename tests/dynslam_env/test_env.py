@@ -174,7 +174,7 @@ def test_an_episode_ends_by_arriving_by_crashing_or_by_the_clock():
         ({"laser": 181}, "laser must be a Laser, or one of SICK-LMS200, .*, got 181"),
         ({"robot": Doors()}, "robot must be a Robot"),
         ({"world": "castle"}, "world must be one of 'corridor', 'loop', 'office', 'crowd'"),
-        ({"world": Corridor}, "world must be .* a Corridor, Loop, Office or Layout"),
+        ({"world": Corridor}, "world must be .* a Corridor, Loop, Office, Wings or Layout"),
         ({"doors": Doors(law=Fixed()), "people": 3}, "people must be a People, got 3"),
         ({"render_mode": "ascii"}, "render_mode must be one of None, 'human', 'rgb_array'"),
     ],

@@ -9,7 +9,7 @@ import pytest
 
 from dynslam_env import Doors, DoorWorldEnv, FinalScores, Gap, Laser, Odometry, SlamWrapper, Uniform
 from dynslam_env.drawing.render import Viewer
-from dynslam_env.slam_wrapper import crop_map, crop_points
+from dynslam_env.slam_run import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
 from slam.interface import Sampled
 from slam.metrics.change import TrueOccupancy
@@ -369,11 +369,11 @@ class Revised(Fixed):
 def test_the_trail_is_what_is_believed_now():
     env = wrapped(Revised, env=gym.make("DoorCorridor-v0", max_episode_steps=7), score_every=0)
     _, info = env.reset(seed=0)
-    revised, trails = [info["slam"]["revised"]], [np.array(env._trail)]
+    revised, trails = [info["slam"]["revised"]], [np.array(env._begun.trail)]
     for _ in range(7):
         info = env.step(FORWARD)[4]
         revised.append(info["slam"]["revised"])
-        trails.append(np.array(env._trail))
+        trails.append(np.array(env._begun.trail))
     robot: Any = env.slam
     said = np.array(robot.said)
     assert revised == [False, False, True, False, False, True, False, False]
@@ -383,7 +383,7 @@ def test_the_trail_is_what_is_believed_now():
         np.testing.assert_allclose(trail[:at, 1] - said[:at, 1], at // 3)
         np.testing.assert_allclose(trail[at:], said[at : k + 1])
     np.testing.assert_allclose(trails[-1][:, 1] - said[:, 1], 12.0)
-    assert all(isinstance(pose, Pose2) for pose in env._trail)
+    assert all(isinstance(pose, Pose2) for pose in env._begun.trail)
 
 
 @pytest.mark.parametrize("variant", ["static-graph", "dynamic-pf"])
@@ -398,8 +398,8 @@ def test_a_slam_that_revises_runs_an_episode(variant):
         assert isinstance(info["slam"]["revised"], bool)
         assert info["slam"]["position_error"] < 0.2
     robot: Any = env.slam
-    np.testing.assert_allclose(np.array(env._trail), robot.trajectory())
-    assert len(env._trail) == 41
+    np.testing.assert_allclose(np.array(env._begun.trail), robot.trajectory())
+    assert len(env._begun.trail) == 41
     assert "f1_5cm" in info["slam"]
 
 

@@ -28,6 +28,7 @@ KNOWN = {
     "DoorLoop-v0": "2402e10b23c7",
     "DoorOffice-v0": "be9c1801b736",
     "DoorCrowd-v0": "38eecf4fcae2",
+    "DoorWings-v0": "d388ef44167b",
 }
 """Digests of world test 17, to the millimetre: they are worlds that papers cite."""
 
@@ -178,7 +179,8 @@ def test_a_vector_environment_has_the_worlds_of_the_single_one(name):
     observation, info = alone.reset(options=TEST_17)
     for action in WALK:
         np.testing.assert_array_equal(observations["scan"][1], observation["scan"])
-        np.testing.assert_array_equal(infos["door_angles"][1], info["door_angles"])
+        angles = infos["door_angles"][1]  # as long as those of the world with most doors
+        np.testing.assert_array_equal(angles[~np.isnan(angles)], info["door_angles"])
         np.testing.assert_array_equal(infos["people"][1], info["people"])
         assert infos["split"].tolist() == ["test"] * 3
         assert infos["index"].tolist() == [3, 17, 4]
@@ -262,5 +264,7 @@ def test_worlds_of_unequal_numbers_of_doors_step_together():
 
 def test_a_world_of_ones_own_has_no_difficulty():
     layout = dynslam_env.Corridor().layout(np.random.default_rng(0))
-    with pytest.raises(InputError, match="difficulty varies a Corridor, a Loop or an Office"):
+    with pytest.raises(
+        InputError, match="difficulty varies a Corridor, a Loop, an Office or Wings"
+    ):
         gym.make("DoorCorridor-v0", world=layout, difficulty="easy")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from dynslam_env import DoorWorldEnv, FinalScores, Laser, Layout, SlamWrapper, slam_wrapper
+from dynslam_env import DoorWorldEnv, FinalScores, Laser, Layout, SlamWrapper, slam_run
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.patroller import Patroller
@@ -48,6 +48,14 @@ def test_gymnasiums_checker_has_no_complaint():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", message=".*(not copied|spec|render|out of date).*")
         check_env(made(max_episode_steps=5).unwrapped, skip_render_check=True)
+
+
+def test_it_is_not_said_to_be_out_of_date():
+    """DoorPatrol-v1 is another task."""
+    code = "import gymnasium, dynslam_env; gymnasium.make('DoorPatrol-v0')"
+    told = subprocess.run([sys.executable, "-W", "default", "-c", code], capture_output=True,
+                          check=True, text=True)  # fmt: skip
+    assert "out of date" not in told.stderr
 
 
 def test_stable_baselines3s_checker_has_no_complaint():
@@ -145,7 +153,7 @@ def test_no_truth_is_in_observation_or_reward(monkeypatch):
         return Poison(), *others, info | true
 
     monkeypatch.setattr(SlamWrapper, "step", poisoned)
-    monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})
+    monkeypatch.setattr(slam_run, "errors_of", lambda estimate, truth: {})
     monkeypatch.setattr(DoorsKnown, "brier", lambda self, memory, time, openings: 0.0)
     for truth in ("pose", "layout", "physics"):
         monkeypatch.setattr(DoorWorldEnv, truth, property(lambda self: Poison()))
@@ -166,7 +174,7 @@ def test_the_trap_would_catch_who_looks(monkeypatch):
     monkeypatch.setattr(DoorWorldEnv, "pose", property(lambda self: Poison()))
     cheat = lambda self, *given: {"at": env.unwrapped.place.pose.x}  # noqa: E731
     monkeypatch.setattr(Patroller, "observation", cheat)
-    monkeypatch.setattr(slam_wrapper, "_errors", lambda estimate, truth: {})
+    monkeypatch.setattr(slam_run, "errors_of", lambda estimate, truth: {})
     with pytest.raises(AssertionError, match="the truth was looked at: x"):
         env.unwrapped._observation()
 

@@ -14,7 +14,7 @@ from dynslam_env.simulation.registry import NAMED_LAWS, NAMED_WORLDS
 from slam import InputError, plugins
 
 IDS = ["DoorCorridor-v0", "DoorPatrol-v0", "DoorPatrolGoals-v0"]
-WORLDS, LAWS = ("corridor", "loop", "office", "crowd"), ("moving", "static")
+WORLDS, LAWS = ("corridor", "loop", "office", "crowd", "wings"), ("moving", "static")
 
 
 class Room:
@@ -47,7 +47,7 @@ def own_names(monkeypatch):
 
 
 def test_the_built_in_names_are_in_the_same_tables():
-    assert NAMED_WORLDS.names()[:4] == WORLDS
+    assert NAMED_WORLDS.names()[:5] == WORLDS
     assert NAMED_LAWS.names()[:2] == LAWS
     assert NAMED_WORLDS.get("crowd") == Corridor(people=6)
     assert (NAMED_LAWS.get("moving"), NAMED_LAWS.get("static")) == (Uniform(), Fixed())

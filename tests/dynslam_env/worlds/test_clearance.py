@@ -18,6 +18,7 @@ doors = st.builds(
     st.sampled_from([1, -1]),
     st.floats(0.3, 1.5),
     st.floats(0.01, 0.2),
+    slides=st.just(False),
 )
 SQUARE = edges(np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]))
 

@@ -122,7 +122,7 @@ def test_ranges_that_never_fit_are_told():
 def test_other_worlds_and_levels_are_refused():
     with pytest.raises(InputError, match="difficulty must be one of 'easy', 'medium', 'hard'"):
         Varied(Corridor(), "easier")
-    with pytest.raises(InputError, match="varies a Corridor, a Loop or an Office"):
+    with pytest.raises(InputError, match="varies a Corridor, a Loop, an Office or Wings"):
         Varied(Varied(Corridor(), "easy"), "easy")  # pyright: ignore[reportArgumentType]
 
 

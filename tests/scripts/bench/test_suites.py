@@ -29,6 +29,7 @@ from dynslam_env import (
     WORLDS,
     Corridor,
     Doors,
+    DoorWorldEnv,
     Gap,
     Lag,
     Laser,
@@ -462,3 +463,36 @@ def test_mistakes_say_where_and_what_is_allowed(tmp_path, change, told):
 def test_a_suite_without_cases_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"at least one \[\[case\]\]"):
         read_suite(written(tmp_path, 'variants = ["static-ml"]'))
+
+
+def test_a_suite_of_a_split_has_its_episodes_at_the_difficulty():
+    suite = paper().at("test", "hard")
+    for case, before in zip(suite.cases, paper().cases, strict=True):
+        assert case.condition == {**before.condition, "split": "test", "difficulty": "hard"}
+        source, usual = case.source(17), before.source(17)
+        assert isinstance(source, SimulatedDrive)
+        assert isinstance(usual, SimulatedDrive)
+        assert (source.split, source.seed) == ("test", 17)
+        assert source.parameters == {**usual.parameters, "difficulty": "hard"}
+        assert source.key != usual.key
+    suite = paper()
+    assert suite.at(None, None) is suite
+
+
+def test_the_drive_of_a_split_is_that_of_the_environment():
+    case = worlds().at("test", None).cases[0]
+    source = case.source(3)
+    assert isinstance(source, SimulatedDrive)
+    episode = replace(source, parameters={"max_episode_steps": 5}).make()
+    env = DoorWorldEnv()
+    env.reset(options={"split": "test", "index": 3})
+    assert episode.truth is not None
+    np.testing.assert_array_equal(episode.truth.walls, env.layout.walls)
+    np.testing.assert_array_equal(episode.scans[0].ranges, env.scan.ranges)
+
+
+def test_recordings_have_no_split(tmp_path):
+    (tmp_path / "a.log").write_text("")
+    case = logs(tmp_path).at("test", None).cases[0]
+    with pytest.raises(InputError, match="a recording has no split and no difficulty"):
+        case.source(0)
