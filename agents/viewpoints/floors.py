@@ -125,4 +125,3 @@ def _stacked(rows: list[tuple[ViewpointTable, NDArray[np.uint8], int]]) -> Floor
         seen[k, :places, :places, :doors] = shown
     doors = np.array([len(row[0].doors) for row in rows])
     return Floors(between, then, seen, doors, np.array([row[2] for row in rows]))
-

@@ -21,9 +21,7 @@ FIELD = math.radians(90)  # on each side of the robot's heading
 HIDDEN = 0.35  # m before a doorway's middle, where its own leaf and jambs do not count
 
 
-def sights(
-    costmap: Costmap, table: ViewpointTable, plans: Sequence[Plan]
-) -> NDArray[np.uint8]:
+def sights(costmap: Costmap, table: ViewpointTable, plans: Sequence[Plan]) -> NDArray[np.uint8]:
     """(v, v, d) bit k: a doorway is seen in the k-th of SLICES equal parts of a way's time.
 
     A doorway is seen where MIN_BEAMS beams reach it, ahead of the robot; and all around while the
@@ -76,10 +74,8 @@ def _see(poses, shares, doors, kinds, origin, cell, found):
             for s in range(int(steps * max(1.0 - HIDDEN / away, 0.0))):
                 i = int(np.floor((poses[p, 1] + dy * s / steps - origin[1]) / cell))
                 j = int(np.floor((poses[p, 0] + dx * s / steps - origin[0]) / cell))
-                if not (0 <= i < kinds.shape[0] and 0 <= j < kinds.shape[1]):
-                    clear = False
-                elif kinds[i, j] == OCCUPIED:
-                    clear = False
+                clear = 0 <= i < kinds.shape[0] and 0 <= j < kinds.shape[1]
+                clear = clear and kinds[i, j] != OCCUPIED
                 if not clear:
                     break
             if clear:

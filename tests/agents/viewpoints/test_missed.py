@@ -19,7 +19,7 @@ def after_a_look(ages: tuple[float, float]) -> Missed:
         DoorBelief(place, 0.5, age, known, known) for place, age in zip(DOORS, ages, strict=True)
     ]
     missed = Missed()
-    missed.compare(POINTS[0], np.array([True, True]), beliefs, 100.0, 90.0)
+    missed.compare(POINTS[0], DOORS, beliefs, 100.0, 90.0)
     return missed
 
 
@@ -41,3 +41,15 @@ def test_it_is_promised_again_later() -> None:
     missed = after_a_look((4.0, np.inf))
     assert missed.among(table(), 99.0 + DURATION).any()
     assert not missed.among(table(), 101.0 + DURATION).any()
+
+
+def test_a_doorway_that_became_known_meanwhile_changes_no_pairs() -> None:
+    """The table promised the second doorway alone; it was seen. A new one is listed first."""
+    known = np.zeros(len(HORIZONS))
+    places, ages = [np.array([9.0, 9.0, 0.0, 0.9]), *DOORS], (np.inf, 50.0, 0.0)
+    beliefs = [
+        DoorBelief(place, 0.5, age, known, known) for place, age in zip(places, ages, strict=True)
+    ]
+    missed = Missed()
+    missed.compare(POINTS[0], DOORS[1:], beliefs, 100.0, 90.0)
+    assert not missed.among(table(), 101.0).any()
