@@ -228,9 +228,9 @@ def _explore(i, state: State, floors: Floors, laws: Laws):
     while state.time[i] < state.begun[i]:
         times, best = floors.between[state.floor[i], state.place[i]], -1
         for j in range(len(times)):
-            if np.isfinite(times[j]) and not state.visited[i, j]:
-                if best < 0 or times[j] < times[best]:
-                    best = j
+            new = np.isfinite(times[j]) and not state.visited[i, j]
+            if new and (best < 0 or times[j] < times[best]):
+                best = j
         if best < 0:
             break
         _drive(i, best, state, floors, laws)

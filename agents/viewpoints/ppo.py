@@ -107,7 +107,7 @@ class Learner:
         weights = {f"network/{k}": x.numpy() for k, x in self.network.state_dict().items()}
         moments = {
             f"adam/{k}/{name}": np.asarray(x)
-            for k, kept in self._optimiser.state_dict()["state"].items()
+            for k, kept in sorted(self._optimiser.state_dict()["state"].items())
             for name, x in kept.items()
         }
         return {"counts": counts} | weights | moments
@@ -118,7 +118,9 @@ class Learner:
         weights = {k: torch.from_numpy(arrays[f"network/{k}"]) for k in self.network.state_dict()}
         self.network.load_state_dict(weights)
         state = self._optimiser.state_dict()
-        for k, weight in enumerate(self.network.parameters() if self.decisions else ()):
+        for k, weight in enumerate(self.network.parameters()):
+            if f"adam/{k}/{MOMENTS[0]}" not in arrays:
+                continue  # it has not learned yet, as the choice before the values
             kept = {name: torch.from_numpy(arrays[f"adam/{k}/{name}"].copy()) for name in MOMENTS}
             if any(kept[name].shape != weight.shape for name in MOMENTS[1:]):
                 raise ValueError("moments of another network")

@@ -27,6 +27,7 @@ from slam.io.one_line import one_line
 
 CHECKPOINT, BEST = "checkpoint.npz", "best.npz"
 PROGRESS, FLOORS = "progress.jsonl", "floors.npz"
+FIRST_FLOORS = {"train": 100, "validation": 0}  # floors of train before were looked at by hand
 EVALUATION_SEED = 1
 USUAL = Settings()
 EPISODES = 4  # of an evaluation on each held-out floor
@@ -111,7 +112,7 @@ def _floors(training: ViewpointTraining, folder: Path, told: Reporter) -> tuple[
     if not path.exists():
         world, parts = find_world(training.world), {}
         for split, count in (("train", training.trained), ("validation", training.held)):
-            floors = draw_floors(world, split, 0, count, drawn)
+            floors = draw_floors(world, split, FIRST_FLOORS[split], count, drawn)
             if not len(floors.doors):
                 raise InputError(f"no floor of the world {training.world} has a viewpoint of doors")
             parts |= {f"{split}/{name}": part for name, part in floors._asdict().items()}

@@ -73,7 +73,7 @@ def test_the_first_feature_is_the_rate_of_greedy(patrols: Patrols) -> None:
         found = features(situation)
         assert found.shape == (len(situation.times), FEATURES)
         expected = rates(situation)
-        assert found[:, GREEDY] == pytest.approx(expected / expected.max(), abs=0.02)
+        assert found[:, GREEDY] == pytest.approx(expected / expected.max(), abs=0.06)
         kept = patrols.fit[i]
         assert patrols.features[i][kept] == pytest.approx(found)
         assert not patrols.features[i][~kept].any()
