@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agents.viewpoints.chooser import _same
 from agents.viewpoints.missed import DURATION, Missed
 from agents.viewpoints.table import ViewpointTable
 from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief
@@ -53,3 +54,9 @@ def test_a_doorway_that_became_known_meanwhile_changes_no_pairs() -> None:
     missed = Missed()
     missed.compare(POINTS[0], DOORS[1:], beliefs, 100.0, 90.0)
     assert not missed.among(table(), 101.0).any()
+
+
+def test_a_table_is_for_the_same_doorways_in_the_same_order() -> None:
+    assert _same(DOORS, DOORS + [0.1, 0.0, 0.0, 0.0])
+    assert not _same(DOORS, DOORS[::-1])
+    assert not _same(DOORS, DOORS[:1])
