@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.viewpoints.situation import Situation
+from agents.viewpoints.table import Bools
 from dynslam_env.navigation.door_belief import HORIZONS
 from slam.geometry import Array
 from slam.kernel import kernel
@@ -37,7 +38,7 @@ class Ahead(NamedTuple):
     """
 
     times: Array
-    sees: Array
+    sees: Bools
     count: int
     last: int
 

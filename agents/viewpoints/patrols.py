@@ -274,7 +274,7 @@ def _expect(i, count, state: State, laws: Laws, stale, fresh):
 def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found):
     for i in range(len(state.time)):
         floor, place = state.floor[i], state.place[i]
-        count = floors.doors[floor]
+        count = int(floors.doors[floor])
         _expect(i, count, state, laws, stale[i], fresh[i])
         ahead = Ahead(floors.between[floor, place], floors.then[floor, place], count, place)
         describe(ahead, Expected(state.age[i], stale[i], fresh[i]), found[i])

@@ -23,7 +23,7 @@ def test_floors_have_doors_first_and_then_doorways_without_a_leaf(floors: Floors
     assert floors.leaves.tolist() == [5, 5]
     assert (floors.doors > floors.leaves).all()
     beyond = np.arange(MAX_DOORS) >= floors.doors[:, None]
-    assert not floors.sights.any(axis=(1, 2))[beyond].any()
+    assert not np.any(floors.sights, axis=(1, 2))[beyond].any()
 
 
 def test_an_episode_begins_after_exploring_and_ends_after_its_budget(patrols: Patrols) -> None:

@@ -150,7 +150,7 @@ def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsy
     from agents.viewpoints import train as training
 
     small = ppo.Settings(patrols=2, length=4, updates=1, batch=8, judging=8)
-    wanted = (*training.ViewpointTraining.__init__.__defaults__[:3], 1, 1, small)
+    wanted = ("office", 0, 16, 1, 1, small)
     monkeypatch.setattr(training.ViewpointTraining.__init__, "__defaults__", wanted)
     given = ["train", "--env", "DoorPatrol-v1", "--steps", "16", "--out", str(tmp_path / "out")]
     assert main.status(given) == 0
