@@ -29,17 +29,17 @@ FEATURES = OWN + SHARED
 
 
 class Ahead(NamedTuple):
-    """Where to drive from here, for v viewpoints and d doorways, the first `count` of them real.
+    """Where to drive from here, for v viewpoints and d doorways, the first `doors` of them real.
 
     times    (v,) s; inf: cannot be reached
     sees     (v, d) whether a doorway is seen on that way or there
-    count    number of doorways
+    doors    number of doorways
     last     the viewpoint where the robot is; -1 at none
     """
 
     times: Array
     sees: Bools
-    count: int
+    doors: int
     last: int
 
 
@@ -92,7 +92,7 @@ def _up_to(errors, sums, time):
 @kernel
 def describe(ahead: Ahead, expected: Expected, found):
     """Write the features (v, FEATURES); rows of viewpoints that cannot be reached are 0."""
-    n, stale, fresh = ahead.count, expected.stale, expected.fresh
+    n, stale, fresh = ahead.doors, expected.stale, expected.fresh
     stales, freshes = _sums(stale, n), _sums(fresh, n)
     total, later, nearest = 1e-6, 0.0, 10.0 * TIME_SCALE
     tops = np.full(RATES, 1e-6)
