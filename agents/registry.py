@@ -35,6 +35,7 @@ from agents.viewpoints.policies.whittle import Whittle
 from agents.viewpoints.situation import ViewpointPolicy
 from agents.viewpoints.truth import TrueBeliefs
 from agents.wall_follower import WallFollower
+from dynslam_env.patrol.long_env import LongPatrolEnv
 from dynslam_env.record import Driver
 from slam.errors import InputError
 from slam.io.python_file import load_object, names_object
@@ -190,6 +191,9 @@ def _oracle(env: Env, seed: int) -> Driver:
 
 
 def _ppo(env: Env, seed: int) -> Driver:
+    """The trained policy of the environment: it chooses viewpoints, or velocities."""
+    if isinstance(env.unwrapped, LongPatrolEnv):
+        return _patrol(lambda rng: _learned().Learned(POLICIES / "viewpoints.npz"))(env, seed)
     return _training().Trained(POLICIES / "ppo.zip", env)
 
 
@@ -214,7 +218,6 @@ BUILDERS: dict[str, AgentBuilder] = {
     "whittle": _patrol(lambda rng: Whittle()),
     "monte-carlo-entropy": _patrol(MonteCarloEntropy),
     "look-ahead": _patrol(lambda rng: LookAhead()),
-    "viewpoint-ppo": _patrol(lambda rng: _learned().Learned(POLICIES / "viewpoints.npz")),
     "best-place": _knowing(Stand),
     "planning-oracle": _knowing(LookAhead),
 }

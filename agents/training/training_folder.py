@@ -24,7 +24,14 @@ def find_checkpoint(plain: Mapping[str, Any], folder: Path, resume: bool) -> Pat
 
     Raises InputError for a folder that holds another training.
     """
-    config, checkpoint = folder / CONFIG, folder / CHECKPOINT
+    find_config(plain, folder, resume)
+    checkpoint = folder / CHECKPOINT
+    return checkpoint if checkpoint.exists() else None
+
+
+def find_config(plain: Mapping[str, Any], folder: Path, resume: bool) -> None:
+    """Raises InputError for a folder that holds another training, or one that is not to go on."""
+    config = folder / CONFIG
     if config.exists():
         if not resume:
             raise InputError(
@@ -37,14 +44,18 @@ def find_checkpoint(plain: Mapping[str, Any], folder: Path, resume: bool) -> Pat
                 f"{folder} holds another training: {others[0]} is "
                 f"{one_line(repr(known.get(others[0])))} there, not {plain[others[0]]!r}"
             )
-    return checkpoint if checkpoint.exists() else None
+
+
+def keep_config(plain: Mapping[str, Any], folder: Path) -> None:
+    """Write the configuration."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with replacing(folder / CONFIG) as file:
+        file.write(json.dumps(plain, indent=2).encode())
 
 
 def write_config(plain: Mapping[str, Any], folder: Path) -> None:
     """Write the configuration; remove a last line of progress that an interruption cut off."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with replacing(folder / CONFIG) as file:
-        file.write(json.dumps(plain, indent=2).encode())
+    keep_config(plain, folder)
     rows = read_progress(folder)
     with replacing(folder / PROGRESS) as file:
         file.write("".join(json.dumps(row) + "\n" for row in rows).encode())

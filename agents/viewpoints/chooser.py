@@ -9,9 +9,9 @@ import numpy as np
 
 from agents.goal_choosers.frontiers import FrontierChooser, nearest
 from agents.goal_choosers.goal_agent import look_around
-from agents.viewpoints.missed import Missed
+from agents.viewpoints.missed import SAME_DOOR, Missed
 from agents.viewpoints.situation import DoorRows, Situation, ViewpointPolicy
-from agents.viewpoints.table import Bools, ViewpointTable, viewpoint_table, ways_from
+from agents.viewpoints.table import ViewpointTable, viewpoint_table, ways_from
 from dynslam_env.navigation.blacklist import Blacklist
 from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.navigation.goal import NO_TARGET, Goal
@@ -43,8 +43,8 @@ class ViewpointChooser:
         self._target: tuple[float, float] | None = None
         self._heading: float | None = None  # of the look around, once it began
         self._arrived, self._since = False, 0.0  # s, when it decided
-        self._promised: tuple[Array, Bools] | None = None  # the viewpoint, and what it shows
-        self._looked: tuple[Array, Bools] | None = None  # the same, once it looked around there
+        self._promised: tuple[Array, Array] | None = None  # the viewpoint, doorways it shows
+        self._looked: tuple[Array, Array] | None = None  # the same, once it looked around there
 
     def goal(self, planning: PlanningSnapshot) -> Goal | None:
         """See `GoalChooser`."""
@@ -97,13 +97,14 @@ class ViewpointChooser:
         if np.isfinite(situation.times).any():
             chosen = self._policy.choose(situation)
             x, y = table.points[chosen].tolist()
-            self._target, self._promised = (x, y), (table.points[chosen], table.around[chosen])
+            shown = table.doors[table.around[chosen]]
+            self._target, self._promised = (x, y), (table.points[chosen], shown)
 
     def _current(self, planning: PlanningSnapshot, beliefs: Sequence[DoorBelief]) -> ViewpointTable:
         """The table for these doorways, made anew if they are others or the map is older."""
         table, places = self._table, np.array([one.place for one in beliefs])
-        same = table is not None and len(table.doors) == len(places)
-        if table is None or not same or planning.time > self._made + TABLE_AGE:
+        old = table is None or planning.time > self._made + TABLE_AGE
+        if table is None or old or not _same(table.doors, places):
             table = viewpoint_table(planning.costmap, planning.plan, places)
             self._table, self._made = table, planning.time
         return table
@@ -119,6 +120,13 @@ class ViewpointChooser:
             times, ways.sees & shown, table.between, table.then & shown, DoorRows.of(beliefs),
             _beside(planning, table),
         )  # fmt: skip
+
+
+def _same(doors: Array, places: Array) -> bool:
+    """Whether doorways (d, 4) are those at `places` (e, 4), in this order."""
+    if len(doors) != len(places):
+        return False
+    return bool((np.hypot(*(doors - places).T[:2]) < SAME_DOOR).all())
 
 
 def _beside(planning: PlanningSnapshot, table: ViewpointTable) -> int:

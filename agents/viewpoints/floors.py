@@ -1,51 +1,78 @@
-"""Floors: viewpoint tables of many drawn floors as arrays, for the fast setting of training."""
+"""Floors: viewpoint tables of many drawn floors as arrays, for the fast setting of training.
+
+Beside the doors, a floor has the doorways without a leaf that a robot suspects: they are found by
+scans along the floor's path.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.viewpoints.table import MAX_VIEWPOINTS, Bools, ViewpointTable, viewpoint_table
+from agents.viewpoints.sights import sights
+from agents.viewpoints.table import (
+    MAX_VIEWPOINTS,
+    Bools,
+    ViewpointTable,
+    plans_from,
+    table_of,
+    viewpoints,
+)
 from dynslam_env.navigation.planner import plan
+from dynslam_env.patrol.place_doors import PlaceDoors
 from dynslam_env.patrol.questions import floor_costmap, middle
+from dynslam_env.sensors.laser import Laser, Scanner
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.splits import SplitEpisode
+from dynslam_env.worlds.clearance import leaf
 from dynslam_env.worlds.layout import Generator, Layout
-from slam.geometry import Array
+from slam.geometry import Array, Pose2
 
 MAX_DOORS = 24  # of a floor, doorways without a leaf included
+SAME_DOOR = 0.5  # m, from a suspected doorway to the true one
+HEADINGS = np.arange(4) * math.pi / 2  # rad, of the robot at each place of the path
+SCAN_STEP = 1.0  # m between two of the places
+SWUNG = math.radians(80)  # of the leaves that stand open
 
 
 class Floors(NamedTuple):
     """n floors, each padded to V = MAX_VIEWPOINTS viewpoints and D = MAX_DOORS doorways.
 
     between  (n, V, V) s; inf where no way leads and for missing viewpoints
-    then     (n, V, V, D) whether a doorway is seen on a way or at its end
+    then     (n, V, V, D) whether the table promises a doorway on a way or at its end
+    sights   (n, V, V, D) bit k: it is seen in the k-th of SLICES equal parts of that time
     doors    (n,) number of doorways
+    leaves   (n,) how many of them, the first ones, have a leaf
     """
 
     between: Array
     then: Bools
+    sights: NDArray[np.uint8]
     doors: NDArray[np.int64]
+    leaves: NDArray[np.int64]
 
 
-def draw_floors(world: Generator, split: str, first: int, count: int) -> Floors:
-    """Floors `first` to `first + count` of a split, those without a viewpoint left out."""
-    radius, tables = Robot().radius, []
+def draw_floors(
+    world: Generator, split: str, first: int, count: int, drawn: Callable[[], None] = lambda: None
+) -> Floors:
+    """Floors `first` to `first + count` of a split, those without a viewpoint left out; `drawn` is
+    called after each."""
+    rows = []
     for index in range(first, first + count):
         layout = world.layout(SplitEpisode(split, index).rng().spawn(1)[0])
-        table = true_table(layout, radius)
-        if len(table.points):
-            tables.append(table)
-    return _stacked(tables)
+        row = _floor(layout, Robot().radius)
+        rows += [row] if len(row[0].points) and row[2] else []
+        drawn()
+    return _stacked(rows)
 
 
 def true_table(layout: Layout, radius: float) -> ViewpointTable:
     """The table of a floor by its true plan, driven with all doors closed."""
-    costs = floor_costmap(layout, radius)
-    return viewpoint_table(costs, plan(costs, layout.start), doorways(layout)[:MAX_DOORS])
+    return _floor(layout, radius)[0]
 
 
 def doorways(layout: Layout) -> Array:
@@ -54,12 +81,47 @@ def doorways(layout: Layout) -> Array:
     return np.array(rows).reshape(-1, 4)
 
 
-def _stacked(tables: list[ViewpointTable]) -> Floors:
-    n, v = len(tables), MAX_VIEWPOINTS
+def bare_doorways(layout: Layout) -> Array:
+    """(b, 4) doorways without a leaf that a robot suspects by its scans on the layout's path."""
+    scanner, place = Scanner(Laser(), np.random.default_rng(0)), PlaceDoors()
+    for angle in (0.0, SWUNG):
+        segments = np.concatenate([layout.walls, *(leaf(door, angle) for door in layout.doors)])
+        for x, y in _along(layout.path).tolist():
+            for heading in HEADINGS.tolist():
+                pose = Pose2(x, y, heading)
+                place.look(scanner.scan(scanner.exact(pose, segments), 0.0), pose)
+    found = np.array([door.place for door in place.known()]).reshape(-1, 4)
+    doors = doorways(layout)
+    away = np.hypot(*(found[:, None, :2] - doors[None, :, :2]).transpose(2, 0, 1))
+    return found[away.min(axis=1, initial=math.inf) > SAME_DOOR]
+
+
+def _along(path: Array) -> Array:
+    """(n, 2) points on a path (p, 2), SCAN_STEP m apart, m."""
+    gone = np.concatenate([[0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()])
+    at = np.arange(0.0, gone[-1] + 1e-9, SCAN_STEP)
+    return np.stack([np.interp(at, gone, axis) for axis in path.T], axis=1)
+
+
+def _floor(layout: Layout, radius: float) -> tuple[ViewpointTable, NDArray[np.uint8], int]:
+    """Table and sights of a floor, and the number of doors with a leaf."""
+    costs = floor_costmap(layout, radius)
+    doors = np.concatenate([doorways(layout), bare_doorways(layout)])[:MAX_DOORS]
+    points = viewpoints(costs, plan(costs, layout.start), doors)
+    plans = plans_from(costs, points)
+    table = table_of(costs, points, doors, plans)
+    return table, sights(costs, table, plans), min(len(layout.doors), MAX_DOORS)
+
+
+def _stacked(rows: list[tuple[ViewpointTable, NDArray[np.uint8], int]]) -> Floors:
+    n, v = len(rows), MAX_VIEWPOINTS
     between = np.full((n, v, v), np.inf)
     then = np.zeros((n, v, v, MAX_DOORS), np.bool_)
-    for k, table in enumerate(tables):
+    seen = np.zeros((n, v, v, MAX_DOORS), np.uint8)
+    for k, (table, shown, _) in enumerate(rows):
         places, doors = len(table.points), len(table.doors)
         between[k, :places, :places] = table.between
         then[k, :places, :places, :doors] = table.then
-    return Floors(between, then, np.array([len(table.doors) for table in tables]))
+        seen[k, :places, :places, :doors] = shown
+    doors = np.array([len(row[0].doors) for row in rows])
+    return Floors(between, then, seen, doors, np.array([row[2] for row in rows]))

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from agents.viewpoints.features import features
 from agents.viewpoints.network import ViewpointNetwork, inputs
-from agents.viewpoints.situation import DoorRows, Situation
+from agents.viewpoints.situation import Situation
 from agents.weights import check_weights
 from slam.errors import InputError
 from slam.io.arrays import read_arrays
@@ -28,15 +29,9 @@ class Learned:
 
     def choose(self, situation: Situation) -> int:
         """See `ViewpointPolicy`."""
-        one = Situation(
-            situation.times[None], situation.sees[None], situation.between[None],
-            situation.then[None], DoorRows(*(part[None] for part in situation.doors)),
-            situation.last,
-        )  # fmt: skip
-        real = np.ones((1, situation.sees.shape[1]))
+        given = inputs(features(situation)[None], np.isfinite(situation.times)[None])
         with torch.no_grad():
-            logits, _ = self._network(inputs(one, real))
-        return int(logits[0].argmax())
+            return int(self._network(given)[0][0].argmax())
 
 
 def save_network(network: ViewpointNetwork, path: Path) -> None:

@@ -26,16 +26,18 @@ class Missed:
         self._rows = np.empty((0, 5))  # x, y of the place, x, y of the doorway, m; until, s
 
     def compare(
-        self, place: Array, shown: Bools, beliefs: Sequence[DoorBelief], now: float, since: float
+        self, place: Array, promised: Array, beliefs: Sequence[DoorBelief], now: float, since: float
     ) -> None:
         """Note what a look around at `place` (2,), m, did not show.
 
-        shown  (d,) doorways that the table promised; beliefs (d,) as they are after the look
-        now    s; since: s, when the drive there began
+        promised  (k, 4) doorways that the table promised, as in `ViewpointTable.doors`
+        beliefs   as they are after the look, in any order: more doorways may be known by then
+        now       s; since: s, when the drive there began
         """
-        for one, promised in zip(beliefs, shown, strict=False):
-            if promised and one.age > now - since + ALLOWANCE:
-                row = [[*place, *one.place[:2], now + DURATION]]
+        unseen = [one.place[:2] for one in beliefs if one.age > now - since + ALLOWANCE]
+        for door in np.reshape(unseen, (-1, 2)):
+            if (np.hypot(*(promised[:, :2] - door).T) < SAME_DOOR).any():
+                row = [[*place, *door, now + DURATION]]
                 self._rows = np.concatenate([self._rows, row])
         self._rows = self._rows[self._rows[:, 4] > now]
 

@@ -1,7 +1,11 @@
-"""PPO for viewpoints in the fast setting, and imitation of a planner. Needs `dynslam[train]`.
+"""PPO for viewpoints in the fast setting. Needs `dynslam[train]`.
 
 Proximal policy optimisation (Schulman et al. 2017) of a semi-Markov decision process: decisions
 last differently long, so rewards and values are discounted by the time that passed.
+
+A training is a sequence of segments. At the beginning of each, all generators are seeded by the
+training's seed and the segment's number, and new patrols begin: a training that was interrupted
+and resumed equals an uninterrupted one to the byte.
 """
 
 from __future__ import annotations
@@ -14,14 +18,15 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from agents.viewpoints.fast_patrols import Fast, FastPatrols
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.network import Inputs, ViewpointNetwork, inputs
-from agents.viewpoints.situation import Situation, ViewpointPolicy
+from agents.viewpoints.patrols import Patrols
+from agents.viewpoints.situation import ViewpointPolicy
 
 USUAL_ERROR = 0.1  # squared error, at which the reward is 0; it changes no policy
 REWARD_SCALE = 0.1
-Chooser = Callable[[FastPatrols, Fast], np.ndarray]
+MIN_RATE = 0.02  # share of the learning rate that is left at the end
+Chooser = Callable[[Patrols], np.ndarray]
 """The next viewpoints (n,) of n patrols."""
 
 
@@ -29,31 +34,35 @@ Chooser = Callable[[FastPatrols, Fast], np.ndarray]
 class Settings:
     """Of a training.
 
-    patrols     at once
-    length      decisions of each patrol in a rollout
-    epochs      over each rollout
-    batch       decisions in a step of the optimiser
-    rate        of learning at the start; it falls to 0
-    clip        of the ratio of probabilities
-    entropy     weight of the entropy
-    horizon     s, in which the discount falls to 1/e
-    trace       lambda of the advantages (Schulman et al. 2016)
-    imitated    decisions of a teacher that are imitated first; of 2,048 it learned less than it
-                knows at the beginning, when it is near `Greedy`
-    judging     first decisions, from which only the values are learned
+    patrols  at once
+    length   decisions of each patrol in a rollout
+    updates  rollouts in a segment
+    epochs   over each rollout
+    batch    decisions in a step of the optimiser
+    rate     of learning at the start; it falls to 0
+    clip     of the ratio of probabilities
+    entropy  weight of the entropy
+    horizon  s, in which the discount falls to 1/e
+    trace    lambda of the advantages (Schulman et al. 2016)
+    judging  first decisions, from which only the values are learned
     """
 
-    patrols: int = 64
-    length: int = 16
+    patrols: int = 256
+    length: int = 32
+    updates: int = 20
     epochs: int = 3
-    batch: int = 512
-    rate: float = 2e-4
-    clip: float = 0.1
-    entropy: float = 0.001
-    horizon: float = 90.0
+    batch: int = 2048
+    rate: float = 3e-4
+    clip: float = 0.15
+    entropy: float = 0.002
+    horizon: float = 120.0
     trace: float = 0.9
-    imitated: int = 0
-    judging: int = 8192
+    judging: int = 32768
+
+    @property
+    def segment(self) -> int:
+        """Decisions of a segment."""
+        return self.patrols * self.length * self.updates
 
 
 class Rollout(NamedTuple):
@@ -69,55 +78,67 @@ class Rollout(NamedTuple):
 class Learner:
     """One training; the same seed gives the same policy.
 
-    network   that learns
-    decisions made so far
+    network    that learns
+    decisions  made so far
+    segments   learned so far
     """
 
     def __init__(self, floors: Floors, seed: int, steps: int, settings: Settings = Settings()):
         torch.manual_seed(seed)
         torch.set_num_threads(1)
-        self.settings, self._steps, self.decisions = settings, steps, 0
+        self.settings, self._floors, self._seed, self._steps = settings, floors, seed, steps
+        self.decisions = self.segments = 0
         self.network = ViewpointNetwork()
-        self._rng, self._draws = np.random.default_rng(seed), torch.Generator().manual_seed(seed)
-        self._patrols = FastPatrols(floors, settings.patrols, self._rng)
         self._optimiser = torch.optim.Adam(self.network.parameters(), settings.rate)
 
-    def imitate(self, teacher: Callable[[], ViewpointPolicy]) -> float:
-        """Learn the choices of a policy; the share of the last rollouts' choices that agree."""
-        settings, policies = self.settings, [teacher() for _ in range(self.settings.patrols)]
-        data: list[tuple[Inputs, Tensor]] = []
-        for _ in range(settings.imitated // settings.patrols):
-            seen = self._patrols.seen()
-            chosen = each(policies)(self._patrols, seen)
-            data.append((inputs_of(seen), torch.from_numpy(chosen)))
-            self._patrols.restart_all(self._patrols.step(chosen)[2])
-        agreed = 0.0
-        for _ in range(8 * settings.epochs):
-            for k in self._rng.permutation(len(data) // 4) if len(data) >= 4 else []:
-                some = data[4 * k : 4 * k + 4]
-                given = _joined([one[0] for one in some])
-                wanted = torch.cat([s[1] for s in some])
-                logits, _ = self.network(given)
-                self._improve(nn.functional.cross_entropy(logits, wanted))
-                agreed += 0.02 * (float((logits.argmax(1) == wanted).float().mean()) - agreed)
-        return agreed
+    def segment(self, told: Callable[[int], None] = lambda decisions: None) -> None:
+        """Learn one segment; `told` gets the number of decisions after each rollout."""
+        self._rng = np.random.default_rng([self._seed, self.segments])
+        self._draws = torch.Generator().manual_seed(int(self._rng.integers(2**62)))
+        self._patrols = Patrols(self._floors, self.settings.patrols, self._rng)
+        for _ in range(self.settings.updates):
+            self._update()
+            told(self.decisions)
+        self.segments += 1
 
-    def update(self) -> dict[str, Any]:
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All that the learning goes on from, as arrays: a checkpoint."""
+        counts = np.array([self.decisions, self.segments])
+        weights = {f"network/{k}": x.numpy() for k, x in self.network.state_dict().items()}
+        moments = {
+            f"adam/{k}/{name}": np.asarray(x)
+            for k, kept in sorted(self._optimiser.state_dict()["state"].items())
+            for name, x in kept.items()
+        }
+        return {"counts": counts} | weights | moments
+
+    def restore(self, arrays: dict[str, np.ndarray]) -> None:
+        """Go on from what `arrays` gave. Raises KeyError, ValueError or RuntimeError for others."""
+        self.decisions, self.segments = (int(count) for count in arrays["counts"])
+        weights = {k: torch.from_numpy(arrays[f"network/{k}"]) for k in self.network.state_dict()}
+        self.network.load_state_dict(weights)
+        state = self._optimiser.state_dict()
+        for k, weight in enumerate(self.network.parameters()):
+            if f"adam/{k}/{MOMENTS[0]}" not in arrays:
+                continue  # it has not learned yet, as the choice before the values
+            kept = {name: torch.from_numpy(arrays[f"adam/{k}/{name}"].copy()) for name in MOMENTS}
+            if any(kept[name].shape != weight.shape for name in MOMENTS[1:]):
+                raise ValueError("moments of another network")
+            state["state"][k] = kept
+        self._optimiser.load_state_dict(state)
+
+    def _update(self) -> None:
         """One rollout, and the learning from it."""
-        self._optimiser.param_groups[0]["lr"] = self.settings.rate * max(
-            1.0 - self.decisions / self._steps, 0.02
-        )
-        rollout, error = self._rollout()
-        entropies = []
+        left = max(1.0 - self.decisions / self._steps, MIN_RATE)
+        self._optimiser.param_groups[0]["lr"] = self.settings.rate * left
+        rollout = self._rollout()
         for _ in range(self.settings.epochs):
             order = torch.from_numpy(self._rng.permutation(len(rollout.actions)))
             for rows in order.split(self.settings.batch):
-                entropies.append(self._learn(rollout, rows))
+                self._learn(rollout, rows)
         self.decisions += len(rollout.actions)
-        return {"decisions": self.decisions, "error": error, "entropy": float(np.mean(entropies))}
 
-    def _rollout(self) -> tuple[Rollout, float]:
-        """A rollout, and its error by the time that passed."""
+    def _rollout(self) -> Rollout:
         kept, told = [], []
         for _ in range(self.settings.length):
             given, logits, values = self._judged()
@@ -125,18 +146,17 @@ class Learner:
             actions = torch.multinomial(drawn.probs, 1, generator=self._draws)[:, 0]
             error, takes, over = self._patrols.step(actions.numpy())
             self._patrols.restart_all(over)
+            self._patrols.look()
             kept.append((given, actions, drawn.log_prob(actions)))
             told.append((values.numpy(), error, takes, over))
-        values = self._judged()[2]
-        advantages, returns = self._advantages(told, values.numpy())
-        given = _joined([one[0] for one in kept])
+        advantages, returns = self._advantages(told, self._judged()[2].numpy())
+        given = Inputs(*(torch.cat(part) for part in zip(*(k[0] for k in kept), strict=True)))
         actions, logs = (torch.cat([k[j] for k in kept]) for j in (1, 2))
-        rate = sum(t[1].sum() for t in told) / sum(t[2].sum() for t in told)
-        return Rollout(given, actions, logs, advantages, returns), float(rate)
+        return Rollout(given, actions, logs, advantages, returns)
 
     def _judged(self) -> tuple[Inputs, Tensor, Tensor]:
         """What the network reads now, its logits and values."""
-        given = inputs_of(self._patrols.seen())
+        given = inputs_of(self._patrols)
         with torch.no_grad():
             return given, *self.network(given)
 
@@ -154,71 +174,76 @@ class Learner:
         returns = found + np.array([t[0] for t in told])
         return _tensor(found), _tensor(returns)
 
-    def _learn(self, rollout: Rollout, rows: Tensor) -> float:
-        """One step of the optimiser; the entropy of the policy."""
-        given = Inputs(*(part[rows] for part in rollout.inputs))
-        logits, values = self.network(given)
-        drawn = torch.distributions.Categorical(logits=logits)
-        advantages = rollout.advantages[rows]
-        advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-6)
-        ratio = (drawn.log_prob(rollout.actions[rows]) - rollout.logs[rows]).exp()
-        clipped = ratio.clamp(1 - self.settings.clip, 1 + self.settings.clip)
-        gain = torch.min(ratio * advantages, clipped * advantages).mean()
-        entropy = drawn.entropy().mean()
-        if self.decisions < self.settings.judging:
-            gain, entropy = 0.0 * gain, entropy.detach()
-        error = (values - rollout.returns[rows]).square().mean()
-        self._improve(0.5 * error - gain - self.settings.entropy * entropy)
-        return float(entropy.detach())
-
-    def _improve(self, loss: Tensor) -> None:
+    def _learn(self, rollout: Rollout, rows: Tensor) -> None:
+        """One step of the optimiser."""
+        logits, values = self.network(Inputs(*(part[rows] for part in rollout.inputs)))
+        loss = 0.5 * (values - rollout.returns[rows]).square().mean()
+        if self.decisions >= self.settings.judging:
+            drawn = torch.distributions.Categorical(logits=logits)
+            advantages = rollout.advantages[rows]
+            advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-6)
+            ratio = (drawn.log_prob(rollout.actions[rows]) - rollout.logs[rows]).exp()
+            clipped = ratio.clamp(1 - self.settings.clip, 1 + self.settings.clip)
+            gain = torch.min(ratio * advantages, clipped * advantages).mean()
+            loss = loss - gain - self.settings.entropy * drawn.entropy().mean()
         self._optimiser.zero_grad()
         loss.backward()
         nn.utils.clip_grad_norm_(self.network.parameters(), 0.5)
         self._optimiser.step()
 
 
+MOMENTS = ("step", "exp_avg", "exp_avg_sq")  # that Adam keeps of each weight
+
+
 def _tensor(rows: np.ndarray) -> Tensor:
     return torch.from_numpy(rows.ravel().astype(np.float32))
 
 
-def _joined(rows: list[Inputs]) -> Inputs:
-    return Inputs(*(torch.cat(part) for part in zip(*rows, strict=True)))
-
-
-def inputs_of(seen: Fast) -> Inputs:
+def inputs_of(patrols: Patrols) -> Inputs:
     """What the network reads of patrols in the fast setting."""
-    now = Situation(seen.times, seen.sees, seen.between, seen.sees, seen.doors, -1)
-    return inputs(now, seen.real.astype(np.float64))
+    return inputs(patrols.features, patrols.fit)
 
 
 def by_network(network: ViewpointNetwork) -> Chooser:
     """The viewpoints with the largest logits."""
 
-    def choose(patrols: FastPatrols, seen: Fast) -> np.ndarray:
+    def choose(patrols: Patrols) -> np.ndarray:
         with torch.no_grad():
-            return network(inputs_of(seen))[0].argmax(dim=1).numpy()
+            return network(inputs_of(patrols))[0].argmax(dim=1).numpy()
 
     return choose
 
 
-def each(policies: list[ViewpointPolicy]) -> Chooser:
+def by_feature(number: int) -> Chooser:
+    """The viewpoints with the largest value of one feature."""
+
+    def choose(patrols: Patrols) -> np.ndarray:
+        return np.where(patrols.fit, patrols.features[..., number], -np.inf).argmax(axis=1)
+
+    return choose
+
+
+def by_policies(policies: list[ViewpointPolicy]) -> Chooser:
     """The viewpoints that policies choose, one of each patrol."""
 
-    def choose(patrols: FastPatrols, seen: Fast) -> np.ndarray:
+    def choose(patrols: Patrols) -> np.ndarray:
         rows = enumerate(policies)
-        return np.array([policy.choose(patrols.situation(i, seen)) for i, policy in rows])
+        return np.array([policy.choose(patrols.situation(i)) for i, policy in rows])
 
     return choose
 
 
-def scores(floors: Floors, choose: Chooser, seed: int, bare: float = 0.0) -> np.ndarray:
-    """(n,) mean squared error over doors and time of one episode on each floor."""
+def scores(floors: Floors, choose: Chooser, seed: int, episodes: int = 1) -> np.ndarray:
+    """(n * episodes,) mean squared error over doors and time of `episodes` on each of n floors."""
     n = len(floors.doors)
-    patrols, found = FastPatrols(floors, n, np.random.default_rng(seed), bare), np.full(n, np.nan)
-    for i in range(n):
-        patrols.restart(i, i)
+    patrols, found = Patrols(floors, n * episodes, np.random.default_rng(seed)), []
+    for i in range(n * episodes):
+        patrols.restart(i, i % n)
+    patrols.look()
+    found = np.full(n * episodes, np.nan)
     while np.isnan(found).any():
-        over = patrols.step(choose(patrols, patrols.seen()))[2] & np.isnan(found)
-        found[over] = patrols.error[over] / patrols.time[over]
+        over = patrols.step(choose(patrols))[2] & np.isnan(found)
+        state = patrols.state
+        found[over] = state.error[over] / (state.time - state.begun)[over]
+        patrols.look()
     return found

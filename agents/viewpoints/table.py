@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,12 +59,21 @@ class ViewpointTable(NamedTuple):
 
 def viewpoint_table(costmap: Costmap, reached: Plan, doors: Array) -> ViewpointTable:
     """The table of a floor; `reached` is the plan from where the robot is, doors are (d, 4)."""
-    points = _viewpoints(costmap, reached, doors)
+    points = viewpoints(costmap, reached, doors)
+    return table_of(costmap, points, doors, plans_from(costmap, points))
+
+
+def plans_from(costmap: Costmap, points: Array) -> list[Plan]:
+    """The plan from each of some points (v, 2), m."""
+    return [plan(costmap, Pose2(x, y, 0.0)) for x, y in points.tolist()]
+
+
+def table_of(
+    costmap: Costmap, points: Array, doors: Array, plans: Sequence[Plan]
+) -> ViewpointTable:
+    """The table of viewpoints `points` (v, 2), m, from the `plans` from each of them."""
     around = visible(costmap, points, doors)
-    ways = [
-        ways_from(costmap, plan(costmap, Pose2(x, y, 0.0)), points, doors, around)
-        for x, y in points
-    ]
+    ways = [ways_from(costmap, here, points, doors, around) for here in plans]
     between = np.array([way.times for way in ways]).reshape(len(points), len(points))
     then = np.array([way.sees for way in ways], dtype=np.bool_)
     return ViewpointTable(points, doors, around, between, then.reshape(*between.shape, len(doors)))
@@ -90,7 +100,7 @@ def visible(costmap: Costmap, points: Array, doors: Array) -> Bools:
     return _visible(points.reshape(-1, 2), doors, costmap.kinds, origin, spec.resolution)
 
 
-def _viewpoints(costmap: Costmap, reached: Plan, doors: Array) -> Array:
+def viewpoints(costmap: Costmap, reached: Plan, doors: Array) -> Array:
     """(v, 2) m: of places that show most, those that show other doorways or are far apart."""
     fit = reached.reached & ~costmap.swept & (costmap.clearance > MIN_CLEARANCE)
     rows, cols = np.indices(fit.shape)

@@ -14,6 +14,7 @@ from dynslam_env.calendar.door_calendar import DAY, MONDAY_2026, DoorCalendar
 from dynslam_env.calendar.habits import HOUR, Habits
 from dynslam_env.simulation.laws import Bools, Clock, FlipClock, Scripted
 from dynslam_env.simulation.robot import Robot
+from dynslam_env.simulation.world import CONTROL_DT
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Generator, Layout
 from dynslam_env.worlds.loop import Loop
@@ -182,8 +183,8 @@ class Campaign:
             if rng.random() < _busy(begin) and math.dist(route[0], start[:2]) > FROM_PEOPLE
         )
         layout = Layout(walls, building.doors, start, path, routes)
-        steps = round(600.0 * self.minutes)
-        doors = _on_date(histories, begin, 0.1 * steps)
+        steps = round(60.0 * self.minutes / CONTROL_DT)
+        doors = _on_date(histories, begin, CONTROL_DT * steps)
         return Visit(day, k, begin, layout, doors, int(rng.integers(2**31)), steps)
 
 

@@ -23,7 +23,7 @@ from slam.grid import GridSpec
 from slam.metrics.raster import rasterise
 
 CELL = 0.1  # m
-PLACES = 16  # of which two are drawn for a question
+MAX_PLACES = 16  # of which two are drawn for a question
 MARGIN = 0.3  # m, between a place and the nearest wall
 SIDE_DISTANCE = 0.55  # m, from the middle of a doorway to the points on its two sides
 DRIVING_SPEED = 0.5  # m/s
@@ -64,7 +64,8 @@ class Questions:
         sides = [_sides(door, costs) for door in layout.doors]
         wide = (costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & open_plan.reached
         cells = np.argwhere(wide if wide.any() else open_plan.reached)
-        places = costs.spec.centres(cells[rng.integers(len(cells), size=PLACES)])
+        self._places = min(MAX_PLACES, len(cells))
+        places = costs.spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])
         nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])
         self._far = _distances(costs, nodes)
         self._detours = np.minimum(
@@ -72,13 +73,13 @@ class Questions:
         )
 
     def regret(self, closed: Array, is_open: Bools) -> float | None:
-        """s lost at one question, drawn now; None if no way leads there.
+        """s lost at one question, drawn now; None if no way leads there, or nowhere.
 
         closed   (d,) P(closed) of the doors, by the robot's belief
         is_open  (d,) the truth
         """
-        for _ in range(MAX_DRAWS):
-            start, goal = 2 * self._doors + self._rng.choice(PLACES, 2, replace=False)
+        for _ in range(MAX_DRAWS if self._places > 1 else 0):
+            start, goal = 2 * self._doors + self._rng.choice(self._places, 2, replace=False)
             best = self._best(start, goal, is_open)
             if np.isfinite(best):
                 return (self._driven(start, goal, closed, is_open) - best) / DRIVING_SPEED

@@ -46,7 +46,8 @@ class EvaluateCommand:
     out: Path = Path("out/evaluate")
     """Directory to write to."""
     films: bool = True
-    """Write a film of each agent in each world (the first SLAM, the first seed)."""
+    """Film the best and the worst episode of each agent in each world, by the doors, with the
+    first SLAM; they are driven once more for it."""
     resume: bool = False
     """Continue the evaluation in the directory: run only what is missing."""
     limit: float = 900.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import agents
@@ -44,6 +45,12 @@ def run_evaluation(command: EvaluateCommand) -> int:
         pages = write_report(rows, out, names, Wording(SUITE, "agent"))
         for _ in bar.track(pages, total=None, description="report"):
             pass
+        if command.films and not status:
+            films = films_of(patrols, rows, out / "films")
+            todo = [patrol for patrol in films if patrol.film and not patrol.film.exists()]
+            for done in bar.track(here(todo, command.jobs), total=len(todo), description="films"):
+                if done.row["error"] is not None:
+                    print(f"no film: {done.row['error']}", file=sys.stderr)
     _print(rows, names, out)
     nothing = all(row["error"] is not None for row in rows)
     return EXIT_MISTAKE if nothing and not status else status
@@ -75,8 +82,8 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
         Patrol(
             world, system, name, seed, command.steps or steps_of(world, command.env),
             command.limit, pictured=seed == command.begin,
-            film=_film(command, world, system, systems, name, seed), registered=registered,
-            split=command.split, difficulty=command.difficulty, env=command.env,
+            registered=registered, split=command.split, difficulty=command.difficulty,
+            env=command.env,
         )
         for seed in range(command.begin, command.begin + command.episodes)
         for world in worlds
@@ -85,12 +92,23 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     ]  # fmt: skip
 
 
-def _film(
-    command: EvaluateCommand, world: str, system: str, systems: list[str], name: str, seed: int
-) -> Path | None:
-    if not command.films or seed != command.begin or system != systems[0]:
-        return None
-    return command.out / "films" / f"{file_name(name)}-{file_name(world)}{suffix()}"
+def films_of(patrols: list[Patrol], rows: list[Result], folder: Path) -> list[Patrol]:
+    """The patrols to film: of each agent in each world, the ones with the best and the worst Brier
+    score of the doors, with the first SLAM."""
+    by_name, films = {patrol.name: patrol for patrol in patrols}, []
+    scored: dict[tuple[str, str], list[tuple[float, int, Patrol]]] = {}
+    for row in rows:
+        patrol = by_name.get(row["run"])
+        if patrol and patrol.slam == patrols[0].slam and row.get("door_brier") is not None:
+            of_agent = scored.setdefault((patrol.agent, patrol.world), [])
+            of_agent.append((row["door_brier"], patrol.seed, patrol))
+    for (agent, world), found in scored.items():
+        stem = f"{file_name(agent)}-{file_name(world)}"
+        picked = {"best": min(found)} | ({"worst": max(found)} if len(found) > 1 else {})
+        for which, (_, seed, patrol) in picked.items():
+            path = folder / f"{stem}-{which}-{seed}{suffix()}"
+            films.append(replace(patrol, film=path, pictured=False))
+    return films
 
 
 def _print(rows: list[Result], names: list[str], out: Path) -> None:

@@ -11,13 +11,14 @@ class TrainCommand:
     """Train a policy by PPO; the same seed gives the same policy, interrupted or not.
 
     Writes progress.jsonl (a line per evaluation, on worlds held out from training), best.zip,
-    checkpoint.zip and TensorBoard's files. `dynslam evaluate DIR/best.zip` compares the policy.
+    checkpoint.zip and TensorBoard's files (best.npz and checkpoint.npz of viewpoints). `dynslam
+    evaluate DIR/best.zip` compares the policy.
     """
 
     env: str = "DoorPatrol-v0"
     """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own; or DoorPatrol-v1,
-    where a policy chooses viewpoints: it learns on true poses, by the viewpoint tables of floors of
-    the world, and of --steps, --seed, --world and --out alone."""
+    where a policy chooses viewpoints: it learns on true poses, without a SLAM, by the viewpoint
+    tables of floors of the world, and of --steps, --seed, --world, --out and --resume alone."""
     world: str | None = None
     """corridor, loop, office, crowd, any other registered world, a world file (.json), or
     FILE.py:NAME of your own. Default: corridor; in DoorPatrol-v1 office."""

@@ -166,3 +166,15 @@ def test_the_pages_code_for_stable_baselines3_loads_the_policy_in_the_repository
         theirs, _ = agent.predict(observation)
         np.testing.assert_array_equal(mine, theirs)
         observation, *_ = env.step(mine)
+
+
+def test_ppo_is_the_trained_policy_of_each_patrol() -> None:
+    made = []
+    for name in ("DoorPatrol-v0", "DoorPatrol-v1"):
+        env = gym.make(name)
+        observation, _ = env.reset(seed=0)
+        agent = agents.make("ppo", env)
+        action, _ = agent.predict(observation)
+        assert env.action_space.contains(np.asarray(action, np.float32))
+        made.append(type(agent).__name__)
+    assert made == ["Trained", "GoalAgent"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agents.viewpoints.chooser import _same
 from agents.viewpoints.missed import DURATION, Missed
 from agents.viewpoints.table import ViewpointTable
 from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief
@@ -19,7 +20,7 @@ def after_a_look(ages: tuple[float, float]) -> Missed:
         DoorBelief(place, 0.5, age, known, known) for place, age in zip(DOORS, ages, strict=True)
     ]
     missed = Missed()
-    missed.compare(POINTS[0], np.array([True, True]), beliefs, 100.0, 90.0)
+    missed.compare(POINTS[0], DOORS, beliefs, 100.0, 90.0)
     return missed
 
 
@@ -41,3 +42,21 @@ def test_it_is_promised_again_later() -> None:
     missed = after_a_look((4.0, np.inf))
     assert missed.among(table(), 99.0 + DURATION).any()
     assert not missed.among(table(), 101.0 + DURATION).any()
+
+
+def test_a_doorway_that_became_known_meanwhile_changes_no_pairs() -> None:
+    """The table promised the second doorway alone; it was seen. A new one is listed first."""
+    known = np.zeros(len(HORIZONS))
+    places, ages = [np.array([9.0, 9.0, 0.0, 0.9]), *DOORS], (np.inf, 50.0, 0.0)
+    beliefs = [
+        DoorBelief(place, 0.5, age, known, known) for place, age in zip(places, ages, strict=True)
+    ]
+    missed = Missed()
+    missed.compare(POINTS[0], DOORS[1:], beliefs, 100.0, 90.0)
+    assert not missed.among(table(), 101.0).any()
+
+
+def test_a_table_is_for_the_same_doorways_in_the_same_order() -> None:
+    assert _same(DOORS, DOORS + [0.1, 0.0, 0.0, 0.0])
+    assert not _same(DOORS, DOORS[::-1])
+    assert not _same(DOORS, DOORS[:1])

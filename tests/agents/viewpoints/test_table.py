@@ -5,8 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.viewpoints.floors import draw_floors, true_table
-from agents.viewpoints.table import DRIVING_SPEED, LOOK_TIME, OVERHEAD, visible
+from agents.viewpoints.floors import Floors, bare_doorways, doorways, draw_floors, true_table
+from agents.viewpoints.sights import SLICES, sights
+from agents.viewpoints.table import (
+    DRIVING_SPEED,
+    LOOK_TIME,
+    OVERHEAD,
+    plans_from,
+    table_of,
+    visible,
+)
 from dynslam_env.patrol.questions import floor_costmap
 from dynslam_env.worlds.layout import Door, Layout
 from dynslam_env.worlds.office import Office
@@ -49,8 +57,28 @@ def test_walls_and_flat_angles_hide_a_door() -> None:
     assert not visible(floor_costmap(hidden, RADIUS), points[:1], doors).any()
 
 
-def test_floors_are_those_of_the_split() -> None:
-    floors = draw_floors(Office(), "train", 0, 2)
-    assert floors.doors.tolist() == [5, 5]
-    other = draw_floors(Office(), "test", 0, 2)
-    assert not np.array_equal(floors.between, other.between)
+def test_a_robot_sees_a_door_when_it_comes_near_and_all_around_when_it_turns() -> None:
+    layout, costs = hall(), floor_costmap(hall(), RADIUS)
+    points, doors = np.array([[10.0, 2.0], [2.5, 2.0]]), doorways(layout)
+    plans = plans_from(costs, points)
+    found = sights(costs, table_of(costs, points, doors, plans), plans)
+    west, east = found[0, 1]  # driving west
+    assert west >> SLICES - 1 & 1
+    assert not west & 1  # it is too far away at first
+    assert not east  # it is behind, and then too far away
+    assert found[1, 1, 0] >> SLICES - 1 & 1
+    assert not found[1, 1, 1]
+
+
+def test_floors_are_those_of_the_split(floors: Floors) -> None:
+    other = draw_floors(Office(), "test", 0, 1)
+    assert not np.array_equal(floors.between[0], other.between[0])
+
+
+def test_bare_doorways_are_found_and_doors_are_not_among_them() -> None:
+    layout = Office(floor=3).layout(np.random.default_rng(0))
+    found, doors = bare_doorways(layout), doorways(layout)
+    assert len(found) >= 4
+    away = np.hypot(*(found[:, None, :2] - doors[None, :, :2]).transpose(2, 0, 1))
+    assert away.min() > 0.5
+    assert ((found[:, 3] > 0.7) & (found[:, 3] < 1.1)).all()

@@ -58,3 +58,19 @@ def test_without_doors_nothing_is_lost() -> None:
     layout = Office(doors=0).layout(np.random.default_rng(1))
     questions = Questions(layout, RADIUS, np.random.default_rng(0))
     assert questions.regret(np.empty(0), np.empty(0, np.bool_)) == 0.0
+
+
+def test_small_rooms_have_places_that_differ() -> None:
+    """Of few cells each is drawn once: no question leads from a place to itself."""
+    walls = [
+        (0, 0, 3, 0), (3, 0, 3, 1.5), (3, 1.5, 0, 1.5), (0, 1.5, 0, 0),
+        (1.5, 0, 1.5, 0.3), (1.5, 1.2, 1.5, 1.5),
+    ]  # fmt: skip
+    door = Door((1.5, 0.3), np.pi / 2, 1, 0.898, 0.04)
+    start = Pose2(0.75, 0.75, 0.0)
+    layout = Layout(np.array(walls, float), (door,), start, np.array([[0.75, 0.75]]))
+    for seed in range(3):
+        questions = Questions(layout, RADIUS, np.random.default_rng(seed))
+        apart = questions._far[2:, 2:]
+        assert 1 < len(apart) <= 16
+        assert (apart[~np.eye(len(apart), dtype=bool)] > 0.0).all()

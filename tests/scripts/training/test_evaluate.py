@@ -217,9 +217,9 @@ def test_a_film_of_a_patrol(tmp_path, suffix):
             assert getattr(image, "n_frames", 1) == 4
 
 
-def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
+def test_films_are_of_the_best_and_the_worst_episode_and_no_two_have_one_name(tmp_path):
     from dynslam_cli.training.evaluate import EvaluateCommand
-    from dynslam_cli.training.run_evaluation import patrols_of
+    from dynslam_cli.training.run_evaluation import films_of, patrols_of
 
     names = []
     for folder in ("a", "b"):
@@ -227,14 +227,19 @@ def test_films_are_of_the_first_seed_and_no_two_have_one_name(tmp_path):
         (tmp_path / folder / "best.zip").touch()
         names.append(str(tmp_path / folder / "best.zip"))
     asked = EvaluateCommand(
-        agents=(*names, "random"), worlds="all", slam="odometry,static-ml", episodes=2
+        agents=(*names, "random"), worlds="all", slam="odometry,static-ml", episodes=3
     )
     patrols = patrols_of(asked, [*names, "random"])
-    filmed = [patrol for patrol in patrols if patrol.film]
-    assert len(filmed) == 3 * len(EPISODE_STEPS)
-    assert {(patrol.seed, patrol.slam) for patrol in filmed} == {(7000, "odometry")}
-    assert len({patrol.film for patrol in filmed}) == len(filmed)
     assert len({patrol.name for patrol in patrols}) == len(patrols)
+    brier = {7000: 0.1, 7001: 0.3, 7002: 0.05}
+    rows = [patrol.row() | {"door_brier": brier[patrol.seed]} for patrol in patrols]
+    filmed = films_of(patrols, rows, tmp_path / "films")
+    assert len(filmed) == 2 * 3 * len(EPISODE_STEPS)
+    assert {(patrol.seed, patrol.slam) for patrol in filmed} == {
+        (7002, "odometry"), (7001, "odometry")
+    }  # fmt: skip
+    assert all(f"-best-{7002}" in str(p.film) for p in filmed if p.seed == 7002)
+    assert len({patrol.film for patrol in filmed}) == len(filmed)
 
 
 def boxed(width: float) -> Layout:
@@ -333,7 +338,8 @@ def test_agents_and_worlds_of_ones_own_reach_the_worker_processes(own, tmp_path)
     assert {row["world"] for row in rows} == set(own)
     assert {row["variant"] for row in rows} == {"still"}
     assert len({row["episode"] for row in rows}) == 3
-    assert len(list((out / "films").iterdir())) == 3
+    films = list((out / "films").iterdir())
+    assert len(films) == 3  # the only episode is both the best and the worst
 
 
 def test_another_text_of_a_world_file_is_another_episode(own):

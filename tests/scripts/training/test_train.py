@@ -146,22 +146,26 @@ def test_a_world_of_ones_own_is_trained_in(tiny, tmp_path, workers):
 
 
 def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsys):
-    from dynslam_cli.training import run_viewpoint_training as training
-
     from agents.viewpoints import ppo
+    from agents.viewpoints import train as training
 
-    small = ppo.Settings(patrols=2, length=4, batch=8, imitated=8)
-    monkeypatch.setattr(ppo.Learner.__init__, "__defaults__", (small,))
-    monkeypatch.setattr(training, "TRAINED_FLOORS", 2)
-    monkeypatch.setattr(training, "HELD_OUT_FLOORS", 1)
+    small = ppo.Settings(patrols=2, length=4, updates=1, batch=8, judging=8)
+    wanted = ("office", 0, 16, 1, 1, small)
+    monkeypatch.setattr(training.ViewpointTraining.__init__, "__defaults__", wanted)
     given = ["train", "--env", "DoorPatrol-v1", "--steps", "16", "--out", str(tmp_path / "out")]
     assert main.status(given) == 0
-    assert "best.npz greedy --env DoorPatrol-v1" in capsys.readouterr().out
-    rows = [json.loads(line) for line in (tmp_path / "out" / "progress.jsonl").open()]
-    assert [row["steps"] for row in rows] == [0, 16]
-    assert all(0.0 < row["door_brier"] < 0.25 for row in rows)
+    told = capsys.readouterr()
+    assert "best.npz greedy --env DoorPatrol-v1" in told.out
+    assert "16 decisions  Brier of doors" in told.err
+    rows = lines(tmp_path / "out")
+    assert [row["steps"] for row in rows] == [0, 8, 16]
+    assert all(0.0 < row["door_brier"] < 0.4 for row in rows)
+    assert main.status(given) == 2
+    assert "continue it by --resume" in capsys.readouterr().err
+    assert main.status([*given, "--resume"]) == 0
+    assert lines(tmp_path / "out") == rows
     row = Patrol("office", "hmm-ml", str(tmp_path / "out" / "best.npz"), 0, 5,
                  env="DoorPatrol-v1")().row  # fmt: skip
     assert row["error"] is None
-    assert main.status([*given[:-2], "--resume", "--out", str(tmp_path / "other")]) == 2
-    assert "neither --resume nor --hyperparameters" in capsys.readouterr().err
+    assert main.status([*given, "--algo", "recurrent-ppo"]) == 2
+    assert "one algorithm, and no --hyperparameters" in capsys.readouterr().err

@@ -1,0 +1,134 @@
+"""Features of viewpoints, which the learned policy reads; the same in training and on the robot.
+
+All come from the table and from the expected errors of the doorways (`DoorBelief`), which are
+integrated over time as piecewise linear curves.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from agents.viewpoints.situation import Situation
+from agents.viewpoints.table import Bools
+from dynslam_env.navigation.door_belief import HORIZONS
+from slam.geometry import Array
+from slam.kernel import kernel
+
+END = 90.0  # s from now, up to which saved errors count, as in `Greedy`
+AFTER = (0.0, 40.0, 160.0)  # s after the arrival, likewise, for the other rates
+TIME_SCALE = 30.0  # s
+AGE_SCALE = 60.0  # s
+ERROR_SCALE = 4.0  # brings squared errors, at most 0.25, to 1
+LATER = 5  # index into HORIZONS of the time at which an error counts as that of a forgotten door
+RATES = 3  # saved errors per second, over the best viewpoint's: the first features
+GREEDY, SHORT_SIGHTED, FAR_SIGHTED = 0, 1, 2  # of these, the one of `Greedy`, and those of AFTER
+OWN, SHARED = 12, 4  # features of a viewpoint, and of the situation as a whole
+FEATURES = OWN + SHARED
+
+
+class Ahead(NamedTuple):
+    """Where to drive from here, for v viewpoints and d doorways, the first `doors` of them real.
+
+    times    (v,) s; inf: cannot be reached
+    sees     (v, d) whether a doorway is seen on that way or there
+    doors    number of doorways
+    last     the viewpoint where the robot is; -1 at none
+    """
+
+    times: Array
+    sees: Bools
+    doors: int
+    last: int
+
+
+class Expected(NamedTuple):
+    """Expected squared errors of d doorways; see `DoorBelief`.
+
+    age    (d,) s
+    stale  (d, HORIZONS)
+    fresh  (d, HORIZONS)
+    """
+
+    age: Array
+    stale: Array
+    fresh: Array
+
+
+def features(situation: Situation) -> Array:
+    """(v, FEATURES) of the viewpoints of a situation."""
+    doors = situation.doors
+    found = np.zeros((len(situation.times), FEATURES))
+    ahead = Ahead(situation.times, situation.sees, len(doors.age), situation.last)
+    describe(ahead, Expected(doors.age, doors.stale, doors.fresh), found)
+    return found
+
+
+@kernel
+def _sums(errors, count):
+    """(d, HORIZONS) s, the integrals of `errors` up to each of HORIZONS."""
+    sums = np.zeros_like(errors)
+    for d in range(count):
+        for k in range(1, len(HORIZONS)):
+            step = HORIZONS[k] - HORIZONS[k - 1]
+            sums[d, k] = sums[d, k - 1] + 0.5 * step * (errors[d, k] + errors[d, k - 1])
+    return sums
+
+
+@kernel
+def _up_to(errors, sums, time):
+    """s, the integral of one door's errors up to `time`."""
+    k = 0
+    while k < len(HORIZONS) - 2 and HORIZONS[k + 1] <= time:
+        k += 1
+    gone = time - HORIZONS[k]
+    slope = (errors[k + 1] - errors[k]) / (HORIZONS[k + 1] - HORIZONS[k])
+    if gone > HORIZONS[k + 1] - HORIZONS[k]:
+        slope = 0.0
+    return sums[k] + gone * (errors[k] + 0.5 * slope * gone)
+
+
+@kernel
+def describe(ahead: Ahead, expected: Expected, found):
+    """Write the features (v, FEATURES); rows of viewpoints that cannot be reached are 0."""
+    n, stale, fresh = ahead.doors, expected.stale, expected.fresh
+    stales, freshes = _sums(stale, n), _sums(fresh, n)
+    total, later, nearest = 1e-6, 0.0, 10.0 * TIME_SCALE
+    tops = np.full(RATES, 1e-6)
+    found[:] = 0.0
+    for d in range(n):
+        total += stale[d, 0]
+        later += fresh[d, LATER]
+    for i in range(len(ahead.times)):
+        time, row = ahead.times[i], found[i]
+        if not np.isfinite(time):
+            continue
+        nearest = min(nearest, time)
+        for d in range(n):
+            if not ahead.sees[i, d]:
+                continue
+            now = _up_to(stale[d], stales[d], time)
+            for k in range(RATES):
+                after = max(END - time, 0.0) if k == GREEDY else AFTER[k]
+                row[k] += _up_to(stale[d], stales[d], time + after) - now
+                row[k] -= _up_to(fresh[d], freshes[d], after)
+            row[3] += stale[d, 0]
+            row[5] += ERROR_SCALE * fresh[d, LATER]
+            row[6] = max(row[6], ERROR_SCALE * stale[d, 0])
+            row[7] += (1.0 - np.exp(-expected.age[d] / AGE_SCALE)) / 4.0
+            row[8] += 0.25
+        row[4] = ERROR_SCALE * row[3]
+        row[3] /= total
+        row[9], row[10] = min(time / TIME_SCALE, 4.0), 3.0 / time
+        row[11] = 1.0 if i == ahead.last else 0.0
+        for k in range(RATES):
+            row[k] /= time
+            tops[k] = max(tops[k], row[k])
+    for i in range(len(ahead.times)):
+        if np.isfinite(ahead.times[i]):
+            found[i, :RATES] /= tops
+            found[i, OWN] = total
+            found[i, OWN + 1] = ERROR_SCALE * later / n
+            found[i, OWN + 2] = tops[0] / max(total, 0.05)
+            found[i, OWN + 3] = nearest / TIME_SCALE
