@@ -462,3 +462,11 @@ def test_mistakes_say_where_and_what_is_allowed(tmp_path, change, told):
 def test_a_suite_without_cases_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"at least one \[\[case\]\]"):
         read_suite(written(tmp_path, 'variants = ["static-ml"]'))
+
+
+@pytest.mark.parametrize("name", ["outside:evil.toml", "odometry, outside:evil.toml"])
+def test_a_suite_runs_no_commands_of_a_file_that_it_names(tmp_path, name):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'variants = ["{name}"]\n[[case]]\nenv = "DoorCorridor-v0"\n')
+    with pytest.raises(InputError, match=r"'outside:evil\.toml' runs the commands in that file"):
+        read_suite(path)
