@@ -128,10 +128,11 @@ def _content(connection: apsw.Connection, table: str) -> float:
         return 0.0
     quoted = (str(name).replace('"', '""') for name in names)
     columns = " + ".join(f'total(octet_length("{name}"))' for name in quoted)
-    found = connection.execute(f"SELECT count(*), {columns} FROM {table}").fetchone()
+    counted = connection.execute(f"SELECT count(*), {columns} FROM {table}").fetchall()
+    rows, size = counted[0]
     if table != "messages":  # these are counted one by one
-        take(RECORD_BYTES * found[0])
-    return found[1]
+        take(RECORD_BYTES * rows)
+    return size
 
 
 class Folder(rosbag2_reader.DirectoryReader):
