@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from urllib.parse import quote
 
 import apsw
@@ -129,7 +129,7 @@ def _content(connection: apsw.Connection, table: str) -> float:
     quoted = (str(name).replace('"', '""') for name in names)
     columns = " + ".join(f'total(octet_length("{name}"))' for name in quoted)
     counted = connection.execute(f"SELECT count(*), {columns} FROM {table}").fetchall()
-    rows, size = counted[0]
+    rows, size = cast(tuple[int, float], counted[0])
     if table != "messages":  # these are counted one by one
         take(RECORD_BYTES * rows)
     return size

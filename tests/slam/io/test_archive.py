@@ -98,5 +98,5 @@ def test_no_list_is_made_of_an_array_that_is_too_long(
     with np.load(path) as stored:
         arrays: dict[str, Any] = dict(stored)
     assert name in arrays
-    np.savez_compressed(path, **(arrays | {name: values}))
+    np.savez_compressed(path, **(arrays | {name: values}))  # pyright: ignore[reportArgumentType]
     assert taken_by(lambda: read(path)) < 1.5 * values.nbytes + MOST
