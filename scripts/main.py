@@ -7,6 +7,7 @@ import os
 import sys
 import textwrap
 from importlib import import_module
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Union
@@ -172,6 +173,9 @@ def _run(arguments: list[str]) -> int:
     if name in ("-h", "--help"):
         print(overview())
         sys.exit(0)
+    if name == "--version":
+        print(f"dynslam {version('dynslam')}")
+        return 0
     if name.startswith("--tyro-"):  # shell completion, of all commands
         return _parse(_any_command(), "dynslam", arguments)()
     if name not in COMMANDS:
@@ -196,7 +200,14 @@ def overview() -> str:
                 command.summary, 80, initial_indent=f"  {name}".ljust(width),
                 subsequent_indent=" " * width,
             )  # fmt: skip
-    return "\n".join([*lines, "", "The options of a command: dynslam COMMAND --help"])
+    return "\n".join(
+        [
+            *lines,
+            "",
+            "The options of a command: dynslam COMMAND --help",
+            "The version: dynslam --version",
+        ]
+    )
 
 
 def _parse(kind: Any, program: str, arguments: list[str]) -> Any:

@@ -16,6 +16,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.weights import check_weights
 from slam.errors import InputError
+from slam.io.archive import check_packing, read_member
 from slam.io.files import reading, replacing
 from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
@@ -65,7 +66,7 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, torch.Tensor]]:
     """
     with opened(path, "a policy of dynslam train") as archive:
         plain = TRAINING_MEMBER not in archive.namelist() and DATA_MEMBER in archive.namelist()
-        training = PLAIN if plain else json.loads(_member(archive, TRAINING_MEMBER))
+        training = PLAIN if plain else json.loads(read_member(archive, TRAINING_MEMBER, COPIES))
         weights = _tensors(archive, WEIGHTS_MEMBER)
         if not (isinstance(training, dict) and isinstance(weights, dict)):
             raise TypeError("no configuration and weights")
@@ -78,7 +79,7 @@ def restore(model: OnPolicyAlgorithm, path: Path) -> None:
     it is. All else is that of the new model: what stable-baselines3 pickles into the file is not
     read, since reading it would run code. Raises InputError for any other file."""
     with opened(path, "a checkpoint to resume from") as archive:
-        told = json.loads(_member(archive, DATA_MEMBER))
+        told = json.loads(read_member(archive, DATA_MEMBER, COPIES))
         counts = {name: told[name] for name in COUNTS}
         for name, count in counts.items():
             whole_number(name, count, 0)
@@ -113,24 +114,21 @@ def opened(path: Path, what: str) -> Iterator[zipfile.ZipFile]:
     with guarded(path), reading(path) as file:
         try:
             with zipfile.ZipFile(file) as archive:
+                check_packing(archive)
                 yield archive
         except Exception as error:  # torch raises many types
             raise InputError(f"not {what} ({one_line(error)})") from None
 
 
-def _member(archive: zipfile.ZipFile, name: str) -> bytes:
-    take(COPIES * archive.getinfo(name).file_size)
-    return archive.read(name)
-
-
 def _tensors(archive: zipfile.ZipFile, name: str) -> Any:
     """What torch saved in a member: tensors, numbers, and containers of them."""
-    data = _member(archive, name)
+    data = read_member(archive, name, COPIES)
     with zipfile.ZipFile(io.BytesIO(data)) as packed:
+        check_packing(packed)
         for member in packed.infolist():
             take(COPIES * member.file_size)
         (pickled,) = (one for one in packed.namelist() if one.endswith("/data.pkl"))
-        for operation, argument, _ in pickletools.genops(packed.read(pickled)):
+        for operation, argument, _ in pickletools.genops(read_member(packed, pickled, 1)):
             if "GLOBAL" in operation.name and argument not in ALLOWED:
                 raise ValueError(f"{argument} in it, where tensors alone are expected")
     return torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)

@@ -76,6 +76,12 @@ def _suite(given: dict[str, Any], path: Path) -> Suite:
     variants, cases = given.get("variants", []), given.get("case", [])
     if not (isinstance(variants, list) and all(isinstance(v, str) for v in variants) and variants):
         raise InputError('variants must be a list of names, such as ["static-ml", "dynamic-ml"]')
+    files = [one for one in ",".join(variants).split(",") if one.strip().endswith(".toml")]
+    if files:
+        raise InputError(
+            f"variants: {files[0].strip()!r} runs the commands in that file, which a suite may not "
+            f"ask for; name it yourself: --variants"
+        )
     if not (isinstance(cases, list) and cases):
         raise InputError("there must be at least one [[case]]")
     seeds = given.get("seeds", 10)

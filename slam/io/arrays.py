@@ -14,6 +14,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Array
+from slam.io.archive import check_packing
 from slam.io.files import AnyPath, reading
 from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
@@ -36,6 +37,7 @@ def read_arrays(path: AnyPath, what: str, number_bytes: int = FLOAT_BYTES) -> di
         pass
     with guarded(path), _only(what):
         with zipfile.ZipFile(path) as packed:
+            check_packing(packed)
             for member in packed.infolist():
                 take(_planned(packed, member, number_bytes))
         with np.load(path, allow_pickle=False) as stored:
@@ -55,7 +57,7 @@ def _planned(packed: zipfile.ZipFile, member: zipfile.ZipInfo, number_bytes: int
     """Bytes that an array takes, by the head of its file; raises what numpy does for another."""
     with packed.open(member) as file:
         if file.read(len(np.lib.format.MAGIC_PREFIX)) != np.lib.format.MAGIC_PREFIX:
-            return COPIES * member.file_size
+            raise InputError(f"{one_line(member.filename, 60)} in it is no array of numpy")
         first = tuple(file.read(2)) == (1, 0)
         formats = np.lib.format
         read = formats.read_array_header_1_0 if first else formats.read_array_header_2_0
@@ -91,6 +93,15 @@ def floats(values: Any, dimensions: int) -> Array:
             f"got one of {array.dtype} with shape {array.shape}"
         )
     return array.astype(np.float64, copy=False)
+
+
+def numbers(values: Any, shape: tuple[int, ...]) -> Array:
+    """Values as an array of float64 of this shape. Raises InputError for others, before a list is
+    made of them."""
+    array = floats(values, len(shape))
+    if array.shape != shape:
+        raise InputError(f"an array of shape {shape} was expected, got one of {array.shape}")
+    return array
 
 
 def names(path: AnyPath) -> set[str]:

@@ -11,6 +11,7 @@ from slam.errors import InputError
 from slam.forecast.door import DoorForecast
 from slam.io.arrays import floats
 from slam.io.forecast_file import packed_forecast, unpacked_forecast
+from slam.io.guard import RECORD_BYTES, take
 from slam.io.layers import packed_doors as rows_of
 from slam.io.layers import unpacked_door
 from slam.layers.doors import MappedDoor
@@ -47,6 +48,7 @@ def unpacked_doors(data: dict[str, Any]) -> tuple[RememberedDoor, ...]:
     if DOORS not in data:
         return ()
     doors, until = floats(data[DOORS], 2), floats(data[UNTIL], 1)
+    take(RECORD_BYTES * len(doors))
     if len(doors) != len(until) or not np.isfinite(doors).all() or np.isnan(until).any():
         raise InputError("each door needs finite numbers and a time")
     widths = np.hypot(*(doors[:, 2:4] - doors[:, :2]).T)

@@ -11,7 +11,7 @@ import numpy as np
 from slam.errors import InputError
 from slam.forecast.door import DoorForecast, Look
 from slam.forecast.watched import UNKNOWN
-from slam.io.arrays import floats, parsed
+from slam.io.arrays import floats, numbers, parsed
 from slam.io.files import replacing
 
 FORMAT = "dynslam-door-forecast-1"
@@ -53,15 +53,15 @@ def unpacked_forecast(data: dict[str, Any]) -> DoorForecast:
     door = DoorForecast(str(data["timezone"]), float(data["half_life_days"]))
     for name, sums in door.sums().items():
         sums[...] = _like(sums, data, name)
-    door.reference, door.rates_day = map(_whole, floats(data["days"], 1).tolist())
+    door.reference, door.rates_day = map(_whole, numbers(data["days"], (2,)).tolist())
     door.known_rates = _like(door.known_rates, data, "rates")
     door.estimates = _like(door.estimates, data, "estimates")
     door.watched_hours = _like(door.watched_hours, data, "watched_hours")
     door.window.last = _whole(float(data["last_minute"]))
     door.window.state = _whole_like(door.window.state, data, "window_state", 1)
     door.window.age = _whole_like(door.window.age, data, "window_age", 2**40)
-    look = floats(data["look"], 1)
-    door.look = _look(*look.tolist()) if len(look) else None
+    look = data["look"]
+    door.look = _look(*numbers(look, (3,)).tolist()) if np.size(look) else None
     return door
 
 

@@ -17,7 +17,7 @@ from slam.bounds import MAX_TIME
 from slam.grid import MOST_CELLS, GridSpec
 from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
-from slam.io.guard import take
+from slam.io.guard import RECORD_BYTES, take
 from slam.layers import Layers
 from slam.layers.classification import CHANGING, DOOR_LEAF, FREE, KEPT, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
@@ -123,13 +123,14 @@ def read_layers(path: AnyPath) -> Layers:
 
 def _layers(data: dict[str, np.ndarray]) -> Layers:
     kind, reason, resolution = data["kind"], data["reason"], float(data["resolution"])
-    row0, col0 = data["corner"].tolist()
+    row0, col0 = data["corner"][:3].tolist()
     if kind.ndim != 2 or kind.size > MOST_CELLS or reason.shape != kind.shape:
         raise ValueError(f"layers of shapes {kind.shape}, {reason.shape}")
     if kind.dtype != np.uint8 or (kind > KEPT).any() or not 0 < resolution < np.inf:
         raise ValueError("kinds of cells, or a resolution, that there are not")
     if reason.dtype != np.uint8 or (reason > DOOR_LEAF).any():
         raise ValueError("reasons that there are not")
+    take(RECORD_BYTES * len(data["doors"]))
     doors = tuple(unpacked_door(row) for row in data["doors"].tolist())
     spec = GridSpec(resolution, row0, col0, *kind.shape)
     cells = data["watched_cells"]

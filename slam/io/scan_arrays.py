@@ -9,7 +9,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.io.arrays import floats
+from slam.io.arrays import floats, numbers
 from slam.io.guard import SCAN_BYTES, take
 from slam.scan import Scan
 
@@ -29,8 +29,11 @@ def packed_scans(scans: Sequence[Scan]) -> dict[str, np.ndarray]:
 def unpacked_scans(data: dict[str, Any]) -> tuple[Scan, ...]:
     """The scans of such arrays. Raises InputError, KeyError, ValueError or TypeError for
     others."""
-    beams, mounts = data["beams"], floats(data["mounts"], 2)
-    take(SCAN_BYTES * len(beams))
+    beams = data["beams"]
+    count = len(beams)
+    take(SCAN_BYTES * count)
+    limits, mounts = numbers(data["limits"], (count, 3)), numbers(data["mounts"], (count, 3))
+    beam_times = numbers(data.get("beam_times", np.zeros(count)), (count,))  # absent in old files
     if not (beams > 0).all():
         raise InputError("a scan has one beam at least")
     if beams.sum() != len(data["ranges"]):
@@ -39,9 +42,9 @@ def unpacked_scans(data: dict[str, Any]) -> tuple[Scan, ...]:
     rows = zip(
         np.split(floats(data["ranges"], 1), ends),
         np.split(floats(data["angles"], 1), ends),
-        floats(data["limits"], 2).tolist(),
+        limits.tolist(),
         mounts.tolist(),
-        floats(data.get("beam_times", np.zeros(len(mounts))), 1).tolist(),  # absent in old files
+        beam_times.tolist(),
         strict=True,
     )
     return tuple(

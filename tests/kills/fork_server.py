@@ -20,6 +20,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import IO, Any, BinaryIO, NoReturn
 
+import numpy as np
 from dynslam_cli.main import status
 from dynslam_cli.trials import child, worker_process
 
@@ -102,7 +103,13 @@ def start(arguments: list[str], log: str) -> int:
 
 
 def warm_up(arguments: list[str]) -> None:
-    """Run the command here, and its jobs too: all is imported and compiled."""
+    """Run the command here, and its jobs too: all is imported and compiled.
+
+    Of a training, all but the learning: threads of torch do not come along with a fork, and the
+    first step of learning would wait for them forever.
+    """
+    if arguments[0] == "train":
+        return _load_training()
     done = worker_process.WorkerProcess.do
     worker_process.WorkerProcess.do = lambda self, job: job()
     try:
@@ -113,6 +120,20 @@ def warm_up(arguments: list[str]) -> None:
         raise SystemExit(f"{arguments}: status {code}")
     forking = SimpleNamespace(Popen=ForkedChild, PIPE=subprocess.PIPE)
     worker_process.subprocess = forking  # type: ignore[assignment]
+    _tell_threads()
+
+
+def _load_training() -> None:
+    from agents.training.train import NativeVecEnv
+
+    worlds = NativeVecEnv.make("DoorPatrol-v0", 2, slam="odometry")
+    worlds.reset()
+    for _ in range(40):
+        worlds.step(np.zeros((2, 2), np.float32))
+    _tell_threads()
+
+
+def _tell_threads() -> None:
     left = [one.name for one in threading.enumerate() if one is not threading.main_thread()]
     print(f"threads left: {left}", file=sys.stderr)
 

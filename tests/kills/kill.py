@@ -37,8 +37,8 @@ KILLS_A_ROUND = 5
 NEW_EACH = 10  # rounds, of which the last is one of new processes
 ROOT = Path(__file__).parents[2]
 TIMED = (
-    "finished", "seconds", "cpu_seconds", "ms_per_matched_scan", "ms_per_step", "peak_memory_mb",
-    "memory_mb", "commit",
+    "finished", "seconds", "seconds_in_all", "seconds_compiling", "cpu_seconds", "ms_per_step",
+    "ms_per_matched_scan", "peak_memory_mb", "memory_mb", "commit",
 )  # fmt: skip
 """What differs from run to run in rows and summaries; the commit, if the checkout is edited."""
 OF_TIMES = (".html", ".csv", ".png", ".svg", ".md", ".tex")  # pages that show times: names alone

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 from dynslam_cli import main
@@ -78,6 +79,11 @@ def test_somebody_elses_package_of_our_name_is_told(tmp_path):
     assert run.stderr.count("\n") == 1
     assert "`slam`" in run.stderr
     assert "not dynslam's" in run.stderr
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert main.status(["--version"]) == 0
+    assert capsys.readouterr().out == f"dynslam {version('dynslam')}\n"
 
 
 def test_help_names_the_commands(capsys):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from urllib.parse import quote
 
 import apsw
@@ -27,11 +27,14 @@ from slam.io.bags.decompression import (
     open_zstd,
     uncompressed,
 )
+from slam.io.guard import RECORD_BYTES, take
 
 MAX_METADATA = 1 << 21  # bytes of metadata.yaml
 MAX_QOS = 1 << 14  # characters of one topic's quality of service
 MIN_STEP_LIMIT = 100_000_000  # of SQLite's virtual machine, about a second, if more than
 STEPS_PER_BYTE = 20  # of the file
+MIN_VALUE = 1 << 20  # bytes of one value, or of a statement, that any file may have
+READ_TABLES = ("topics", "message_definitions", "messages")
 
 rosbag1_reader.decompressors |= {"none": uncompressed, "bz2": decompress_bz2, "lz4": decompress_lz4}
 storage_mcap.DECOMPRESSORS |= {
@@ -85,27 +88,23 @@ class Mcap(storage_mcap.McapReader):
 
 
 class Sqlite(storage_sqlite3.Sqlite3Reader):
-    """An SQLite file of any name; the size of its messages and the time of queries are bounded."""
+    """An SQLite file of any name; the size of its content and the time of queries are bounded.
+
+    A column can have a default of a megabyte in each row, or be computed where it is read: a file
+    can hold far more than its bytes.
+    """
 
     def __init__(self, path: Any) -> None:
         super().__init__(Path(quote(str(path))))  # rosbags puts it into a URI
         self._size = Path(path).stat().st_size
 
     def open(self) -> None:
-        """Raises InputError for more messages than the file has room for."""
+        """Raises InputError for more content than the file has room for."""
         apsw.connection_hooks.append(self._bound)
         try:
             super().open()
         finally:
             apsw.connection_hooks.remove(self._bound)
-        assert self.dbconn
-        try:
-            held = self.dbconn.execute("SELECT total(length(data)) FROM messages").fetchone()
-            if held is None or held[0] > self._size:
-                raise InputError("its messages are larger than the file")
-        except BaseException:
-            self.close()
-            raise
 
     def _bound(self, connection: apsw.Connection) -> None:
         left = [max(MIN_STEP_LIMIT, STEPS_PER_BYTE * self._size)]
@@ -114,8 +113,26 @@ class Sqlite(storage_sqlite3.Sqlite3Reader):
             left[0] -= 100_000
             return left[0] < 0
 
-        connection.limit(apsw.SQLITE_LIMIT_LENGTH, MAX_CHUNK)
+        longest = min(MAX_CHUNK, max(MIN_VALUE, self._size))
+        connection.limit(apsw.SQLITE_LIMIT_LENGTH, longest)
         connection.set_progress_handler(too_long, 100_000)
+        if sum(_content(connection, table) for table in READ_TABLES) > self._size:
+            raise InputError("its messages are larger than the file")
+
+
+def _content(connection: apsw.Connection, table: str) -> float:
+    """Bytes of all values of a table, one that there is not has none; its rows are taken from the
+    budget of the file."""
+    names = [row[1] for row in connection.execute(f"PRAGMA table_xinfo({table})")]
+    if not names:
+        return 0.0
+    quoted = (str(name).replace('"', '""') for name in names)
+    columns = " + ".join(f'total(octet_length("{name}"))' for name in quoted)
+    counted = connection.execute(f"SELECT count(*), {columns} FROM {table}").fetchall()
+    rows, size = cast(tuple[int, float], counted[0])
+    if table != "messages":  # these are counted one by one
+        take(RECORD_BYTES * rows)
+    return size
 
 
 class Folder(rosbag2_reader.DirectoryReader):

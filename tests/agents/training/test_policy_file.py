@@ -62,6 +62,21 @@ def test_what_is_written_is_read(saved):
         assert torch.equal(weights[name], values), name
 
 
+@pytest.mark.parametrize("times", [1, 100])
+def test_few_numbers_that_become_many_are_refused(saved, tmp_path, times):
+    """By a stride of 0, or in tensors that share them: 2 kB became 2.4 GB."""
+    model, expected, _ = saved
+    one = torch.zeros(1).expand(100_000_000 // times)
+    weights = model.policy.state_dict() | {f"more{k}": one for k in range(times)}
+    file, path = io.BytesIO(), tmp_path / "some.zip"
+    torch.save(weights, file)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(WEIGHTS_MEMBER, file.getvalue())
+        archive.writestr(TRAINING_MEMBER, json.dumps(expected))
+    with pytest.raises(InputError, match="takes more memory than files of its size"):
+        read_policy(path)
+
+
 def test_stable_baselines3_reads_it_as_well(saved):
     model, expected, path = saved
     again = ALGORITHMS[expected["algorithm"]].load(path, device="cpu")

@@ -2,9 +2,12 @@
 """The process that does jobs, and what it may leave behind."""
 
 import os
+import signal
+import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 from dynslam_cli.trials.jobs import Done
@@ -23,6 +26,10 @@ class Task:
         if self.what == "forks" and os.fork() == 0:
             time.sleep(60)
             open(self.file, "x").close()
+        if self.what == "works long":
+            sleeper = subprocess.Popen(["sleep", "60"])
+            Path(self.file).write_text(f"{os.getpid()} {sleeper.pid}")
+            time.sleep(60)
         if self.what in ("forks", "leaves"):
             os._exit(5)
         if self.what == "talks":
@@ -76,3 +83,37 @@ def test_what_lies_in_the_folder_that_it_is_called_from_is_not_imported(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if path])
     assert "pid" in keeper.do(Task("rests")).row
+
+
+PARENT = """
+import sys
+from tests.scripts.trials.test_worker_process import Task, WorkerProcess
+WorkerProcess().do(Task("works long", file=sys.argv[1]))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="asks Linux which processes live")
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_it_ends_with_its_parent_and_so_does_what_it_started(tmp_path, how):
+    told, root = tmp_path / "told", Path(__file__).parents[3]
+    parent = subprocess.Popen([sys.executable, "-c", PARENT, str(told)], cwd=root)
+    _wait_for(lambda: told.exists() and len(told.read_text().split()) == 2)
+    orphans = told.read_text().split()
+    assert all(map(_lives, orphans))
+    parent.send_signal(how)
+    parent.wait(timeout=10)
+    _wait_for(lambda: not any(map(_lives, orphans)))
+
+
+def _wait_for(happens):
+    end = time.monotonic() + 30
+    while not happens():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.05)
+
+
+def _lives(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False

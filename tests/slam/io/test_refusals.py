@@ -9,9 +9,11 @@ import io
 import os
 import random
 import resource
+import sqlite3
 import struct
 import subprocess
 import sys
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -276,8 +278,6 @@ def mcap_chunk(packing: bytes, data: bytes, size: int) -> tuple[int, bytes, None
 
 def sqlite_bomb(path: Path) -> None:
     """Messages of 100 MB each that take no room: made up when asked for."""
-    import sqlite3
-
     with sqlite3.connect(path) as made:
         made.executescript(
             "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, "
@@ -348,6 +348,34 @@ def test_bombs_are_refused_in_bounded_memory(tmp_path: Path) -> None:
         assert line.startswith(f"{path}:"), line
         assert len(line) < 400 + len(path)
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 3 << 20  # kB
+
+
+LONG_NAMES = {
+    "of a default": f"TEXT DEFAULT '{'x' * 900_000}'",
+    "made up": "TEXT GENERATED ALWAYS AS (hex(zeroblob(450000))) VIRTUAL",
+    "made up, behind a NUL": "TEXT GENERATED ALWAYS AS (char(0) || hex(zeroblob(450000))) VIRTUAL",
+}
+
+
+@pytest.mark.parametrize("names", LONG_NAMES)
+def test_names_of_topics_that_take_no_room_in_the_file(tmp_path: Path, names: str) -> None:
+    """41 kB took 3.6 GB."""
+    path = tmp_path / "some.db3"
+    with sqlite3.connect(path) as made:
+        made.executescript(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, type TEXT, serialization_format TEXT, "
+            "offered_qos_profiles TEXT);"
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, "
+            "data BLOB);"
+            "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n WHERE k < 100) "
+            "INSERT INTO topics SELECT k, 'sensor_msgs/msg/LaserScan', 'cdr', '' FROM n;"
+            f"ALTER TABLE topics ADD COLUMN name {LONG_NAMES[names]};"
+        )
+    tracemalloc.start()
+    with pytest.raises(InputError, match="its messages are larger than the file"):
+        read_log(path)
+    assert tracemalloc.get_traced_memory()[1] < 10e6
+    tracemalloc.stop()
 
 
 def test_scans_that_announce_a_billion_ranges(tmp_path: Path) -> None:
