@@ -33,6 +33,7 @@ class Layer:
 
     def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...]):
         self.fill = fill
+        self._area = shape[0] if shape else 1
         self._memory = np.empty((INITIAL_SLOTS, *shape), dtype)
         self._used = 0
         self.resize(0)
@@ -50,8 +51,8 @@ class Layer:
         self._view()
 
     def _view(self) -> None:
-        self.values = self._memory[: self._used]
-        self.flat = self.values.reshape(math.prod(self.values.shape[:2]), *self._memory.shape[2:])
+        self.values = values = self._memory[: self._used]
+        self.flat = values.reshape(self._used * self._area, *values.shape[2:])
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the views of a copy refer to its own memory."""
@@ -164,16 +165,18 @@ class Tiles:
     def extend(self, low: tuple[float, float], high: tuple[float, float]) -> None:
         """Extend `index` to cover the world box from `low` to `high`, m. Allocates no tile. Raises
         InputError for a box too large, or too far away for the int32 of `places`."""
+        side, current = self.resolution * TILE, self.current
+        left, below, right, above = low[0] / side, low[1] / side, high[0] / side, high[1] / side
+        (rows, cols), row, col = current.index.shape, current.row0 // TILE, current.col0 // TILE
+        if row <= below and above < row + rows and col <= left and right < col + cols:
+            return  # as nearly always
         if not all_within((*low, *high), MAX_COORDINATE):
             raise InputError(
                 f"a map reaches {MAX_COORDINATE:g} m from its origin at most, this one from {low} "
                 f"to {high} m: does the odometry leap?"
             )
-        side = self.resolution * TILE
-        first = math.floor(low[1] / side), math.floor(low[0] / side)
-        last = math.floor(high[1] / side) + 1, math.floor(high[0] / side) + 1
-        rows, cols = self.index.shape
-        row, col = self.row0 // TILE, self.col0 // TILE
+        first = math.floor(below), math.floor(left)
+        last = math.floor(above) + 1, math.floor(right) + 1
         if rows:
             first = min(first[0], row), min(first[1], col)
             last = max(last[0], row + rows), max(last[1], col + cols)
@@ -189,7 +192,6 @@ class Tiles:
         if rows:
             r, c = row - first[0], col - first[1]
             index[r : r + rows, c : c + cols] = self.index
-        current = self.current
         current.index, current.row0, current.col0 = index, first[0] * TILE, first[1] * TILE
 
     def allocate(self, used: int) -> None:

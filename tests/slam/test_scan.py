@@ -48,3 +48,12 @@ def test_other_shapes_are_refused(ranges, angles) -> None:
 def test_limits_that_hold_no_range_are_refused(low: float, high: float) -> None:
     with pytest.raises(InputError, match="min_range"):
         Scan(np.ones(1), np.zeros(1), max_range=high, min_range=low)
+
+
+def test_a_bare_scan_is_the_same_without_what_was_computed_of_it() -> None:
+    scan = Scan(RANGES, np.zeros(10), 5.0, 0.1, 7.0, Pose2(0.2, 0.1, 0.3), 0.001)
+    points = scan.points
+    bare = scan.bare()
+    assert set(vars(bare)) == set(Scan.__dataclass_fields__) < set(vars(scan))
+    assert all(getattr(bare, name) is getattr(scan, name) for name in vars(bare))
+    np.testing.assert_array_equal(bare.points, points)

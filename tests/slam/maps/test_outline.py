@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slam.geometry import Pose2
-from slam.maps.outline import LINE, MAX_GAP, NOTHING, POINT, outline
+from slam.maps.outline import LINE, MAX_GAP, NOTHING, POINT, outline, outlined
 from tests.slam import naive
 from tests.slam.worlds import FAN, loop, scan_at
 
@@ -74,3 +74,13 @@ def test_a_rough_surface_is_no_line() -> None:
     smooth = outline(np.column_stack([np.full(len(y), 2.0), y]))
     assert (smooth.kind == LINE).all()
     assert math.isclose(abs(smooth.tangents[5, 1]), 1.0)
+
+
+def test_the_outline_of_a_scan_is_kept_with_it() -> None:
+    scan = scan_at(Pose2(0.3, 0.2, 1.0))
+    kept = outlined(scan)
+    assert outlined(scan) is kept
+    assert kept.points is scan.points
+    for found, expected in zip(kept, outline(scan.points), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    assert outlined(scan.bare()) is not kept
