@@ -465,7 +465,6 @@ def test_a_suite_without_cases_is_refused(tmp_path):
         read_suite(written(tmp_path, 'variants = ["static-ml"]'))
 
 
-<<<<<<< HEAD
 def test_a_suite_of_a_split_has_its_episodes_at_the_difficulty():
     suite = paper().at("test", "hard")
     for case, before in zip(suite.cases, paper().cases, strict=True):
@@ -497,11 +496,11 @@ def test_recordings_have_no_split(tmp_path):
     case = logs(tmp_path).at("test", None).cases[0]
     with pytest.raises(InputError, match="a recording has no split and no difficulty"):
         case.source(0)
-=======
+
+
 @pytest.mark.parametrize("name", ["outside:evil.toml", "odometry, outside:evil.toml"])
 def test_a_suite_runs_no_commands_of_a_file_that_it_names(tmp_path, name):
     path = tmp_path / "mine.toml"
     path.write_text(f'variants = ["{name}"]\n[[case]]\nenv = "DoorCorridor-v0"\n')
     with pytest.raises(InputError, match=r"'outside:evil\.toml' runs the commands in that file"):
         read_suite(path)
->>>>>>> h-hard
