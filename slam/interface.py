@@ -24,7 +24,7 @@ class Estimate(NamedTuple):
     covariance  (3, 3) of x, y in m and theta in rad, in the world
     score       mean log-likelihood per beam of the last matched scan; 0 before
     matched     whether this scan was matched; otherwise the pose is dead reckoned
-    revised     whether estimates of earlier poses have changed
+    revised     whether estimates of earlier poses have changed: see `believed`
     lost        probability that the pose, within its map, is off by more than LOST_DISTANCE or
                 LOST_TURN; 0 from a SLAM that does not judge it
     """

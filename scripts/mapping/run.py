@@ -12,10 +12,10 @@ from ..recordings.source import MappedSource
 class RunCommand(MappedSource):
     """Run a SLAM variant on a recording and measure its accuracy, time and memory.
 
-    Writes trajectory.tum, map.pgm + map.yaml, map.png, cost.png and metrics.json. Particle filters
-    and graphs, which revise earlier poses, also write trajectory-online.tum: each pose as estimated
-    at its own scan. Variants that judge whether the robot is lost also write lost.csv: the
-    probability at each scan. To make a map for use, take `dynslam map`.
+    Writes trajectory.tum, map.pgm + map.yaml, map.png, cost.png and metrics.json. If
+    earlier poses were revised, as particle filters and graphs do, also trajectory-online.tum: each
+    pose as estimated at its own scan. Variants that judge whether the robot is lost also write
+    lost.csv: the probability at each scan. To make a map for use, take `dynslam map`.
 
     Exit status: 0 done; 2 a mistake, or not all could be written; 3 all is written, but the robot
     was lost at the end, or at more than a fifth of the scans; 130 interrupted, written up to there.

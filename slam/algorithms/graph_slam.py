@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.algorithms.second_start import NONE, SecondStart
+from slam.algorithms.second_start import NO_POSES, SecondStart
 from slam.geometry import Array, Pose2, compose, lever_jacobian, turned, wrap_angle
 from slam.graph.chain import chained
 from slam.graph.covariance import MIN_INFORMATION, size
@@ -156,7 +156,8 @@ class GraphSlam:
     def remember(self, keyframes: Iterable[tuple[Scan, Pose2]]) -> None:
         """Add scans at known poses as local maps, before the first update: later ones close loops
         with them. Edges to the first of them hold them in place."""
-        self.again = None
+        if self.again is not None:
+            self.again.stop()
         for scan, pose in keyframes:
             within = Pose2.of(self.graph.poses[-1]).between(pose)
             if self.places and self._continues(self.places[-1], scan, within):
@@ -191,7 +192,7 @@ class GraphSlam:
     @property
     def first_poses(self) -> Array:
         """(n, 3) poses of the first n updates, if they were mapped again; else (0, 3)."""
-        return NONE if self.again is None else self.again.poses
+        return NO_POSES if self.again is None else self.again.poses
 
     def map(self) -> OccupancyGrid:
         """The scans of all local maps, integrated at their current pose estimates."""

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
-from slam.algorithms.second_start import NONE, SecondStart
+from slam.algorithms.second_start import NO_POSES, SecondStart
 from slam.geometry import Array, Pose2, turned
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
@@ -125,7 +125,7 @@ class MaximumLikelihood:
         covariance: Array = EXACT,
     ) -> None:
         """Integrate scans at known poses, of (3, 3) `covariance`, and continue from the last."""
-        self.again = None
+        self._stay()
         changed = []
         for scan, pose in keyframes:
             estimate = Estimate(pose, covariance, score, True)
@@ -138,6 +138,7 @@ class MaximumLikelihood:
 
     def place(self, pose: Pose2, covariance: Array = EXACT) -> None:
         """Set the robot's pose, known with (3, 3) `covariance`; the next scan is matched there."""
+        self._stay()
         estimate = Estimate(pose, covariance, self.keyframe.score, False)
         self.keyframe = self._matched = estimate
         time = min(self._since_keyframe.time, BEFORE_ALL)
@@ -147,8 +148,13 @@ class MaximumLikelihood:
 
     def freeze(self) -> None:
         """Stop mapping: from now on the robot is only localised in the map."""
-        self.again = None
+        self._stay()
         self._frozen = True
+
+    def _stay(self) -> None:
+        """From now on the first scans stay as they were mapped."""
+        if self.again is not None:
+            self.again.stop()
 
     def _match(self, scan: Scan) -> Estimate:
         """Equation 7, relative to the last keyframe; the first scan has no map to match with."""
@@ -298,7 +304,7 @@ class MaximumLikelihood:
     @property
     def first_poses(self) -> Array:
         """(n, 3) poses of the first n updates, if they were mapped again; else (0, 3)."""
-        return NONE if self.again is None else self.again.poses
+        return NO_POSES if self.again is None else self.again.poses
 
     def map(self) -> OccupancyGrid:
         """The current occupancy h of every cell."""

@@ -13,8 +13,10 @@ from slam.motion.adaptive import AdaptiveOdometry
 from slam.scan import Scan
 from slam.validation import whole_number
 
+NO_POSES = np.zeros((0, 3))
 
-class Restartable(Protocol):
+
+class Beginner(Protocol):
     """A SLAM that can go through its first scans twice."""
 
     motion_model: Any
@@ -22,9 +24,6 @@ class Restartable(Protocol):
     def advance(self, displacement: Pose2, scan: Scan) -> Estimate:
         """One update."""
         ...
-
-
-NONE = np.zeros((0, 3))
 
 
 class SecondStart:
@@ -35,48 +34,58 @@ class SecondStart:
     (`AdaptiveOdometry.scale`), that part of the map would stay too long or too short, and the robot
     would be lost in it when it comes back. So it is mapped again, once.
 
+    The parts of the SLAM are copied before the first scan, and the copies are used from then on:
+    what was changed in a part in the meantime is lost.
+
     max_scans  that are kept for it; a robot that stands for so long is not mapped again
     poses      (n, 3) of the first n updates, as they were found the second time; (0, 3) before
     """
 
     def __init__(self, max_scans: int = 2000):
         whole_number("max_scans", max_scans, 1)
-        self.poses: Array = NONE
-        self._max_scans = max_scans
+        self.max_scans = max_scans
+        self.poses: Array = NO_POSES
         self._fresh: dict[str, Any] = {}  # the state of the SLAM before the first scan
         self._taken: list[tuple[Pose2, Scan]] = []
         self._over = False
 
-    def update(self, slam: Restartable, displacement: Pose2, scan: Scan) -> Estimate:
+    def update(self, slam: Beginner, displacement: Pose2, scan: Scan) -> Estimate:
         """One update of `slam`; if it shows that the scale is wrong, all over again."""
-        odometry = slam.motion_model
-        if self._over or not isinstance(odometry, AdaptiveOdometry):
-            return slam.advance(displacement, scan)
-        if not self._taken:
-            state = {name: part for name, part in vars(slam).items() if part is not self}
-            self._fresh = copy.deepcopy(state, {id(slam): slam})
-        self._taken.append((displacement, scan.bare()))
+        if not self._taken and not self._over:
+            self._prepare(slam)
+        if not self._over:
+            self._taken.append((displacement, scan.bare()))
         estimate = slam.advance(displacement, scan)
-        if odometry.scale.factor != 1.0:
-            estimate = self._again(slam, odometry)
-        elif len(self._taken) >= self._max_scans:
+        if not self._over and slam.motion_model.scale.factor != 1.0:
+            estimate = self._again(slam)
+        elif len(self._taken) >= self.max_scans:
             self.stop()
         return estimate
 
     def stop(self) -> None:
-        """From now on nothing is mapped again."""
-        self._fresh, self._over = {}, True
-        self._taken.clear()
+        """From now on nothing is mapped again; the poses stay."""
+        self._fresh, self._taken, self._over = {}, [], True
 
-    def _again(self, slam: Restartable, odometry: AdaptiveOdometry) -> Estimate:
+    def _prepare(self, slam: Beginner) -> None:
+        """Keep the state before the first scan; without it, nothing is mapped again: the scale is
+        not learned, or parts cannot be copied."""
+        state = {name: part for name, part in vars(slam).items() if part is not self}
+        if not isinstance(slam.motion_model, AdaptiveOdometry):
+            return self.stop()
+        try:
+            self._fresh = copy.deepcopy(state, {id(slam): slam})
+        except TypeError:
+            self.stop()
+
+    def _again(self, slam: Beginner) -> Estimate:
         """Map the scans so far again; what they showed of the scale is not learned twice."""
-        scale = odometry.scale
+        scale, taken = slam.motion_model.scale, self._taken
         vars(slam).update(self._fresh)
+        self.stop()
         estimates = []
-        for displacement, scan in self._taken:
+        for displacement, scan in taken:
             slam.motion_model.scale = copy.copy(scale)
             estimates.append(slam.advance(displacement, scan))
         slam.motion_model.scale = scale
         self.poses = np.array([estimate.pose for estimate in estimates])
-        self.stop()
         return estimates[-1]._replace(revised=True)

@@ -48,7 +48,7 @@ class Rays:
     no_echo_reach  m; a beam without echo marks cells as free up to here, or to the sensor's maximum
                    range if that is less: glass and dark walls give no echo either. It marks none
                    unless it is inside a row of at least three such beams, or of more where single
-                   ones are frequent: lasers miss echoes of walls
+                   ones are frequent: lasers miss echoes of walls (up to half of them)
     """
 
     reach: float = 30.0

@@ -20,7 +20,7 @@ from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
 from slam.metrics.within_map import LOST_DISTANCE as LOST_DISTANCE
 from slam.metrics.within_map import LOST_TURN as LOST_TURN
-from slam.metrics.within_map import NONE, wrong_within_map
+from slam.metrics.within_map import NO_POSES, wrong_within_map
 
 ALARM_LEVEL = 0.5  # of `lost`; above it the SLAM tells that it is lost
 DRAWN_LEVEL = 0.1  # of `lost`; above it a scan is not regarded as part of the map
@@ -102,7 +102,7 @@ class LostScores(NamedTuple):
 
 
 def score_lost(
-    times: Array, poses: Array, truth: Array, lost: Array, first: Array = NONE
+    times: Array, poses: Array, truth: Array, lost: Array, first: Array = NO_POSES
 ) -> LostScores:
     """All scores of one run.
 

@@ -17,11 +17,11 @@ LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off is wrong
 LOST_TURN = math.radians(10.0)
 NEAR = 1.5  # m, between true positions at which much the same is seen
 CELL = 0.5  # m, of the grid in which the first pose is looked up
-NONE = np.zeros((0, 3))
+NO_POSES = np.zeros((0, 3))
 Bools = np.ndarray
 
 
-def wrong_within_map(poses: Array, truth: Array, drawn: Bools, first: Array = NONE) -> Bools:
+def wrong_within_map(poses: Array, truth: Array, drawn: Bools, first: Array = NO_POSES) -> Bools:
     """(n,) whether each pose is off by more than LOST_DISTANCE or LOST_TURN, in relation to the
     first pose within NEAR that was `drawn`; where there is none, to the last that was.
 

@@ -47,8 +47,8 @@ class OdometryFailure:
     wide    the search
     sudden  whether the last keyframe does not follow from the ones before: it fits the map much
             worse than they did, and sees other surfaces, or was found far from the prediction and
-            they do not prove it, or farther from it than wheels usually slip
-    far     whether the last one was found so far from it
+            they do not prove it, or by a large correction
+    far     whether the last one was corrected by more than SLIGHT
     """
 
     def __init__(self, belief: LostBelief, wide: WideSearch):

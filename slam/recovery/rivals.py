@@ -45,9 +45,9 @@ class Proof(NamedTuple):
 AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, CANDIDATES)  # after a scan that was not continuous
 AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
 WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 1)
-NEARBY = Proof(0.12, 0.85, 3.0, 0.2, 1)  # after such a scan, within reach of wheels that slipped,
-SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad,
-LESS_CONTRADICTED = 0.1  # share of the echoes, at least, that are contradicted here and not there
+NEARBY = WITHOUT_JUMP._replace(contradicted=0.2)  # after such a scan, within ...
+SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
+LESS_CONTRADICTED = 0.1  # if so large a share of the echoes is contradicted here and not there
 
 
 class Check(NamedTuple):
@@ -82,7 +82,7 @@ class Check(NamedTuple):
 
     def gain(self, place: Place) -> float:
         """Nats a beam by which the scan fits better at another place."""
-        return (place.value - self.here.value) / len(self.scan.points)
+        return (place.value - self.here.value) / max(len(self.scan.points), 1)
 
     def speaks_for(self, place: Place, explained: float) -> bool:
         """Whether the scan fits so much better there, and the map explains that share of it, and
@@ -104,7 +104,7 @@ class Check(NamedTuple):
         scan, pose = self.jump
         before = at(self.endpoint, scan, self.here.pose @ pose)
         there = matched(self.endpoint, scan, place.pose @ pose)
-        gain = (there.value - before.value) / len(scan.points)
+        gain = (there.value - before.value) / max(len(scan.points), 1)
         return Beginning(gain, there.agreement.explained - before.agreement.explained)
 
 
@@ -130,23 +130,24 @@ class Beginning(NamedTuple):
 class Suspect:
     """A place that may be the true one instead of the believed one.
 
-    way   from the believed place to this one
-    gain  nats a beam by which the scans since it was found fit better here, all together
-    led   whether the scan with which the doubt began does, too, and the last one is well explained
+    way        from the believed place to this one
+    gain       nats a beam by which the scans since it was found fit better here, all together
+    plausible  whether the scan with which the doubt began does, too, and the last one is explained
+               as well as usual
     """
 
     way: Pose2
     gain: float
-    led: bool = False
+    plausible: bool = False
 
 
 class Rivals:
-    """Searches the whole map for another place, and counts the scans in a row that speak for it.
+    """Searches the whole map for another place, and counts the scans that speak for it.
 
     A robot that was carried is at the other place from the scan that was not continuous on, which
     must fit better there, too: new ground that looks like the place explains only later scans.
 
-    votes  scans in a row
+    votes  scans for the same place
     """
 
     def __init__(self) -> None:
@@ -162,7 +163,7 @@ class Rivals:
     @property
     def leading(self) -> bool:
         """Whether the scans since the doubt began fit much better at another place, together."""
-        return any(suspect.led and suspect.gain > SINCE_GAIN for suspect in self._suspects)
+        return any(suspect.plausible and suspect.gain > SINCE_GAIN for suspect in self._suspects)
 
     def clear(self) -> None:
         """No other place is suspected any more."""
@@ -170,9 +171,10 @@ class Rivals:
         self._suspects.clear()
 
     def vote(self, check: Check) -> bool:
-        """Whether another place explains the scan much better. It counts in a row only if the scan
-        before was for the same one."""
-        other = self._nearby(check) or self._suspected(check) or self._found(check)
+        """Whether another place explains the scan much better. Its vote is added to those before if
+        they were for the same place."""
+        suspected = self._suspected(check)
+        other = self._nearby(check) or suspected or self._found(check)
         if other is None:
             return False
         here = check.here.pose
@@ -204,9 +206,10 @@ class Rivals:
             began = check.began(place)
             suspect.way = place.pose @ here.inverse()
             suspect.gain += check.gain(place)
-            suspect.led = began.gain > 0.0 and began.more > LED_EXPLAINED
-            suspect.led = suspect.led and check.explains_well(place)
-            since = suspect.gain if suspect.led else 0.0
+            if check.jump is not None:
+                led = began.gain > 0.0 and began.more > LED_EXPLAINED
+                suspect.plausible = led and check.explains_well(place)
+            since = suspect.gain if suspect.plausible else 0.0
             speaks = check.speaks_for(place, check.more) and began.speaks(since)
             if speaks and (best is None or place.value > best.value):
                 best = place

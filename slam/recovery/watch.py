@@ -31,16 +31,16 @@ DOUBTED = 0.005  # probability of being lost, above which no keyframe is integra
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardly moved
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
-MIN_VOTES = 3  # in a row against the believed place
+MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
-FAR_LESS_EXPLAINED = 3.0  # usual deviations less: after a jump the map does not show that place
+FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
-ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes in a row
+ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
 GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is not farther off
@@ -55,7 +55,7 @@ class Watch:
     A place changes piece by piece, while the scan of a robot that was carried changes at once. A
     scan that is not continuous with the one before, or scans that agree ever less with the map,
     raise a doubt. A doubt is settled by a search of the whole map: if no other place explains the
-    scans much better, the place has changed; if another does so three times in a row, the robot is
+    scans much better, the place has changed; if another does so three times, the robot is
     lost.
 
     belief    the probability, and what is usual
@@ -71,7 +71,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
-        self._moved = False  # whether that one was found far from the prediction
+        self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
@@ -120,9 +120,15 @@ class Watch:
     def found(self) -> None:
         """The robot was found again."""
         self.belief.set(FOUND)
-        self._jump, self._dropped = None, 0.0
-        self._rivals.clear()
+        self._dropped = 0.0
+        self._trust()
         self._recent.clear()
+
+    def _trust(self) -> None:
+        """No doubt is left."""
+        self._jump, self._checks = None, 0
+        self._unsure = self._unexplained = self._moved = False
+        self._rivals.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
         """Whether a match fits so much worse than expected that it is judged at once."""
@@ -145,7 +151,7 @@ class Watch:
         self._disagreeing = self._disagreeing + 1 if waits else 0
         startled = self._startled and self.belief.contradicts_more(agreement)
         self.belief.update(agreement, changed, self.odometry.sudden or startled)
-        self.odometry.sudden = self._startled = False
+        self._startled = False
         self._rivals.keyframe()
         self._dropped *= FORGETTING
         self._since_check.move(match.last.between(pose))
@@ -153,17 +159,16 @@ class Watch:
         if begins:
             self._jump = Keyframe(match.scan, pose)
             self._unexplained = self.belief.hardly_explains(agreement)
-            self._moved = self.odometry.far
+        self._moved = self._moved or self.odometry.far
         if not self.doubted:
-            self._jump, self._checks = None, 0
-            self._unsure = self._unexplained = self._moved = False
-            self._rivals.clear()
+            self._trust()
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
             self.belief.set(self._settled(checked))
         else:
             self.belief.set(max(min(self.belief.probability, UNCHECKED), held))
+        self.odometry.sudden = self.odometry.far = False
         if not self.doubted:
             self.belief.learn(agreement, match.estimate.score, changed)
 

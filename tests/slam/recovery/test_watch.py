@@ -1,6 +1,7 @@
 """A robot whose odometry fails, or that is carried elsewhere, is found again; doors are no loss."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -97,6 +98,19 @@ def test_a_robot_that_was_carried_to_where_it_looks_alike_is_told(
     assert off.any()
     assert lost[off].max() > 0.5
     assert not off[-1]
+
+
+def test_a_laser_that_sees_nothing_during_a_doubt_is_no_error() -> None:
+    faults = [OdometryScale(1.01), CarriedAway(at=(10.0, 20.0))]
+    episode = record_path("DoorCorridor-v0", 133, odometry=CALIBRATED, faults=faults)
+    robot = make("static-ml", true_start(episode))
+    blinded = 0
+    for displacement, scan in zip(episode.displacements(), episode.scans, strict=True):
+        if blinded < 20 and 14.5 < scan.time < 19.0:
+            scan = replace(scan, ranges=np.full_like(scan.ranges, np.inf))
+            blinded += 1
+        assert np.isfinite(robot.update(displacement, scan).lost)
+    assert blinded == 20
 
 
 def test_a_doubt_that_was_dropped_is_told_for_a_while() -> None:
