@@ -10,7 +10,7 @@ from dynslam_cli import main
 from dynslam_cli.training.patrol_jobs import Patrol
 from dynslam_cli.training.patrol_scorer import PatrolScorer, coverage
 from dynslam_cli.training.summary import print_summary
-from dynslam_cli.training.worlds import EPISODE_STEPS
+from dynslam_cli.training.worlds import parse_worlds
 from PIL import Image
 
 import agents
@@ -154,7 +154,7 @@ def test_an_unknown_agent_is_told_with_the_known_ones(tmp_path, capsys):
     [
         (
             ("--worlds", "moon"),
-            "unknown world 'moon'; known: corridor, loop, office, crowd; or a",
+            "unknown world 'moon'; known: corridor, loop, office, crowd, wings; or a",
         ),
         (("--worlds", "corridr"), "unknown world 'corridr'; did you mean corridor?"),
         (("--worlds", ","), "no world named; known: all, corridor"),
@@ -234,7 +234,7 @@ def test_films_are_of_the_best_and_the_worst_episode_and_no_two_have_one_name(tm
     brier = {7000: 0.1, 7001: 0.3, 7002: 0.05}
     rows = [patrol.row() | {"door_brier": brier[patrol.seed]} for patrol in patrols]
     filmed = films_of(patrols, rows, tmp_path / "films")
-    assert len(filmed) == 2 * 3 * len(EPISODE_STEPS)
+    assert len(filmed) == 2 * 3 * len(parse_worlds("all"))
     assert {(patrol.seed, patrol.slam) for patrol in filmed} == {
         (7002, "odometry"), (7001, "odometry")
     }  # fmt: skip
