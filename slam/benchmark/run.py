@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class Run:
     matched: int
     spent: Array
     lost: Array
-    first: Array
+    first: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
     def seconds(self) -> float:

@@ -11,6 +11,7 @@ from slam.metrics.lost import LostScores, score_lost
 from slam.metrics.mapping import OccupiedCells
 from slam.metrics.surface import visible_truth
 from slam.metrics.trajectory import alignment, ate, score_trajectory
+from slam.metrics.within_map import NO_POSES
 
 
 class EpisodeScorer:
@@ -52,7 +53,7 @@ class EpisodeScorer:
         """ATE, m, of other poses (n, 3), such as the online estimates."""
         return ate(poses, self._truth)
 
-    def lost(self, online: Array, lost: Array, first: Array) -> LostScores:
+    def lost(self, online: Array, lost: Array, first: Array = NO_POSES) -> LostScores:
         """How well `lost` (n,), one a scan, tells where the online poses (n, 3) are wrong; the
         first k scans were mapped again at the poses (k, 3)."""
         return score_lost(self._times, online, self._truth, lost, first)
