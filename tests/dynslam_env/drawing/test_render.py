@@ -42,7 +42,7 @@ def test_every_world_has_a_picture_of_constant_even_size(name):
         frame = frame_after(env, 2)
         shapes.add(frame.shape)
         assert pixels(frame, PAPER) > 50_000
-        assert pixels(frame, BLUE) > 50
+        assert pixels(frame, BLUE) > (50 if name == "DoorWings-v0" else 100)  # drawn smaller
         assert pixels(frame, PURPLE) > 100 or "Crowd" not in name
     assert len(shapes) == 1
     height, width, _ = shapes.pop()
