@@ -14,12 +14,12 @@ import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.second_start import NO_POSES, SecondStart
-from slam.geometry import Array, Pose2, compose, lever_jacobian, turned, wrap_angle
+from slam.geometry import Array, Pose2, compose, lever_jacobian, turned
 from slam.graph.chain import chained
 from slam.graph.covariance import MIN_INFORMATION, size
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap
-from slam.graph.loops import Loops, Match, Matcher
+from slam.graph.loops import Loops, Matcher
 from slam.graph.path import Path
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.redundancy import Redundancy
@@ -391,7 +391,7 @@ class GraphSlam:
             if self.loops.accepts(match):
                 loop = Edge(other, here, match.pose, match.information, loop=True)
                 graph.edges.append(loop)
-                self._learn(predicted, doubt, match)
+                self._learn(match.innovation)
                 closed = True
             yield
         if closed:
@@ -422,15 +422,11 @@ class GraphSlam:
                 whole.forget(number)
         return True
 
-    def _learn(self, predicted: Pose2, doubt: Array, match: Match) -> None:
-        """Learn from a loop how large errors are, by the largest: its squared innovation."""
-        turn = turned(match.pose.theta)
-        matched = turn @ np.linalg.inv(match.information + np.diag(MIN_INFORMATION)) @ turn.T
-        off = np.array(match.pose) - predicted
-        off[2] = wrap_angle(off[2])
-        square = float(off @ np.linalg.solve(doubt + matched, off)) / 3.0
+    def _learn(self, innovation: float) -> None:
+        """Learn from a loop how large errors are, by the largest: its innovation."""
         self._looped += 1
-        self._share += (min(square, 1.0) - self._share) / (PRIOR_LOOPS + self._looped)
+        square = min(innovation**2 / 3.0, 1.0)
+        self._share += (square - self._share) / (PRIOR_LOOPS + self._looped)
 
     def _candidates(self, here: int, covariances: Array) -> list[int]:
         """Indices of older local maps that may show the same place, the likeliest first."""

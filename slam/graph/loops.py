@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, turned
+from slam.geometry import Array, Pose2, turned, wrap_angle
+from slam.graph.covariance import MIN_INFORMATION
 from slam.graph.global_search import GlobalSearch
 from slam.graph.local_map import LocalMap
 from slam.interface import Posterior
@@ -34,12 +35,15 @@ class Match(NamedTuple):
     information   (3, 3) about the pose, in the panorama's frame
     explained     share of the echoes in occupied cells of the local map
     contradicted  share of the echoes in free cells
+    innovation    distance of the pose from its prediction, in standard deviations of both errors
+                  (Mahalanobis)
     """
 
     pose: Pose2
     information: Array
     explained: float
     contradicted: float
+    innovation: float
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Loops:
                   covariance (on aces three closed the loop from 3 of 8 starts, seven from all)
     least         m, m, rad: minimum half width of the search window
     farthest      m, m, rad: maximum half width of the search window
+    innovation    maximum innovation, in standard deviations: true loops had at most 8.5 (aces), and
+                  those with a room that looks alike, after a gap in the scans, 9.7 and more
     explained     minimum share of the echoes that the other local map must explain
     contradicted  maximum share of the echoes in its free space: doors move
     floor         m, m, rad: standard deviations of the errors that a match's information lacks
@@ -60,17 +66,19 @@ class Loops:
     sigmas: float = 7.0
     least: tuple[float, float, float] = (0.15, 0.15, math.radians(2.0))
     farthest: tuple[float, float, float] = (8.0, 8.0, math.radians(45.0))
+    innovation: float = 9.0
     explained: float = 0.45
     contradicted: float = 0.2
     floor: tuple[float, float, float] = (0.02, 0.02, math.radians(0.3))
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
 
     def __post_init__(self) -> None:
-        positive(self, "sigmas", "explained", "contradicted")
+        positive(self, "sigmas", "innovation", "explained", "contradicted")
 
     def accepts(self, match: Match) -> bool:
         """Whether the match is accepted as a loop."""
-        return match.explained >= self.explained and match.contradicted <= self.contradicted
+        agrees = match.explained >= self.explained and match.contradicted <= self.contradicted
+        return agrees and match.innovation <= self.innovation
 
 
 class UnpackedMap:
@@ -162,8 +170,11 @@ class Matcher:
         posterior = Posterior(unpacked.endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
         pose = loops.refine.climb(posterior, start)
         information = cautious(wide_information(unpacked.endpoint, scan, pose))
+        information = self._tempered(information, pose.theta)
         shares = unpacked.endpoint.shares(scan.points, pose)
-        return Match(pose, self._tempered(information, pose.theta), *shares)
+        return Match(
+            pose, information, *shares, _innovation(pose, information, predicted, covariance)
+        )
 
     def _tempered(self, information: Array, heading: float) -> Array:
         """The information in the frame of the pose, its covariance enlarged by the floor's F:
@@ -172,3 +183,13 @@ class Matcher:
         own = turn.T @ information @ turn
         wider = np.linalg.solve(np.eye(3) + own * np.square(self._loops.floor), own)
         return 0.5 * (wider + wider.T)
+
+
+def _innovation(pose: Pose2, information: Array, predicted: Pose2, covariance: Array) -> float:
+    """The distance of two poses in standard deviations: one with (3, 3) information in its own
+    frame, and one with a covariance."""
+    turn = turned(pose.theta)
+    matched = turn @ np.linalg.inv(information + np.diag(MIN_INFORMATION)) @ turn.T
+    off = np.array(pose) - predicted
+    off[2] = wrap_angle(off[2])
+    return math.sqrt(off @ np.linalg.solve(covariance + matched, off))

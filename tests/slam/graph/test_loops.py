@@ -80,12 +80,35 @@ def test_another_room_is_not_believed(walls, deviations) -> None:
 
 
 @pytest.mark.parametrize(
-    ("explained", "contradicted", "believed"),
-    [(0.45, 0.2, True), (0.44, 0.2, False), (0.55, 0.21, False), (0.9, 0.0, True)],
+    ("explained", "contradicted", "innovation", "believed"),
+    [
+        (0.45, 0.2, 9.0, True),
+        (0.44, 0.2, 0.0, False),
+        (0.55, 0.21, 0.0, False),
+        (0.9, 0.0, 9.1, False),
+        (0.9, 0.0, 0.0, True),
+    ],
 )
-def test_the_limits_of_belief(explained: float, contradicted: float, believed: bool) -> None:
-    match = Match(Pose2(), np.eye(3), explained, contradicted)
+def test_the_limits_of_belief(
+    explained: float, contradicted: float, innovation: float, believed: bool
+) -> None:
+    match = Match(Pose2(), np.eye(3), explained, contradicted, innovation)
     assert Loops().accepts(match) == believed
+
+
+def test_the_same_room_far_from_where_it_was_expected_is_another_one() -> None:
+    panorama = mapped(HERE, seed=1).panorama()
+    predicted = Pose2(TRUTH.x + 1.3, TRUTH.y + 1.3, TRUTH.theta)
+    likely, unlikely = (
+        Matcher(Loops()).match(room(), panorama, predicted, about((std, std, 0.05)))
+        for std in (0.5, 0.2)
+    )
+    for match in (likely, unlikely):
+        assert math.dist(match.pose[:2], TRUTH[:2]) < 0.01
+    assert likely.innovation == pytest.approx(1.3 * math.sqrt(2.0) / 0.5, rel=0.02)
+    assert Loops().accepts(likely)
+    assert unlikely.innovation > 9.0
+    assert not Loops().accepts(unlikely)
 
 
 def of_a_corridor(step: float, turn: float) -> tuple[float, float, np.ndarray]:
