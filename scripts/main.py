@@ -38,6 +38,10 @@ GROUPS: dict[str, dict[str, Subcommand]] = {
             "mapping.map", "MapCommand",
             "Make a map of a recording without traces of moving doors and people.",
         ),
+        "merge": Subcommand(
+            "mapping.merge", "MergeCommand",
+            "Merge two saved maps of parts of a place that overlap.",
+        ),
         "info": Subcommand(
             "recordings.info", "InfoCommand",
             "Tell what is in a recording: topics, lasers, odometry, how long and how far, what is "

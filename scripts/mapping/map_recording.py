@@ -36,7 +36,7 @@ from .map_export import SKIPPABLE, SNAPSHOTS, MapExport
 from .map_size import check_size
 from .mapping_run import MappingRun
 from .run_clock import RunClock, in_words
-from .start import Start, parsed_start, start_in
+from .start import Start, parsed_pose, start_in
 
 if TYPE_CHECKING:
     from .live import Live
@@ -64,7 +64,7 @@ def map_recording(options: MapCommand, begun: float) -> int:
     variant = _variant(options)
     skip = _skipped(options)
     (empty if options.onto else slam.make)(variant)  # raises before any work
-    clock, given = parsed_clock(options.clock), parsed_start(options.start)
+    clock, given = parsed_clock(options.clock), parsed_pose("--start", options.start)
     drawing = _drawing(options)
     session = Session.load(options.onto) if options.onto else None
     truth = read_reference(options.truth, options.file) if options.truth else None

@@ -23,12 +23,14 @@ class Start(NamedTuple):
     warnings: tuple[str, ...] = ()
 
 
-def parsed_start(numbers: tuple[float, float, float] | None) -> Pose2 | None:
-    """The pose that --start gives, x and y in m and degrees. Raises InputError."""
+def parsed_pose(option: str, numbers: tuple[float, float, float] | None) -> Pose2 | None:
+    """The pose that an option gives, x and y in m and degrees. Raises InputError."""
     if numbers is None:
         return None
     if not all_within(numbers, MAX_COORDINATE):
-        raise InputError(f"--start is three finite numbers up to {MAX_COORDINATE:g}, got {numbers}")
+        raise InputError(
+            f"{option} is three finite numbers up to {MAX_COORDINATE:g}, got {numbers}"
+        )
     x, y, degrees = numbers
     return Pose2(x, y, math.radians(degrees))
 

@@ -170,19 +170,20 @@ class Matcher:
         posterior = Posterior(unpacked.endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
         pose = loops.refine.climb(posterior, start)
         information = cautious(wide_information(unpacked.endpoint, scan, pose))
-        information = self._tempered(information, pose.theta)
+        information = tempered(information, pose.theta, loops.floor)
         shares = unpacked.endpoint.shares(scan.points, pose)
         return Match(
             pose, information, *shares, _innovation(pose, information, predicted, covariance)
         )
 
-    def _tempered(self, information: Array, heading: float) -> Array:
-        """The information in the frame of the pose, its covariance enlarged by the floor's F:
-        (I^-1 + F)^-1 = (1 + I F)^-1 I, which exists for singular I too."""
-        turn = turned(heading)
-        own = turn.T @ information @ turn
-        wider = np.linalg.solve(np.eye(3) + own * np.square(self._loops.floor), own)
-        return 0.5 * (wider + wider.T)
+
+def tempered(information: Array, heading: float, floor: tuple[float, float, float]) -> Array:
+    """The information in the frame of the pose, its covariance enlarged by F, of the standard
+    deviations `floor`: (I^-1 + F)^-1 = (1 + I F)^-1 I, which exists for singular I too."""
+    turn = turned(heading)
+    own = turn.T @ information @ turn
+    wider = np.linalg.solve(np.eye(3) + own * np.square(floor), own)
+    return 0.5 * (wider + wider.T)
 
 
 def _innovation(pose: Pose2, information: Array, predicted: Pose2, covariance: Array) -> float:

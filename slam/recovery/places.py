@@ -69,6 +69,10 @@ class Places:
         """The place at which the map agrees best with the scan, if it explains that share of it."""
         return self._best(scan, explained, [])
 
+    def all(self, scan: Scan, explained: float) -> list[Place]:
+        """The places of the candidates that explain so large a share in the coarse map."""
+        return [self.matched(scan, start) for start in self._starts(scan, explained, [])]
+
     def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
         """The best other place that explains so large a share of the scan, if it is by `gain` nats
         more likely there than at `place`."""
@@ -78,15 +82,18 @@ class Places:
     def _best(self, scan: Scan, explained: float, but: list[Pose2]) -> Place | None:
         """The most likely of the candidates that explain so large a share in the coarse map of the
         search; `but` are places that are not considered."""
-        region, least = self._search, self._least(explained)
-        points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
         best = None
-        for start in region.candidates(points, centre, reach, but, TURN_STEP, least, self._most):
+        for start in self._starts(scan, explained, but):
             place = self.matched(scan, start)
             if any(same_place(place.pose, other) for other in but):
                 place = at(self._endpoint, scan, start)
             best = place if best is None or place.value > best.value else best
         return best
+
+    def _starts(self, scan: Scan, explained: float, but: list[Pose2]) -> list[Pose2]:
+        region, least = self._search, self._least(explained)
+        points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
+        return region.candidates(points, centre, reach, but, TURN_STEP, least, self._most)
 
     def _least(self, explained: float) -> float:
         """Mean log-likelihood of echoes of which this share is explained."""

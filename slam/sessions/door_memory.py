@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from slam.forecast.door import DoorForecast
+from slam.geometry import Array, Pose2, transform_points
 from slam.io.door_memory import RememberedDoor
 from slam.layers import Layers
 from slam.layers.door_sights import Sight, echoes, history
@@ -47,6 +48,33 @@ def with_remembered(
     pairs = [*zip(known, weeks, strict=True), *((door, None) for door in others)]
     pairs.sort(key=lambda pair: -pair[0].probability)
     return replace(made, doors=tuple(door for door, _ in pairs)), [week for _, week in pairs]
+
+
+def moved_doors(
+    doors: Sequence[RememberedDoor], before: Array, after: Array
+) -> tuple[RememberedDoor, ...]:
+    """Doors of a session whose poses (n, 3) were moved: each with the scan nearest to it."""
+    return tuple(one._replace(door=_moved(one.door, before, after)) for one in doors)
+
+
+def joined(
+    doors: Sequence[RememberedDoor], others: Sequence[RememberedDoor]
+) -> tuple[RememberedDoor, ...]:
+    """The doors of two sessions of one place. Of a door that both remember, that one is kept which
+    was learned from until later: habits of the other session are not added to it."""
+    result, left = [], list(others)
+    for one in doors:
+        again = _same(one.door, [other.door for other in left])
+        same = [other for other in left if other.door is again]
+        left = [other for other in left if other.door is not again]
+        result.append(max([one, *same], key=lambda door: door.until))
+    return (*result, *left)
+
+
+def _moved(door: MappedDoor, before: Array, after: Array) -> MappedDoor:
+    nearest = int(np.argmin(np.hypot(*(before[:, :2] - door.ends.mean(axis=0)).T)))
+    move = Pose2.of(after[nearest]) @ Pose2.of(before[nearest]).inverse()
+    return door._replace(ends=transform_points(move, door.ends))
 
 
 def _same(door: MappedDoor, found: Iterable[MappedDoor]) -> MappedDoor | None:

@@ -125,7 +125,7 @@ def compared(
     given      a start pose in the map, which may be wrong
     map_model  an empty map, in which the session is drawn; default: `Clamped`
     """
-    places = WholeMap(_sensor_model(session, Clamped() if map_model is None else map_model))
+    places = WholeMap(drawn(session, Clamped() if map_model is None else map_model))
     result = None
     for beginning in beginnings(episode):
         before, result = result, _compared(places, beginning, given)
@@ -183,8 +183,8 @@ def _shifted(place: Place, back: Pose2) -> Place:
     return place._replace(pose=place.pose @ back)
 
 
-def _sensor_model(session: Session, map_model: MapModel) -> Endpoint:
-    """A sensor model on the map of the session, for matching."""
+def drawn(session: Session, map_model: MapModel) -> Endpoint:
+    """A sensor model on the map of the session, drawn in an empty `map_model`, for matching."""
     for scan, pose in session.keyframes():
         map_model.integrate(scan, pose)
     reading = Endpoint()

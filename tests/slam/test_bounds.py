@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slam
-from scripts.mapping.start import parsed_start
+from scripts.mapping.start import parsed_pose
 from slam.bounds import MAX_COORDINATE, MAX_MOUNT, MAX_RANGE, MAX_TIME, all_within, bounded
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -78,7 +78,7 @@ def test_a_map_that_begins_too_far_away(
 @pytest.mark.parametrize("far", FAR)
 def test_a_start_pose_and_a_saved_map_beyond_the_earth(far: float) -> None:
     with pytest.raises(InputError, match="--start is three finite numbers"):
-        parsed_start((0.0, far, 0.0))
+        parsed_pose("--start", (0.0, far, 0.0))
     with pytest.raises(InputError, match="finite poses"):
         Session((scan(),), np.array([[far, 0.0, 0.0]]))
 

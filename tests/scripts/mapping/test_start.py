@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from dynslam_cli.mapping.start import judged, parsed_start
+from dynslam_cli.mapping.start import judged, parsed_pose
 
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -72,7 +72,7 @@ def test_a_start_that_fits_badly_is_told_even_where_no_place_fits_better():
 
 
 def test_a_start_is_given_in_degrees():
-    assert parsed_start(None) is None
-    assert parsed_start((1.0, 2.0, 180.0)) == Pose2(1.0, 2.0, math.pi)
+    assert parsed_pose("--start", None) is None
+    assert parsed_pose("--start", (1.0, 2.0, 180.0)) == Pose2(1.0, 2.0, math.pi)
     with pytest.raises(InputError, match="three finite numbers"):
-        parsed_start((1.0, math.inf, 0.0))
+        parsed_pose("--start", (1.0, math.inf, 0.0))
