@@ -2,7 +2,7 @@
 
     python -m docs.making.merging FIRST LAST
 
-takes the seeds from FIRST to LAST; docs/saved-maps.md has the table of 41 to 46.
+takes the seeds from FIRST to LAST; docs/saved-maps.md has the table of 61 to 66.
 """
 
 from __future__ import annotations
