@@ -22,6 +22,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from PIL import Image
 
 from agents import record_path
@@ -42,6 +43,8 @@ VARIANT = "dynamic-graph"
 CAMPAIGN = Campaign(Office(), days=21, visits=2, minutes=2.0, seed=5300)
 NEAR = 0.5  # m from the middle of a true door to that of one that was found
 COLUMNS = 2  # of doors
+MARGIN = 0.3  # m, of the map around what was seen
+HALO = (withStroke(linewidth=2.5, foreground="white"),)
 DPI = 80
 FRAMES_PER_SECOND, HOLD = 3.0, 4.0
 HOUR = 3600.0
@@ -141,8 +144,12 @@ def _draw_map(axes: Axes, day: Day) -> None:
     axes.imshow(palette()[ranked(day.made)], origin="lower", extent=spec.extent)
     for one in day.doors:
         axes.plot(*one.door.ends.T, color="#0050d0", linewidth=2.0)
-    for k, (x, y) in enumerate(middles(), 1):
-        axes.text(x, y + 0.3, str(k), color="#0050d0", weight="bold", ha="center")
+    for k, middle in enumerate(middles(), 1):
+        axes.annotate(str(k), middle, xytext=(4, 4), textcoords="offset points", color="#0050d0",
+                      weight="bold", path_effects=HALO)  # fmt: skip
+    seen = spec.centres(np.argwhere(~day.made.unknown))
+    (left, low), (right, high) = seen.min(axis=0) - MARGIN, seen.max(axis=0) + MARGIN
+    axes.set(xlim=(left, right), ylim=(low, high))
     date = datetime.fromtimestamp(day.begin, UTC)
     axes.set_title(f"{date:%A, week} {date.isocalendar().week - 1}, {date:%H:%M}")
     axes.set(xticks=[], yticks=[])
