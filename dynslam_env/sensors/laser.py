@@ -92,7 +92,9 @@ class Scanner:
         self.settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
         self.noise = np.empty((SCANS_PER_DRAW, laser.beams))
         """Standard normal numbers of the next scans."""
-        self._lost, self._scans = NO_DROPOUT, 0
+        self._lost = NO_DROPOUT
+        self.taken = np.zeros(1, dtype=np.int64)
+        """How many scans have taken their noise."""
         self.hits = np.empty(laser.beams, dtype=np.int32)
         """(beams,) index of the segment that each beam of the last scan hit, -1 for none."""
 
@@ -129,13 +131,13 @@ class Scanner:
 
     def next_row(self) -> int:
         """The row of the noise for the next scan."""
-        row = self._scans % SCANS_PER_DRAW
+        row = int(self.taken[0]) % SCANS_PER_DRAW
         if row == 0:
-            self._draw()
-        self._scans += 1
+            self.draw()
+        self.taken[0] += 1
         return row
 
-    def _draw(self) -> None:
+    def draw(self) -> None:
         """Draw the noise of the next SCANS_PER_DRAW scans: fewer calls of numpy are faster."""
         laser, shape = self.laser, (SCANS_PER_DRAW, self.laser.beams)
         self._rng.standard_normal(out=self.noise)

@@ -51,7 +51,7 @@ def move_freely(bodies: Bodies, segments, steps, dt):
 
     segments  (w, 4) m, walls and the edges of immovable leaves, then others
     """
-    numbers, rows, impulses, parts, boxes, rates, last, who, before = bodies
+    numbers, rows, impulses, parts, boxes, rates, last, who, before, _ = bodies
     leaves, people, stop_bias = int(numbers[LEAVES]), int(numbers[PEOPLE]), numbers[STOP_BIAS]
     pairs = _pairs(rows, parts, rates, numbers, segments, steps * dt)
     moved, pushed, sorted_in, kept = rows, impulses, boxes, int(numbers[KEPT])

@@ -161,11 +161,6 @@ class PhysicsTimer(Mechanics):
         self.states = TimedStates(self._timed.space, self.bodies.rows)
         self._timed.states = self.states
 
-    def prepare(self, steps: int) -> bool:
-        """See `Mechanics.prepare`: Chipmunk makes all steps."""
-        self.contacts.begin_step()
-        return False
-
     def advance(self, steps: int) -> None:
         """See `Mechanics.advance`."""
         self._timed.advance(steps, PHYSICS_DT)
