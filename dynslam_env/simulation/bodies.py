@@ -17,6 +17,7 @@ MOST_STEPS = 64  # physics steps that are kept, see `before`
 MOST_COMMANDS = 64  # control steps of which the commands are kept
 NOBODY, SEVERAL = -2, -1
 STATE_SIZE = 6  # numbers of the state of a body
+BOX_SIZE = 8
 
 # numbers at the beginning of the array
 LEAVES, PEOPLE, ROWS, KEPT, FIXTURES, FIXTURE_MARGIN, STOP_BIAS = 0, 1, 2, 3, 4, 5, 6
@@ -35,7 +36,7 @@ class Bodies(NamedTuple):
     impulses  (1 + d + p, 3) of the joints in the last physics step: pull along x and y, N s, and
               turn, N m s, of the robot; those of motor and stop, N m s, of a leaf; pull of a person
     parts     (1 + d + p, 8) what does not change: see `columns`
-    boxes     (1 + d + p, 4) m, left, bottom, right, top: see `index_boxes`
+    boxes     (1 + d + p, 8) see `index_boxes.sort_in`
     rates     (d,) rad/s, of the leaves' motors
     last      (rows, 6) the rows before the last physics step
     who       (MOST_STEPS + 1,) the body that left its box in a step that is kept, or SEVERAL
@@ -59,7 +60,7 @@ def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
     """Room for the `Bodies` of a world, all zero, with `spare_rows` more rows than bodies."""
     parts, rows = 1 + leaves + people, 2 + leaves + 2 * people + spare_rows
     states = rows * STATE_SIZE
-    size = HEADER + MOST_STEPS + 1 + (MOST_STEPS + 3) * states + parts * (3 + COUNT + 4) + leaves
+    size = HEADER + MOST_STEPS + 1 + (MOST_STEPS + 3) * states + parts * (3 + COUNT + BOX_SIZE) + leaves
     memory = np.zeros(size + 3 * MOST_COMMANDS)
     memory[:3], memory[APART] = (leaves, people, rows), 1.0
     return memory
@@ -73,7 +74,7 @@ def bodies_of(memory):
     a = HEADER + states
     b = a + 3 * parts
     c = b + COUNT * parts
-    d = c + 4 * parts
+    d = c + BOX_SIZE * parts
     e = d + leaves
     f = e + states
     g = f + MOST_STEPS + 1
@@ -83,7 +84,7 @@ def bodies_of(memory):
         memory[HEADER:a].reshape((rows, STATE_SIZE)),
         memory[a:b].reshape((parts, 3)),
         memory[b:c].reshape((parts, COUNT)),
-        memory[c:d].reshape((parts, 4)),
+        memory[c:d].reshape((parts, BOX_SIZE)),
         memory[d:e],
         memory[e:f].reshape((rows, STATE_SIZE)),
         memory[f:g],

@@ -58,6 +58,7 @@ def move_freely(bodies: Bodies, segments, steps, dt):
     if len(pairs):
         moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
     left_box, first = False, kept if len(pairs) else 0  # of the steps that may be overwritten
+    swings, awake = _swings(parts, rates), leaves
     for _ in range(steps):
         before[kept] = moved
         _drift(moved, dt)
@@ -65,13 +66,16 @@ def move_freely(bodies: Bodies, segments, steps, dt):
             gap = _gap(pairs[m, 0], pairs[m, 1], moved, parts, leaves, segments, numbers)
             if gap < CLEARANCE:
                 return False
-        who[kept] = sort_in(moved, moved, parts, leaves, sorted_in)
+        now, who[kept] = kept, sort_in(moved, moved, parts, leaves, sorted_in)
         left_box = who[kept] != NOBODY
         if left_box and kept > first and who[kept] == who[kept - 1] != SEVERAL:
             before[kept - 1] = before[kept]  # the last of a body's steps in a row is enough
         else:
             kept += left_box
-        _solve(moved, pushed, parts, rates, people, stop_bias, dt)
+        _drive(moved, pushed, parts, leaves, people)
+        if awake:
+            _swing(moved, pushed, parts, swings[:, :awake], stop_bias, dt)
+            awake = _awake(moved, pushed, before[now], swings, awake)
     if len(pairs):
         rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
     last[:] = before[kept - 1 if left_box else kept]
@@ -87,14 +91,11 @@ def _drift(rows, dt):
 
 
 @kernel(error_model="numpy")
-def _solve(rows, impulses, parts, rates, people, stop_bias, dt):
-    """All joints."""
-    leaves = len(rates)
+def _drive(rows, impulses, parts, leaves, people):
+    """The joints of the robot and of people."""
     wheels = 1 + leaves + people
     _pull(rows, 0, wheels, impulses, parts)
     _turn(rows, wheels, impulses, parts)
-    for d in range(1, 1 + leaves):
-        _swing(rows, d, rates[d - 1], impulses, parts, stop_bias, dt)
     for k in range(1, 1 + people):
         _pull(rows, leaves + k, wheels + k, impulses, parts)
 
@@ -223,32 +224,70 @@ def _turn(rows, wheels, impulses, parts):
     rows[0, 5], impulses[0, 2] = omega, j
 
 
+# rows of `swings`, a column for each leaf
+LEAF, RATE, INVERSE, INERTIA, MOST, OMEGA, DRIVEN, STOPPED, BIAS, BEGUN, SWINGS = range(11)
+
+
 @kernel(error_model="numpy")
-def _swing(rows, b, rate, impulses, parts, stop_bias, dt):
-    """The motor of a leaf, and the stops at both ends of its way."""
-    angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]
-    beyond = highest - angle if angle > highest else lowest - angle if angle < lowest else 0.0
-    bias = -stop_bias * beyond / dt
-    omega, driven, stopped = rows[b, 5], impulses[b, 0], impulses[b, 1]
-    if bias == 0.0:
-        stopped = 0.0
-        if rate == 0.0 and omega == 0.0 and driven == 0.0:
-            impulses[b, 1] = 0.0
-            return
-    inverse, most = parts[b, INVERSE_INERTIA], parts[b, MAX_MOTOR]
-    inertia = 1.0 / inverse
-    omega -= driven * inverse
-    omega += stopped * inverse
+def _swings(parts, rates):
+    """(SWINGS, d) room for the numbers of d leaves, with those that do not change."""
+    swings = np.empty((SWINGS, len(rates)))
+    for k in range(len(rates)):
+        inverse = parts[1 + k, INVERSE_INERTIA]
+        swings[LEAF, k], swings[RATE, k], swings[INVERSE, k] = 1 + k, rates[k], inverse
+        swings[INERTIA, k], swings[MOST, k] = 1.0 / inverse, parts[1 + k, MAX_MOTOR]
+    return swings
+
+
+@kernel(error_model="numpy")
+def _swing(rows, impulses, parts, swings, stop_bias, dt):
+    """The motors of leaves, and the stops at both ends of their ways.
+
+    The rounds of all leaves are made together, which a processor does at once for several. A round
+    that changes nothing is not the last here, but so are all after it.
+    """
+    leaf, rates, inverse, inertia, most = (
+        swings[LEAF], swings[RATE], swings[INVERSE], swings[INERTIA], swings[MOST]
+    )  # fmt: skip
+    omega, driven, stopped, bias = swings[OMEGA], swings[DRIVEN], swings[STOPPED], swings[BIAS]
+    for k in range(len(leaf)):
+        b = int(leaf[k])
+        angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]
+        beyond = highest - angle if angle > highest else lowest - angle if angle < lowest else 0.0
+        bias[k] = -stop_bias * beyond / dt
+        driven[k] = impulses[b, 0]
+        stopped[k] = impulses[b, 1] if bias[k] != 0.0 else 0.0
+        swings[BEGUN, k] = impulses[b, 1]
+        omega[k] = rows[b, 5] - driven[k] * inverse[k]
+        omega[k] += stopped[k] * inverse[k]
     for _ in range(ROUNDS):
-        kept = min(max(driven - (rate - omega) * inertia, -most), most)
-        change, driven = kept - driven, kept
-        omega -= change * inverse
-        held = 0.0
-        if bias != 0.0:
-            kept = stopped - (bias + omega) * inertia
-            kept = max(kept, 0.0) if bias < 0.0 else min(kept, 0.0)
-            held, stopped = kept - stopped, kept
-            omega += held * inverse
-        if change == 0.0 and held == 0.0:
-            break
-    rows[b, 5], impulses[b, 0], impulses[b, 1] = omega, driven, stopped
+        for k in range(len(leaf)):
+            kept = min(max(driven[k] - (rates[k] - omega[k]) * inertia[k], -most[k]), most[k])
+            turned = omega[k] - (kept - driven[k]) * inverse[k]
+            driven[k] = kept
+            held = stopped[k] - (bias[k] + turned) * inertia[k]
+            held = max(held, 0.0) if bias[k] < 0.0 else min(held, 0.0)
+            stops = bias[k] != 0.0
+            omega[k] = turned + (held - stopped[k]) * inverse[k] if stops else turned
+            stopped[k] = held if stops else 0.0
+    for k in range(len(leaf)):
+        b = int(leaf[k])
+        swings[BIAS, k] = impulses[b, 0]
+        rows[b, 5], impulses[b, 0], impulses[b, 1] = omega[k], driven[k], stopped[k]
+
+
+@kernel(error_model="numpy")
+def _awake(rows, impulses, before, swings, count):
+    """Sort the first `count` leaves of `swings`: first those that the next physics step moves, whose
+    number it returns. The others end the step as they began it, and so will end each further one."""
+    awake = 0
+    for k in range(count):
+        b = int(swings[LEAF, k])
+        same = impulses[b, 0] == swings[BIAS, k] and impulses[b, 1] == swings[BEGUN, k]
+        for j in range(6):
+            same = same and rows[b, j] == before[b, j]
+        if not same:
+            for j in range(MOST + 1):
+                swings[j, awake], swings[j, k] = swings[j, k], swings[j, awake]
+            awake += 1
+    return awake

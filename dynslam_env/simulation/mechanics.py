@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dynslam_env.simulation.bodies import APART, KEPT, MOST_STEPS
+from dynslam_env.simulation.bodies import APART
 from dynslam_env.simulation.contact_space import ContactSpace
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.solids import Solids
@@ -30,10 +30,9 @@ class Mechanics:
         """Whether nothing touched anything in the last step."""
         return bool(self.bodies.numbers[APART])
 
-    def catch_up(self, steps: int) -> None:
-        """Make room for so many steps that are not made in a space of Chipmunk."""
-        if self.bodies.numbers[KEPT] + steps > MOST_STEPS:
-            self._made_space().catch_up(self._dt)
+    def catch_up(self) -> None:
+        """Make room for more steps that are not made in a space of Chipmunk."""
+        self._made_space().catch_up(self._dt)
 
     def advance(self, steps: int) -> None:
         """Make so many physics steps in a space of Chipmunk."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.simulation.bodies import MOST_COMMANDS, NEXT_CONTROL, STEPS, Bodies
+from dynslam_env.simulation.bodies import KEPT, MOST_COMMANDS, MOST_STEPS, NEXT_CONTROL, STEPS, Bodies
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.doors import DoorMotors, Doors
 from dynslam_env.simulation.mechanics import Mechanics
@@ -167,9 +167,15 @@ class World:
         if remains & CONTROLLED:
             self._control()
         if remains & FULL:
-            self.mechanics.catch_up(SUBSTEPS)
-            if self.steps % MOST_COMMANDS == 0:
-                self._commands.extend(self.mechanics.bodies.commands.flat)
+            self._make_room()
+
+    def _make_room(self) -> None:
+        """Move what `Bodies` keeps, where its room is used up."""
+        bodies = self.mechanics.bodies
+        if bodies.numbers[KEPT] + SUBSTEPS > MOST_STEPS:
+            self.mechanics.catch_up()
+        if self.steps % MOST_COMMANDS == 0:
+            self._commands.extend(bodies.commands.flat)
 
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
         """A copy is what the same calls give."""
