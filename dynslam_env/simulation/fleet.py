@@ -68,7 +68,7 @@ class Fleet(NamedTuple):
 
 @kernel
 def fleet_of(pointers):
-    """The `Fleet` to whose arrays, in its order, the `pointers` (k, 3) point."""
+    """The `Fleet` to whose arrays, in its order, the `pointers` point."""
     p = pointers
     return Fleet(
         vector(p[0]), vector(p[1]), table(p[2]), table(p[3]), table(p[4]), table(p[5]),

@@ -26,6 +26,7 @@ from dynslam_env.simulation.bodies import (
 from dynslam_env.simulation.columns import (
     INVERSE_INERTIA,
     INVERSE_MASS,
+    MARGIN,
     MAX_ANGLE,
     MAX_MOTOR,
     MAX_PULL,
@@ -39,6 +40,7 @@ from dynslam_env.simulation.index_boxes import box_of, sort_in
 from slam.kernel import kernel
 
 ROUNDS = 10  # of impulses in a physics step: Chipmunk's default
+FAR = 1e-6  # m, more than the errors of distances: what is off by more need not be measured
 CLEARANCE = 1e-6  # m: nearer than that, Chipmunk looks whether two solids touch
 SMALLEST = np.finfo(np.float64).tiny  # which Chipmunk adds to a length before it divides by it
 
@@ -111,12 +113,20 @@ def _pairs(rows, parts, rates, numbers, segments, duration):
     for k in range(discs):
         b = 0 if k == 0 else leaves + k
         reach = _travel(rows, b, discs + leaves + k, duration) + CLEARANCE
+        x, y = rows[b, 0], rows[b, 1]
+        around = reach + parts[b, RADIUS] + numbers[FIXTURE_MARGIN] + FAR
         for s in range(fixed):
+            if _is_off(x, y, segments, s, around):
+                continue
             if _gap(b, s, rows, parts, leaves, segments, numbers) < reach:
                 pairs[found, 0], pairs[found, 1] = b, s
                 found += 1
         for d in range(1, 1 + leaves):
             swept = reach + _sweep(rows, d, rates[d - 1], parts, duration)
+            longest = parts[d, WIDTH] + abs(parts[d, SIDE]) + parts[d, MARGIN]
+            off = max(abs(rows[d, 0] - x), abs(rows[d, 1] - y))
+            if off > swept + parts[b, RADIUS] + longest + FAR:
+                continue
             if _gap(b, -1 - d, rows, parts, leaves, segments, numbers) < swept:
                 pairs[found, 0], pairs[found, 1] = b, -1 - d
                 found += 1
@@ -127,6 +137,16 @@ def _pairs(rows, parts, rates, numbers, segments, duration):
                 pairs[found, 0], pairs[found, 1] = b, -1 - c
                 found += 1
     return pairs[:found]
+
+
+@kernel(error_model="numpy")
+def _is_off(x, y, segments, i, distance):
+    """Whether the box of a segment is farther from a point than `distance`, m."""
+    x1, y1, x2, y2 = segments[i, 0], segments[i, 1], segments[i, 2], segments[i, 3]
+    return (
+        (x1 > x + distance and x2 > x + distance) or (x1 < x - distance and x2 < x - distance)
+        or (y1 > y + distance and y2 > y + distance) or (y1 < y - distance and y2 < y - distance)
+    )  # fmt: skip
 
 
 @kernel(error_model="numpy")

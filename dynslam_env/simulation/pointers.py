@@ -6,6 +6,7 @@ A call takes 0.06 us for each array that it is given, and as much for the number
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -17,20 +18,22 @@ from numpy.typing import NDArray
 
 from slam.kernel import kernel
 
-ADDRESS, ROWS, SIZE, WORDS = 0, 1, 2, 3  # numbers of a pointer
+ADDRESS, ROWS, COLUMNS, SIZE, WORDS = 0, 1, 2, 3, 4  # numbers of a pointer
 
 
 def pointers_to(arrays: Iterable[NDArray[np.generic]]) -> NDArray[np.int64]:
-    """(k, 3) address, length and number of elements of each array; they must be kept elsewhere."""
-    found = [(a.__array_interface__["data"][0], len(a), a.size) for a in arrays if _is_plain(a)]
-    return np.array(found, dtype=np.int64)
+    """(k, WORDS) of each array its address, length, elements per row and elements.
+
+    The caller keeps the arrays. Raises ValueError for one with gaps.
+    """
+    return np.array([_pointer(array) for array in arrays], dtype=np.int64)
 
 
-def _is_plain(array: NDArray[np.generic]) -> bool:
-    """Always true; raises ValueError for an array with gaps."""
+def _pointer(array: NDArray[np.generic]) -> tuple[int, int, int, int]:
     if not array.flags.c_contiguous:
-        raise ValueError("only an array without gaps has a pointer")
-    return True
+        raise ValueError("an array with gaps has no pointer")
+    columns = math.prod(array.shape[1:])
+    return array.__array_interface__["data"][0], len(array), columns, array.size
 
 
 @intrinsic
@@ -79,22 +82,20 @@ def vector(pointer):
 @kernel
 def table(pointer):
     """(n, k) the array of floats."""
-    columns = pointer[SIZE] // max(pointer[ROWS], 1)
-    return carray(_doubles_at(pointer[ADDRESS]), (pointer[ROWS], columns))
+    return carray(_doubles_at(pointer[ADDRESS]), (pointer[ROWS], pointer[COLUMNS]))
 
 
 @kernel
 def tables(pointer, columns):
     """(n, m, `columns`) the array of floats."""
-    shape = pointer[ROWS], pointer[SIZE] // max(pointer[ROWS], 1) // columns, columns
+    shape = pointer[ROWS], pointer[COLUMNS] // columns, columns
     return carray(_doubles_at(pointer[ADDRESS]), shape)
 
 
 @kernel
 def single_table(pointer):
     """(n, k) the array of floats of 32 bits."""
-    columns = pointer[SIZE] // max(pointer[ROWS], 1)
-    return carray(_singles_at(pointer[ADDRESS]), (pointer[ROWS], columns))
+    return carray(_singles_at(pointer[ADDRESS]), (pointer[ROWS], pointer[COLUMNS]))
 
 
 @kernel
@@ -106,8 +107,7 @@ def integers(pointer):
 @kernel
 def integer_table(pointer):
     """(n, k) the array of integers."""
-    columns = pointer[SIZE] // max(pointer[ROWS], 1)
-    return carray(_longs_at(pointer[ADDRESS]), (pointer[ROWS], columns))
+    return carray(_longs_at(pointer[ADDRESS]), (pointer[ROWS], pointer[COLUMNS]))
 
 
 @kernel
@@ -125,5 +125,4 @@ def flags(pointer):
 @kernel
 def flag_table(pointer):
     """(n, k) the array of truth values, as bytes."""
-    columns = pointer[SIZE] // max(pointer[ROWS], 1)
-    return carray(_bytes_at(pointer[ADDRESS]), (pointer[ROWS], columns))
+    return carray(_bytes_at(pointer[ADDRESS]), (pointer[ROWS], pointer[COLUMNS]))

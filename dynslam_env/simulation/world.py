@@ -112,12 +112,12 @@ class World:
     @property
     def steps(self) -> int:
         """Control steps since the start."""
-        return int(self.moving[0][STEPS])
+        return int(self.moving[0].item(STEPS))
 
     @property
     def time(self) -> float:
         """Time since the start, s."""
-        return self.steps * CONTROL_DT
+        return self.moving[0].item(STEPS) * CONTROL_DT
 
     def outline(self) -> Array:
         """(e, 4) m, current edges of all movable solids."""
