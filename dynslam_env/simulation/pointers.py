@@ -36,6 +36,12 @@ def _pointer(array: NDArray[np.generic]) -> tuple[int, int, int, int]:
     return array.__array_interface__["data"][0], len(array), columns, array.size
 
 
+def doubles_of(arrays: Iterable[NDArray[np.float64]]) -> NDArray[np.int64]:
+    """Addresses of all elements of the arrays, one array after the other; the caller keeps them."""
+    firsts = [(array.__array_interface__["data"][0], array.size) for array in arrays]
+    return np.array([at + 8 * k for at, size in firsts for k in range(size)], dtype=np.int64)
+
+
 @intrinsic
 def _doubles_at(typingctx, address):
     """A pointer to floats of 64 bits."""
@@ -126,3 +132,10 @@ def flags(pointer):
 def flag_table(pointer):
     """(n, k) the array of truth values, as bytes."""
     return carray(_bytes_at(pointer[ADDRESS]), (pointer[ROWS], pointer[COLUMNS]))
+
+
+@kernel
+def copy_doubles(sources, targets):
+    """Copy each float at one of the addresses `sources` to that of `targets`."""
+    for k in range(len(sources)):
+        carray(_doubles_at(targets[k]), (1,))[0] = carray(_doubles_at(sources[k]), (1,))[0]
