@@ -61,7 +61,7 @@ def move_freely(bodies: Bodies, segments, steps, dt):
         moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
     left_box, first = False, kept if len(pairs) else 0  # of the steps that may be overwritten
     swings, awake = _swings(parts, rates), leaves
-    for _ in range(steps):
+    for step in range(steps):
         before[kept] = moved
         _drift(moved, dt)
         for m in range(len(pairs)):
@@ -77,6 +77,7 @@ def move_freely(bodies: Bodies, segments, steps, dt):
         _drive(moved, pushed, parts, leaves, people)
         if awake:
             _swing(moved, pushed, parts, swings[:, :awake], stop_bias, dt)
+        if step == 0:
             awake = _awake(moved, pushed, before[now], swings, awake)
     if len(pairs):
         rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
