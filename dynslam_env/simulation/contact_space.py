@@ -48,6 +48,7 @@ class ContactSpace:
         self._rows, self._rates = solids.bodies.rows, solids.bodies.rates
         self._first_puller = len(solids.bodies.parts)
         self._contacts, self._others, self._others_touched = contacts, 0, False
+        self._rates_set: list[float] = []
         self.space = pymunk.Space()
         self.space.collision_slop = 0.0005  # m; pymunk's default is meant for pixels
         self._pulled: list[tuple[pymunk.Body, pymunk.Body, list[Constraint]]] = []
@@ -123,17 +124,12 @@ class ContactSpace:
     def advance(self, steps: int, dt: float) -> None:
         """Move the bodies by `steps` physics steps of `dt` s."""
         self._others_touched = self._others > 0
-        pullers = self._rows[self._first_puller :].tolist()
-        for row, (puller, _, _) in zip(pullers, self._pulled, strict=False):
-            SET_VELOCITY(puller._body, row[3:5])
-            SET_ANGULAR_VELOCITY(puller._body, row[5])
-        for d, (rate, (leaf, joints)) in enumerate(
-            zip(self._rates.tolist(), self._hung, strict=False)
-        ):
-            if joints:
-                SET_RATE(joints[0]._constraint, rate)
-            else:
-                SET_VELOCITY(leaf._body, self._rows[1 + d, 3:5].tolist())
+        self.place()  # with the velocities of what pulls, and of leaves that slide
+        if (rates := self._rates.tolist()) != self._rates_set:
+            self._rates_set = rates
+            for rate, (_, joints) in zip(rates, self._hung, strict=False):
+                if joints:
+                    SET_RATE(joints[0]._constraint, rate)
         self.states.advance_sorted(steps, dt, self._bodies, len(self._hung))
         copy_doubles(self._impulses_there, self._impulses_here)
 
