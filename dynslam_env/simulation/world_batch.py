@@ -70,9 +70,7 @@ class WorldBatch:
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
         self.faults: list[EpisodeFaults | None] = [None] * n
         self._noise_streams = NoiseStreams(n)
-        laser, plain_odometry = config.laser, type(config.odometry) is Odometry
-        plain_laser = not laser.effects and not laser.dropout
-        self._at_once = plain_laser and plain_odometry and not config.faults
+        self._at_once = False
 
     def reset(
         self,
@@ -109,8 +107,7 @@ class WorldBatch:
         if config.faults:  # a stream of their own, which leaves the others as they are
             setting = Setting(config.laser, CONTROL_DT)
             self.faults[i] = EpisodeFaults(config.faults, setting, odometry_rng)
-        self._table.bind(i, world, self.scanners[i])
-        self._table.bind_fleet(self._fleet(self.scanners[i]))
+        self._bind(i)
         self._scan(i)
 
     @property
@@ -124,8 +121,9 @@ class WorldBatch:
 
     def step(self, which: Rows, actions: Array) -> None:
         """Step worlds `which` by CONTROL_DT seconds; actions (n, 2), clipped to -1 .. 1."""
-        if not self._table.bound:
-            self._bind()
+        if not self._table.bound:  # of a copy
+            for i in range(len(self.worlds)):
+                self._bind(i)
         if self.config.faults:
             self._begin_faults(which, actions)
         self._threads.each(partial(self._advance, actions), which)
@@ -223,15 +221,21 @@ class WorldBatch:
         self.scanners[i].look(world.robot, world.segments, world.first_edge, *rows)
 
 
-    def _bind(self) -> None:
-        """Bind the table of a copy."""
-        for i, world in enumerate(self.worlds):
-            if world is not None:
-                self._table.bind(i, world, self.scanners[i])
-                self._table.bind_fleet(self._fleet(self.scanners[i]))
+    def _bind(self, i: int) -> None:
+        """Let the table know world `i`, and where the arrays are now."""
+        if self.worlds[i] is None:
+            return
+        config, scanner = self.config, self.scanners[i]
+        plain = type(scanner) is Scanner and not config.laser.dropout
+        self._at_once = plain and type(config.odometry) is Odometry and not config.faults
+        if not plain:  # a stand-in, which never looks
+            scanner = Scanner(config.laser, np.random.default_rng(0))
+            scanner.taken[:] = 1
+        self._table.bind(i, self.worlds[i], scanner)
+        self._table.bind_fleet(self._fleet(scanner))
 
     def _fleet(self, scanner: Scanner) -> Fleet:
-        """The arrays, where they are now; `scanner` is any of those of the worlds."""
+        """The arrays, where they are now; `scanner` is any of those that look alike."""
         drive, noise, progress, odometry = (
             self.drive, self._noise_streams, self.progress, self.config.odometry
         )  # fmt: skip
