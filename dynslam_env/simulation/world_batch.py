@@ -232,7 +232,8 @@ class WorldBatch:
             scanner = Scanner(config.laser, np.random.default_rng(0))
             scanner.taken[:] = 1
         self._table.bind(i, self.worlds[i], scanner)
-        self._table.bind_fleet(self._fleet(scanner))
+        if not self._table.bound_to(self.progress.positions.paths):
+            self._table.bind_fleet(self._fleet(scanner))
 
     def _fleet(self, scanner: Scanner) -> Fleet:
         """The arrays, where they are now; `scanner` is any of those that look alike."""

@@ -40,18 +40,28 @@ class WorldTable:
     """Pointers to the arrays of n worlds, of their scanners and of their `Fleet`.
 
     remains  (n,) bits of the last `begin`
-    bound    whether there are any; a copy has none
     """
 
     def __init__(self, n: int):
         self._pointers = np.zeros((n, ARRAYS, WORDS), dtype=np.int64)
         self._fleet_pointers = np.zeros((0, WORDS), dtype=np.int64)
-        self._kept: list[object] = [None] * (n + 1)  # what the pointers point to
-        self.remains, self.bound = np.zeros(n, dtype=np.int64), False
+        self._kept: list[object] = [None] * n  # what the pointers point to
+        self._fleet: Fleet | None = None
+        self.remains = np.zeros(n, dtype=np.int64)
 
     def __reduce__(self) -> tuple[type[WorldTable], tuple[int]]:
         """A copy's worlds lie elsewhere."""
         return WorldTable, (len(self.remains),)
+
+    @property
+    def bound(self) -> bool:
+        """Whether there are pointers; a copy has none."""
+        return self._fleet is not None
+
+    def bound_to(self, paths: Array) -> bool:
+        """Whether there are pointers to a fleet with these paths, which may need another array when
+        an episode begins."""
+        return self._fleet is not None and self._fleet.paths is paths
 
     def bind(self, i: int, world: World, scanner: Scanner) -> None:
         """Let row `i` be this world."""
@@ -60,8 +70,7 @@ class WorldTable:
 
     def bind_fleet(self, fleet: Fleet) -> None:
         """Let the robots be these."""
-        self._fleet_pointers, self._kept[-1] = pointers_to(fleet), fleet
-        self.bound = True
+        self._fleet_pointers, self._fleet = pointers_to(fleet), fleet
 
     def begin(self, which: Rows, actions: Array, speed: float) -> int:
         """Let robots `which` drive as `actions` (n, 2) say, as far as no Python is needed.
