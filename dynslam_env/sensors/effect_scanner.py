@@ -149,6 +149,7 @@ class EffectScanner(Scanner):
         return which
 
     def draw(self) -> None:
+        """See `Scanner.draw`."""
         super().draw()
         if self._power.reach:
             self._chances = self._chance_rng.random((SCANS_PER_DRAW, self.laser.beams))

@@ -144,12 +144,6 @@ class NoiseStreams:
         self._rngs[i] = rng
         self.draw(i)
 
-    def take(self, which: Rows, noise: Array) -> None:
-        """Write the next three standard normal numbers of robots `which` into `noise` (n, 3)."""
-        if take(which, self.drawn, self.taken, noise):
-            for i in np.flatnonzero(self.taken == STEPS_PER_DRAW).tolist():
-                self.draw(i)
-
     def draw(self, i: int) -> None:
         """Draw the noise of the next STEPS_PER_DRAW steps: fewer calls of numpy are faster."""
         self.drawn[i], self.taken[i] = self._rngs[i].standard_normal((STEPS_PER_DRAW, 3)), 0
@@ -173,14 +167,11 @@ def read_velocities(which, displacements, dt, limits, velocities):
 
 @kernel
 def take(which, drawn, taken, noise):
-    """Copy the next numbers into `noise`; whether any robot has used up its numbers."""
-    used_up = False
+    """Copy the next three of the numbers of `NoiseStreams` into `noise` (n, 3)."""
     for i in which:
         for k in range(3):
             noise[i, k] = drawn[i, taken[i], k]
         taken[i] += 1
-        used_up |= taken[i] == drawn.shape[1]
-    return used_up
 
 
 @kernel

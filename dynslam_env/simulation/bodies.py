@@ -60,7 +60,14 @@ def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
     """Room for the `Bodies` of a world, all zero, with `spare_rows` more rows than bodies."""
     parts, rows = 1 + leaves + people, 2 + leaves + 2 * people + spare_rows
     states = rows * STATE_SIZE
-    size = HEADER + MOST_STEPS + 1 + (MOST_STEPS + 3) * states + parts * (3 + COUNT + BOX_SIZE) + leaves
+    size = (
+        HEADER
+        + MOST_STEPS
+        + 1
+        + (MOST_STEPS + 3) * states
+        + parts * (3 + COUNT + BOX_SIZE)
+        + leaves
+    )
     memory = np.zeros(size + 3 * MOST_COMMANDS)
     memory[:3], memory[APART] = (leaves, people, rows), 1.0
     return memory

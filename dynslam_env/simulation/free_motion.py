@@ -299,8 +299,9 @@ def _swing(rows, impulses, parts, swings, stop_bias, dt):
 
 @kernel(error_model="numpy")
 def _awake(rows, impulses, before, swings, count):
-    """Sort the first `count` leaves of `swings`: first those that the next physics step moves, whose
-    number it returns. The others end the step as they began it, and so will end each further one."""
+    """Sort the first `count` leaves of `swings`, and count those that come first: those that the
+    next physics step moves. The others ended this one as they began it, and so will each further.
+    """
     awake = 0
     for k in range(count):
         b = int(swings[LEAF, k])

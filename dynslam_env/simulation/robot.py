@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,15 +76,6 @@ class DifferentialDrive:
         self.bodies[i], self.chords[i], self.speeds[i] = body, 0.0, 0.0
         self.read_bodies(np.array([i]))
 
-    def command(self, which: Rows, actions: NDArray[Any]) -> int:
-        """Set the `wheels` of robots `which` for actions (n, 2), clipped to -1 .. 1.
-
-        Returns the first robot whose action is not two finite numbers, or -1.
-        """
-        return command(which, actions, self.scale, self.settings,
-                       self.poses, self.velocities, self.wheels, self.chords,
-                       self.speeds, self.rolled)  # fmt: skip
-
     def read_bodies(self, which: Rows) -> None:
         """Update poses and velocities of robots `which` from their `bodies`."""
         read_bodies(which, self.bodies, self.chords, self.poses, self.velocities)
@@ -102,9 +92,10 @@ def _feasible(v, omega, max_speed, wheel_base):
 def command(
     which, actions, scale, settings, poses, velocities, wheels, chords, speeds, rolled
 ):  # fmt: skip
-    """Set `wheels`, `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`.
+    """Set the `wheels` of robots `which` for actions (n, 2), clipped to -1 .. 1; see
+    `DifferentialDrive`.
 
-    Returns the first robot whose action is not two finite numbers, or -1.
+    Also their `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`. Returns the first robot whose action is not two finite numbers, or -1.
     """
     wheel_base, most_v, most_omega, dt, delay = settings
     for i in which:

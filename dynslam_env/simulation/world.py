@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.simulation.bodies import KEPT, MOST_COMMANDS, MOST_STEPS, NEXT_CONTROL, STEPS, Bodies
+from dynslam_env.simulation.bodies import (
+    KEPT,
+    MOST_COMMANDS,
+    MOST_STEPS,
+    NEXT_CONTROL,
+    STEPS,
+    Bodies,
+)
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.doors import DoorMotors, Doors
 from dynslam_env.simulation.mechanics import Mechanics

@@ -220,7 +220,6 @@ class WorldBatch:
         world, rows = self.worlds[i], (self.ranges[i], self.scans[i])
         self.scanners[i].look(world.robot, world.segments, world.first_edge, *rows)
 
-
     def _bind(self, i: int) -> None:
         """Let the table know world `i`, and where the arrays are now."""
         if self.worlds[i] is None:

@@ -85,9 +85,7 @@ def _doors(doors: int, rounds: int) -> Result:
     return _single(f"{doors} doors", rounds, steps, world=_corridor(doors))
 
 
-def _single(
-    name: str, rounds: int, steps: int = STEPS_PER_ROUND, **parameters: Any
-) -> Result:
+def _single(name: str, rounds: int, steps: int = STEPS_PER_ROUND, **parameters: Any) -> Result:
     def make() -> Made:
         env = gym.make("DoorCorridor-v0", max_episode_steps=10**9, **parameters)
         env.reset(seed=0)
