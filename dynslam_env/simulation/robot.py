@@ -95,7 +95,8 @@ def command(
     """Set the `wheels` of robots `which` for actions (n, 2), clipped to -1 .. 1; see
     `DifferentialDrive`.
 
-    Also their `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`. Returns the first robot whose action is not two finite numbers, or -1.
+    Also their `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`. Returns the
+    first robot whose action is not two finite numbers, or -1.
     """
     wheel_base, most_v, most_omega, dt, delay = settings
     for i in which:

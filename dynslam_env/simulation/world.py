@@ -132,7 +132,7 @@ class World:
 
     def poses(self) -> Array:
         """(m, 3) x, y in m, angle in rad, of all moving bodies except the robot."""
-        return self._movers[:, :3].copy()
+        return self._places.copy()
 
     def outlines(self, poses: Array) -> Array:
         """(t, e, 4) m, the `outline` at each of the `poses` (t, m, 3) of the bodies."""
@@ -155,7 +155,7 @@ class World:
     @property
     def people(self) -> Array:
         """(p, 2) m, positions of the people; a view."""
-        return self._walking[:, :2]
+        return self._standing
 
     # -- one control step ----------------------------------------------------------------------
 
@@ -223,6 +223,7 @@ class World:
         last_leaf, last = 1 + hung, 1 + hung + count
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
         self._walking, self._movers, self._solid = rows[last_leaf:last], rows[1:last], rows[:last]
+        self._places, self._standing = self._movers[:, :3], self._walking[:, :2]
         self._feet = rows[last + 1 : last + 1 + count, 3:5]
 
     def _init_segments(self, solids: Solids) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -70,7 +69,8 @@ class WorldBatch:
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
         self.faults: list[EpisodeFaults | None] = [None] * n
         self._noise_streams = NoiseStreams(n)
-        self._at_once = False
+        self._at_once, self._door_speed = False, config.doors.speed
+        self._actions = np.zeros((n, 2))
 
     def reset(
         self,
@@ -126,7 +126,8 @@ class WorldBatch:
                 self._bind(i)
         if self.config.faults:
             self._begin_faults(which, actions)
-        self._threads.each(partial(self._advance, actions), which)
+        self._actions = actions
+        self._threads.each(self._advance, which)
         if not self._at_once:
             self._sense(which)
 
@@ -184,11 +185,11 @@ class WorldBatch:
             pose, self.config.robot.radius, world.segments, world.first_edge, self.layouts[i].path
         )
 
-    def _advance(self, actions: Array, which: Rows) -> None:
+    def _advance(self, which: Rows) -> None:
         """Step the physics of worlds `which`, then scan."""
-        remains = self._table.begin(which, actions, self.config.doors.speed)
+        remains = self._table.begin(which, self._actions, self._door_speed)
         if remains < 0:
-            raise _wrong_action(actions[-1 - remains])
+            raise _wrong_action(self._actions[-1 - remains])
         if remains:
             for i in which[self._table.remains[which] > 0].tolist():
                 self._finish(i, int(self._table.remains[i]))
