@@ -257,9 +257,10 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
         batch.step(ONLY_ROW, actions_of(action, (2,))[None])
         self._record_step()
         info = self._info()
-        info["reward_terms"] = dict(zip(self._terms, progress.terms[0].tolist(), strict=True))
-        info["ends"] = ends = dict(zip(self._ends, progress.ends[0].tolist(), strict=True))
-        return self._observation(), float(progress.rewards[0]), any(ends.values()), False, info
+        terms, ends = progress.terms.tolist()[0], progress.ends.tolist()[0]
+        info["reward_terms"] = dict(zip(self._terms, terms, strict=True))
+        info["ends"] = dict(zip(self._ends, ends, strict=True))
+        return self._observation(), float(progress.rewards[0]), any(ends), False, info
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """An image (rows, columns, 3) for "rgb_array"; a window for "human"."""
@@ -308,7 +309,11 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
             "contact": self._contact(),
             "time": world.time,
         }
-        return info | self._asked.info | self._fault_info()
+        if self._asked.place is not None:
+            info |= self._asked.info
+        if self._faults:
+            info |= self._fault_info()
+        return info
 
     def _contact(self) -> dict[str, bool | float]:
         if not self._batch.collided[0]:
@@ -318,9 +323,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
         return named | {"impulse": impulse}
 
     def _fault_info(self) -> dict[str, Any]:
-        """Empty in an environment without faults."""
         faults = self._batch.faults[0]
-        if faults is None:
-            return {}
+        assert faults is not None
         active = dict(zip(self._faults, faults.active(), strict=True))
         return {"faults": active, "fault_times": self.fault_times}

@@ -42,10 +42,12 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
 * **Many at once.** `gym.make_vec(ID, 64, threads=2)` steps many worlds at once, with the same
   results, bit for bit, as single environments, if the card says *many at once: yes*; otherwise
   `gym.make_vec` uses Gymnasium's own vector environments.
-* **Speed.** A step of `DoorCorridor-v0` takes 36 to 39 us of processor time alone (`gym.make`), and
-  10 to 14 us in a vector of 64: 1.25 to 1.3 times and 0.46 to 0.63 times the ten physics steps of
-  pymunk that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). A reset takes
-  0.9 ms.
+* **Speed.** A step of `DoorCorridor-v0` takes 18 to 23 us of processor time alone (`gym.make`), and
+  13 to 16 us in a vector of 64: 0.78 to 0.86 and 0.54 to 0.60 times the ten physics steps of pymunk
+  that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). Where the robot touches
+  something, 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode takes
+  1 ms more, which these figures leave out. A reset takes 1.5 ms, in other worlds 2 to 8, of patrols
+  5 to 13 (medians, [more](accuracy.md#what-a-step-of-a-world-costs)).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
   worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.

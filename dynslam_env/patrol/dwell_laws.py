@@ -9,6 +9,8 @@ expected to behave as the others, and its own looks decide as they become many.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from scipy.linalg import expm
 
@@ -46,6 +48,12 @@ class DwellLaws:
         i, j = np.indices((len(MEAN_DWELLS),) * 2)
         weights = np.tile(UNEQUAL ** abs(i - j).ravel(), len(SHAPES))
         self.prior = np.append(weights / weights.sum(), 0.0)
+
+
+@cache
+def dwell_laws() -> DwellLaws:
+    """The laws; they are the same for all places."""
+    return DwellLaws()
 
 
 def _rates(shape: int, mean_open: float, mean_closed: float) -> Array:

@@ -12,6 +12,7 @@ from dynslam_env.patrol.dwell_laws import (
     PRIOR_WEIGHT,
     DoorFilter,
     DwellLaws,
+    dwell_laws,
     responsibilities,
     with_still,
 )
@@ -93,7 +94,7 @@ class PlaceDoors:
     """All suspected doors of a place, and the laws that they share."""
 
     def __init__(self) -> None:
-        self.laws = DwellLaws()
+        self.laws = dwell_laws()
         self.doors: list[SuspectedDoor] = []
         self.weights, self.still = self.laws.prior, BARE_STILL_DOORS / BARE_DOORS
         self._refreshed, self._drifted = -math.inf, 0.0  # s, when they were

@@ -10,6 +10,8 @@ doors is Papadimitriou and Yannakakis's Canadian traveller (1991). Doors stand s
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
@@ -67,10 +69,18 @@ class Questions:
         self._places = min(MAX_PLACES, len(cells))
         places = costs.spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])
         nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])
-        self._far = _distances(costs, nodes)
-        self._detours = np.minimum(
-            [self._far[2 * d, 2 * d + 1] for d in range(self._doors)], MAX_DETOUR
-        )
+        self._costs, self._nodes = costs, nodes
+
+    @cached_property
+    def _far(self) -> Array:
+        """(n, n) m, between the nodes; many plans, which a floor needs at the first question."""
+        return _distances(self._costs, self._nodes)
+
+    @cached_property
+    def _detours(self) -> Array:
+        """(d,) m, between the sides of each closed door."""
+        ways = [self._far[2 * d, 2 * d + 1] for d in range(self._doors)]
+        return np.minimum(ways, MAX_DETOUR)
 
     def regret(self, closed: Array, is_open: Bools) -> float | None:
         """s lost at one question, drawn now; None if no way leads there, or nowhere.

@@ -148,8 +148,9 @@ class EffectScanner(Scanner):
         which[: scene.first_edge] = self.panels.codes == code
         return which
 
-    def _draw(self) -> None:
-        super()._draw()
+    def draw(self) -> None:
+        """See `Scanner.draw`."""
+        super().draw()
         if self._power.reach:
             self._chances = self._chance_rng.random((SCANS_PER_DRAW, self.laser.beams))
 

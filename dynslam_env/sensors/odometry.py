@@ -108,7 +108,7 @@ class Odometry:
         observed       (n, 3) written, the same clipped to MAX_DISPLACEMENT
         """
         alphas = self.alpha1, self.alpha2, self.alpha3, self.alpha4
-        _read(which, before, after, noise, self.bias, alphas, displacements, observed)
+        read_displacements(which, before, after, noise, self.bias, alphas, displacements, observed)
 
 
 class _BodyOdometry:
@@ -129,26 +129,24 @@ class _BodyOdometry:
 
 
 class NoiseStreams:
-    """Streams of standard normal numbers, one for the odometry of each of n robots."""
+    """Streams of standard normal numbers, one for the odometry of each of n robots.
+
+    drawn  (n, STEPS_PER_DRAW, 3) numbers of each stream
+    taken  (n,) how many triples of these are used up
+    """
 
     def __init__(self, n: int):
         self._rngs: list[np.random.Generator] = [np.random.default_rng()] * n
-        self._drawn, self._taken = np.zeros((n, STEPS_PER_DRAW, 3)), np.zeros(n, dtype=np.int64)
+        self.drawn, self.taken = np.zeros((n, STEPS_PER_DRAW, 3)), np.zeros(n, dtype=np.int64)
 
     def reset(self, i: int, rng: np.random.Generator) -> None:
         """Let robot `i` draw from `rng` from now on."""
         self._rngs[i] = rng
-        self._draw(i)
+        self.draw(i)
 
-    def take(self, which: Rows, noise: Array) -> None:
-        """Write the next three standard normal numbers of robots `which` into `noise` (n, 3)."""
-        if _take(which, self._drawn, self._taken, noise):
-            for i in np.flatnonzero(self._taken == STEPS_PER_DRAW).tolist():
-                self._draw(i)
-
-    def _draw(self, i: int) -> None:
+    def draw(self, i: int) -> None:
         """Draw the noise of the next STEPS_PER_DRAW steps: fewer calls of numpy are faster."""
-        self._drawn[i], self._taken[i] = self._rngs[i].standard_normal((STEPS_PER_DRAW, 3)), 0
+        self.drawn[i], self.taken[i] = self._rngs[i].standard_normal((STEPS_PER_DRAW, 3)), 0
 
 
 @kernel
@@ -168,19 +166,16 @@ def read_velocities(which, displacements, dt, limits, velocities):
 
 
 @kernel
-def _take(which, drawn, taken, noise):
-    """Copy the next numbers into `noise`; whether any robot has used up its numbers."""
-    used_up = False
+def take(which, drawn, taken, noise):
+    """Copy the next three of the numbers of `NoiseStreams` into `noise` (n, 3)."""
     for i in which:
         for k in range(3):
             noise[i, k] = drawn[i, taken[i], k]
         taken[i] += 1
-        used_up |= taken[i] == drawn.shape[1]
-    return used_up
 
 
 @kernel
-def _read(which, before, after, noise, bias, alphas, displacements, observed):
+def read_displacements(which, before, after, noise, bias, alphas, displacements, observed):
     """Decompose into rotation, translation (negative if backwards), rotation; add the errors."""
     a1, a2, a3, a4 = alphas
     for i in which:

@@ -14,29 +14,34 @@ from slam.geometry import Array
 from slam.kernel import kernel
 
 MOST_STEPS = 64  # physics steps that are kept, see `before`
+MOST_COMMANDS = 64  # control steps of which the commands are kept
 NOBODY, SEVERAL = -2, -1
 STATE_SIZE = 6  # numbers of the state of a body
+BOX_SIZE = 8
 
 # numbers at the beginning of the array
-LEAVES, PEOPLE, ROWS, KEPT, FIXTURES, FIXTURE_MARGIN, STOP_BIAS, HEADER = 0, 1, 2, 3, 4, 5, 6, 8
+LEAVES, PEOPLE, ROWS, KEPT, FIXTURES, FIXTURE_MARGIN, STOP_BIAS = 0, 1, 2, 3, 4, 5, 6
+APART, STEPS, NEXT_CONTROL, HEADER = 7, 8, 9, 10
 
 
 class Bodies(NamedTuple):
     """The moving bodies of a world of d hung leaves and p people.
 
-    numbers   (8,) d, p, number of rows, number of steps in `before`; of the fixtures their number,
+    numbers   (10,) d, p, number of rows, number of steps in `before`; of the fixtures their number,
               the margin around each, m, and the share of its overshoot by which a stop turns a leaf
-              back in a physics step
+              back in a physics step; whether (1 or 0) nothing touches anything, control steps
+              so far, and the time from which on doors or people need another command, s
     rows      (1 + d + p + 1 + p or more, 6) x, y, angle, vx, vy, omega in m, rad, s: the robot,
               leaves, people, then what pulls them: the robot's wheels and the people's feet
     impulses  (1 + d + p, 3) of the joints in the last physics step: pull along x and y, N s, and
               turn, N m s, of the robot; those of motor and stop, N m s, of a leaf; pull of a person
     parts     (1 + d + p, 8) what does not change: see `columns`
-    boxes     (1 + d + p, 4) m, left, bottom, right, top: see `index_boxes`
+    boxes     (1 + d + p, 8) see `index_boxes.sort_in`
     rates     (d,) rad/s, of the leaves' motors
     last      (rows, 6) the rows before the last physics step
     who       (MOST_STEPS + 1,) the body that left its box in a step that is kept, or SEVERAL
     before    (MOST_STEPS + 1, rows, 6) the rows before these steps
+    commands  (MOST_COMMANDS, 3) of the wheels, m/s, m/s, rad/s, in the last control steps
     """
 
     numbers: Array
@@ -48,15 +53,23 @@ class Bodies(NamedTuple):
     last: Array
     who: Array
     before: Array
+    commands: Array
 
 
 def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
     """Room for the `Bodies` of a world, all zero, with `spare_rows` more rows than bodies."""
     parts, rows = 1 + leaves + people, 2 + leaves + 2 * people + spare_rows
     states = rows * STATE_SIZE
-    size = HEADER + MOST_STEPS + 1 + (MOST_STEPS + 3) * states + parts * (3 + COUNT + 4) + leaves
-    memory = np.zeros(size)
-    memory[:3] = leaves, people, rows
+    size = (
+        HEADER
+        + MOST_STEPS
+        + 1
+        + (MOST_STEPS + 3) * states
+        + parts * (3 + COUNT + BOX_SIZE)
+        + leaves
+    )
+    memory = np.zeros(size + 3 * MOST_COMMANDS)
+    memory[:3], memory[APART] = (leaves, people, rows), 1.0
     return memory
 
 
@@ -68,18 +81,20 @@ def bodies_of(memory):
     a = HEADER + states
     b = a + 3 * parts
     c = b + COUNT * parts
-    d = c + 4 * parts
+    d = c + BOX_SIZE * parts
     e = d + leaves
     f = e + states
     g = f + MOST_STEPS + 1
+    h = g + (MOST_STEPS + 1) * states
     return Bodies(
         memory[:HEADER],
         memory[HEADER:a].reshape((rows, STATE_SIZE)),
         memory[a:b].reshape((parts, 3)),
         memory[b:c].reshape((parts, COUNT)),
-        memory[c:d].reshape((parts, 4)),
+        memory[c:d].reshape((parts, BOX_SIZE)),
         memory[d:e],
         memory[e:f].reshape((rows, STATE_SIZE)),
         memory[f:g],
-        memory[g:].reshape((MOST_STEPS + 1, rows, STATE_SIZE)),
+        memory[g:h].reshape((MOST_STEPS + 1, rows, STATE_SIZE)),
+        memory[h:].reshape((MOST_COMMANDS, 3)),
     )

@@ -16,10 +16,11 @@ import pymunk
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 from pymunk._chipmunk_cffi import ffi, lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
-from dynslam_env.simulation.bodies import Bodies
+from dynslam_env.simulation.bodies import KEPT, SEVERAL, Bodies
 from dynslam_env.simulation.index_boxes import sort_in
 from slam.geometry import Array
 from slam.kernel import kernel
@@ -40,12 +41,15 @@ def address(pointer: Any) -> int:
 
 FUNCTION_ADDRESSES = tuple(
     address(ffi.addressof(lib, name))
-    for name in ("cpSpaceStep", "cpSpaceEachBody", "pmSpaceBodyGetIteratorFuncBatched")
-)
+    for name in (
+        "cpSpaceStep", "cpSpaceEachBody", "pmSpaceBodyGetIteratorFuncBatched",
+        "pmSpaceBodySetIteratorFuncBatched", "cpSpaceReindexShape",
+    )
+)  # fmt: skip
 
 
 class BodyStates:
-    """An array that Chipmunk fills with the states of a space's bodies.
+    """An array that Chipmunk fills with the states of a space's bodies, and takes them from.
 
     space  the pymunk space
     rows   (more than bodies, 6) x, y, angle, vx, vy, omega in m, rad, s of the bodies that are not
@@ -68,6 +72,30 @@ class BodyStates:
         """Step the space `steps` times by `dt` s, and fill `rows`."""
         _advance(self._addresses, self._written, steps, dt)
 
+    def place(self) -> None:
+        """Put the bodies where `rows` says."""
+        _place(self._addresses, self._written)
+
+    def place_at(self, rows: Array, count: int, dt: float) -> None:
+        """Put the first `count` bodies where `rows` says, and step once by `dt` s."""
+        own = self.rows.copy()
+        self.rows[:count] = rows[:count]
+        _step_placed(self._addresses, self._written, dt)
+        self.rows[:] = own
+
+    def sort_in(self, bodies: Bodies, shapes: NDArray[np.uintp], count: int, dt: float) -> None:
+        """Sort the `shapes` of the bodies into the space's index as `Bodies.who` and
+        `Bodies.before` say, after physics steps of `dt` s elsewhere.
+
+        shapes  (1 + d + p,) addresses of the shapes
+        count   number of bodies that move, and of what pulls them
+        """
+        own = self.rows.copy()
+        kept = int(bodies.numbers[KEPT])
+        _sort_in(self._addresses, self._written, self.rows, bodies.before[:kept], bodies.who,
+                 shapes, count, dt)  # fmt: skip
+        self.rows[:] = own
+
     def advance_sorted(self, steps: int, dt: float, bodies: Bodies, leaves: int) -> None:
         """As `advance`, and follow the index of Chipmunk: see `index_boxes.sort_in`."""
         before = self.rows.copy()
@@ -79,11 +107,38 @@ class BodyStates:
 
 @kernel(nogil=True)
 def _advance(addresses, written, steps, dt):
-    step, each_body, read, space, batch = addresses
+    step, each_body, read, _, _, space, batch = addresses
     for _ in range(steps):
         _step(step, space, dt)
     written[0] = 0
     _each_body(each_body, space, read, batch)
+
+
+@kernel(nogil=True)
+def _place(addresses, written):
+    _, each_body, _, write, _, space, batch = addresses
+    written[0] = 0
+    _each_body(each_body, space, write, batch)
+
+
+@kernel(nogil=True)
+def _step_placed(addresses, written, dt):
+    _place(addresses, written)
+    _step(addresses[0], addresses[5], dt)
+
+
+@kernel(nogil=True)
+def _sort_in(addresses, written, rows, before, who, shapes, count, dt):
+    for k in range(len(before)):
+        rows[:count] = before[k, :count]
+        if who[k] == SEVERAL:
+            _step_placed(addresses, written, dt)
+            continue
+        b = int(who[k])
+        for j in range(3):
+            rows[b, j] += rows[b, 3 + j] * dt
+        _place(addresses, written)
+        _reindex(addresses[4], addresses[5], shapes[b])
 
 
 @kernel(nogil=True)
@@ -104,6 +159,18 @@ def _step(typingctx, function, space, dt):
         return context.get_dummy_value()
 
     return types.void(types.uintp, types.uintp, types.float64), codegen
+
+
+@intrinsic
+def _reindex(typingctx, function, space, shape):
+    """cpSpaceReindexShape(space, shape)"""
+
+    def codegen(context, builder, signature, args):
+        kind = ir.FunctionType(ir.VoidType(), [arg.type for arg in args[1:]])
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.uintp, types.uintp, types.uintp), codegen
 
 
 @intrinsic

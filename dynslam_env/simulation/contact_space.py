@@ -10,9 +10,10 @@ import pymunk
 from pymunk._chipmunk_cffi import lib
 from pymunk.constraints import Constraint, GearJoint, PivotJoint, RotaryLimitJoint, SimpleMotor
 
-from dynslam_env.simulation.bodies import KEPT, SEVERAL
-from dynslam_env.simulation.chipmunk import BodyStates, impulse_of
+from dynslam_env.simulation.bodies import KEPT
+from dynslam_env.simulation.chipmunk import BodyStates, address, impulse_of
 from dynslam_env.simulation.contacts import FIXED, KINDS_TOUCHED, LEAF, PERSON, ROBOT, Contacts
+from dynslam_env.simulation.pointers import copy_doubles, doubles_of
 from dynslam_env.simulation.solids import Solids
 from slam.geometry import Array
 
@@ -25,7 +26,6 @@ FRICTION = 0.2  # of all solids
 LEAF_MASS = 1e30  # kg: a leaf turns about its hinge, which needs no joint to stay in place
 SET_VELOCITY, SET_ANGULAR_VELOCITY = lib.cpBodySetVelocity, lib.cpBodySetAngularVelocity
 SET_POSITION, SET_ANGLE = lib.cpBodySetPosition, lib.cpBodySetAngle
-REINDEX = lib.cpSpaceReindexShape
 SET_RATE = lib.cpSimpleMotorSetRate
 TOTAL_IMPULSE = lib.cpArbiterTotalImpulse
 
@@ -48,6 +48,7 @@ class ContactSpace:
         self._rows, self._rates = solids.bodies.rows, solids.bodies.rates
         self._first_puller = len(solids.bodies.parts)
         self._contacts, self._others, self._others_touched = contacts, 0, False
+        self._rates_set: list[float] = []
         self.space = pymunk.Space()
         self.space.collision_slop = 0.0005  # m; pymunk's default is meant for pixels
         self._pulled: list[tuple[pymunk.Body, pymunk.Body, list[Constraint]]] = []
@@ -61,8 +62,11 @@ class ContactSpace:
         self._count_contacts()
         self.states = BodyStates(self.space, self._rows)
         self._in_order = self._ordered()
-        self._shapes = [shape._shape for shape in self._moving_shapes()]
-        self._memory = self._impulses_in_memory(solids.bodies.impulses)
+        shapes = [address(shape._shape) for shape in self._moving_shapes()]
+        self._shapes = np.array(shapes, dtype=np.uintp)
+        pairs = self._impulses_in_memory(solids.bodies.impulses)
+        there, here = zip(*pairs, strict=True)
+        self._impulses_there, self._impulses_here = doubles_of(there), doubles_of(here)
         self._check_order()
 
     @property
@@ -74,42 +78,23 @@ class ContactSpace:
         """Begin with the present states, after physics steps of `dt` s elsewhere."""
         self.catch_up(dt)
         if self._bodies.last.any():
-            self._step_from(self._bodies.last, dt)
+            self.states.place_at(self._bodies.last, len(self._in_order), dt)
             self._bodies.last[:] = 0.0
         self.place()
-        for memory, impulses in self._memory:
-            memory[:] = impulses
+        copy_doubles(self._impulses_here, self._impulses_there)
 
     def catch_up(self, dt: float) -> None:
         """Sort the bodies in as they would be by the steps that were made elsewhere."""
-        kept = int(self._bodies.numbers[KEPT])
-        for step, body in enumerate(self._bodies.who[:kept].astype(int).tolist()):
-            rows = self._bodies.before[step]
-            if body == SEVERAL:
-                self._step_from(rows, dt)
-            else:
-                self._sort_in(body, rows[body].tolist(), dt)
+        self.states.sort_in(self._bodies, self._shapes, len(self._in_order), dt)
         self._bodies.numbers[KEPT] = 0
-
-    def _sort_in(self, b: int, before: list[float], dt: float) -> None:
-        """Sort the shape of body `b` in, after a physics step from the state `before`."""
-        x, y, angle, vx, vy, omega = before
-        body = self._in_order[b]
-        SET_POSITION(body, (x + vx * dt, y + vy * dt))
-        SET_ANGLE(body, angle + omega * dt)
-        SET_VELOCITY(body, (vx, vy))
-        REINDEX(self.space._space, self._shapes[b])
-
-    def _step_from(self, rows: Array, dt: float) -> None:
-        self._place(rows)
-        lib.cpSpaceStep(self.space._space, dt)
 
     def place(self) -> None:
         """Put all bodies where their rows are."""
-        self._place(self._rows)
+        self.states.place()
 
-    def _place(self, rows: Array) -> None:
-        for row, body in zip(rows.tolist(), self._in_order, strict=False):
+    def _place_each(self) -> None:
+        """The same, one by one."""
+        for row, body in zip(self._rows.tolist(), self._in_order, strict=False):
             SET_POSITION(body, row[:2])
             SET_ANGLE(body, row[2])
             SET_VELOCITY(body, row[3:5])
@@ -139,20 +124,14 @@ class ContactSpace:
     def advance(self, steps: int, dt: float) -> None:
         """Move the bodies by `steps` physics steps of `dt` s."""
         self._others_touched = self._others > 0
-        pullers = self._rows[self._first_puller :].tolist()
-        for row, (puller, _, _) in zip(pullers, self._pulled, strict=False):
-            SET_VELOCITY(puller._body, row[3:5])
-            SET_ANGULAR_VELOCITY(puller._body, row[5])
-        for d, (rate, (leaf, joints)) in enumerate(
-            zip(self._rates.tolist(), self._hung, strict=False)
-        ):
-            if joints:
-                SET_RATE(joints[0]._constraint, rate)
-            else:
-                SET_VELOCITY(leaf._body, self._rows[1 + d, 3:5].tolist())
+        self.place()  # with the velocities of what pulls, and of leaves that slide
+        if (rates := self._rates.tolist()) != self._rates_set:
+            self._rates_set = rates
+            for rate, (_, joints) in zip(rates, self._hung, strict=False):
+                if joints:
+                    SET_RATE(joints[0]._constraint, rate)
         self.states.advance_sorted(steps, dt, self._bodies, len(self._hung))
-        for memory, impulses in self._memory:
-            impulses[:] = memory
+        copy_doubles(self._impulses_there, self._impulses_here)
 
     # -- building ------------------------------------------------------------------------------
 
@@ -226,7 +205,7 @@ class ContactSpace:
     def _check_order(self) -> None:
         """Raise RuntimeError if pymunk, which documents no order of bodies, has changed it."""
         before = self._rows.copy()
-        self.place()
+        self._place_each()
         self.states.advance(0, 1.0)
         count = len(self._in_order)
         if not np.array_equal(self._rows[:count], before[:count]):

@@ -97,9 +97,11 @@ class DoorMotors:
 
     def flip(self, door: int) -> None:
         """Close an open door, open a closed one."""
-        self._is_open[door] ^= True
-        opened = self.table[SWING, door] * self._angle * (self._is_open & self._turns)[door]
-        self.table[TARGET, door] = self.table[CLOSED, door] + opened
+        self._is_open[door] = is_open = not self._is_open[door]
+        target = self.table.item(CLOSED, door)
+        if is_open and self._turns[door]:
+            target += self.table.item(SWING, door) * self._angle
+        self.table[TARGET, door] = target
 
     def drive(self, leaves: Array, dt: float) -> int:
         """Set the rates for the next `dt` s from the leaves' angles; the number of rates changed.

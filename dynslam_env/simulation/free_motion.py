@@ -26,6 +26,7 @@ from dynslam_env.simulation.bodies import (
 from dynslam_env.simulation.columns import (
     INVERSE_INERTIA,
     INVERSE_MASS,
+    MARGIN,
     MAX_ANGLE,
     MAX_MOTOR,
     MAX_PULL,
@@ -39,6 +40,7 @@ from dynslam_env.simulation.index_boxes import box_of, sort_in
 from slam.kernel import kernel
 
 ROUNDS = 10  # of impulses in a physics step: Chipmunk's default
+FAR = 1e-6  # m, more than the errors of distances: what is off by more need not be measured
 CLEARANCE = 1e-6  # m: nearer than that, Chipmunk looks whether two solids touch
 SMALLEST = np.finfo(np.float64).tiny  # which Chipmunk adds to a length before it divides by it
 
@@ -51,27 +53,32 @@ def move_freely(bodies: Bodies, segments, steps, dt):
 
     segments  (w, 4) m, walls and the edges of immovable leaves, then others
     """
-    numbers, rows, impulses, parts, boxes, rates, last, who, before = bodies
+    numbers, rows, impulses, parts, boxes, rates, last, who, before, _ = bodies
     leaves, people, stop_bias = int(numbers[LEAVES]), int(numbers[PEOPLE]), numbers[STOP_BIAS]
     pairs = _pairs(rows, parts, rates, numbers, segments, steps * dt)
     moved, pushed, sorted_in, kept = rows, impulses, boxes, int(numbers[KEPT])
     if len(pairs):
         moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
     left_box, first = False, kept if len(pairs) else 0  # of the steps that may be overwritten
-    for _ in range(steps):
+    swings, awake = _swings(parts, rates), leaves
+    for step in range(steps):
         before[kept] = moved
         _drift(moved, dt)
         for m in range(len(pairs)):
             gap = _gap(pairs[m, 0], pairs[m, 1], moved, parts, leaves, segments, numbers)
             if gap < CLEARANCE:
                 return False
-        who[kept] = sort_in(moved, moved, parts, leaves, sorted_in)
+        now, who[kept] = kept, sort_in(moved, moved, parts, leaves, sorted_in)
         left_box = who[kept] != NOBODY
         if left_box and kept > first and who[kept] == who[kept - 1] != SEVERAL:
             before[kept - 1] = before[kept]  # the last of a body's steps in a row is enough
         else:
             kept += left_box
-        _solve(moved, pushed, parts, rates, people, stop_bias, dt)
+        _drive(moved, pushed, parts, leaves, people)
+        if awake:
+            _swing(moved, pushed, parts, swings[:, :awake], stop_bias, dt)
+        if step == 0:
+            awake = _awake(moved, pushed, before[now], swings, awake)
     if len(pairs):
         rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
     last[:] = before[kept - 1 if left_box else kept]
@@ -87,14 +94,11 @@ def _drift(rows, dt):
 
 
 @kernel(error_model="numpy")
-def _solve(rows, impulses, parts, rates, people, stop_bias, dt):
-    """All joints."""
-    leaves = len(rates)
+def _drive(rows, impulses, parts, leaves, people):
+    """The joints of the robot and of people."""
     wheels = 1 + leaves + people
     _pull(rows, 0, wheels, impulses, parts)
     _turn(rows, wheels, impulses, parts)
-    for d in range(1, 1 + leaves):
-        _swing(rows, d, rates[d - 1], impulses, parts, stop_bias, dt)
     for k in range(1, 1 + people):
         _pull(rows, leaves + k, wheels + k, impulses, parts)
 
@@ -110,12 +114,20 @@ def _pairs(rows, parts, rates, numbers, segments, duration):
     for k in range(discs):
         b = 0 if k == 0 else leaves + k
         reach = _travel(rows, b, discs + leaves + k, duration) + CLEARANCE
+        x, y = rows[b, 0], rows[b, 1]
+        around = reach + parts[b, RADIUS] + numbers[FIXTURE_MARGIN] + FAR
         for s in range(fixed):
+            if _is_off(x, y, segments, s, around):
+                continue
             if _gap(b, s, rows, parts, leaves, segments, numbers) < reach:
                 pairs[found, 0], pairs[found, 1] = b, s
                 found += 1
         for d in range(1, 1 + leaves):
             swept = reach + _sweep(rows, d, rates[d - 1], parts, duration)
+            longest = parts[d, WIDTH] + abs(parts[d, SIDE]) + parts[d, MARGIN]
+            off = max(abs(rows[d, 0] - x), abs(rows[d, 1] - y))
+            if off > swept + parts[b, RADIUS] + longest + FAR:
+                continue
             if _gap(b, -1 - d, rows, parts, leaves, segments, numbers) < swept:
                 pairs[found, 0], pairs[found, 1] = b, -1 - d
                 found += 1
@@ -126,6 +138,16 @@ def _pairs(rows, parts, rates, numbers, segments, duration):
                 pairs[found, 0], pairs[found, 1] = b, -1 - c
                 found += 1
     return pairs[:found]
+
+
+@kernel(error_model="numpy")
+def _is_off(x, y, segments, i, distance):
+    """Whether the box of a segment is farther from a point than `distance`, m."""
+    x1, y1, x2, y2 = segments[i, 0], segments[i, 1], segments[i, 2], segments[i, 3]
+    return (
+        (x1 > x + distance and x2 > x + distance) or (x1 < x - distance and x2 < x - distance)
+        or (y1 > y + distance and y2 > y + distance) or (y1 < y - distance and y2 < y - distance)
+    )  # fmt: skip
 
 
 @kernel(error_model="numpy")
@@ -223,32 +245,71 @@ def _turn(rows, wheels, impulses, parts):
     rows[0, 5], impulses[0, 2] = omega, j
 
 
+# rows of `swings`, a column for each leaf
+LEAF, RATE, INVERSE, INERTIA, MOST, OMEGA, DRIVEN, STOPPED, BIAS, BEGUN, SWINGS = range(11)
+
+
 @kernel(error_model="numpy")
-def _swing(rows, b, rate, impulses, parts, stop_bias, dt):
-    """The motor of a leaf, and the stops at both ends of its way."""
-    angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]
-    beyond = highest - angle if angle > highest else lowest - angle if angle < lowest else 0.0
-    bias = -stop_bias * beyond / dt
-    omega, driven, stopped = rows[b, 5], impulses[b, 0], impulses[b, 1]
-    if bias == 0.0:
-        stopped = 0.0
-        if rate == 0.0 and omega == 0.0 and driven == 0.0:
-            impulses[b, 1] = 0.0
-            return
-    inverse, most = parts[b, INVERSE_INERTIA], parts[b, MAX_MOTOR]
-    inertia = 1.0 / inverse
-    omega -= driven * inverse
-    omega += stopped * inverse
+def _swings(parts, rates):
+    """(SWINGS, d) room for the numbers of d leaves, with those that do not change."""
+    swings = np.empty((SWINGS, len(rates)))
+    for k in range(len(rates)):
+        inverse = parts[1 + k, INVERSE_INERTIA]
+        swings[LEAF, k], swings[RATE, k], swings[INVERSE, k] = 1 + k, rates[k], inverse
+        swings[INERTIA, k], swings[MOST, k] = 1.0 / inverse, parts[1 + k, MAX_MOTOR]
+    return swings
+
+
+@kernel(error_model="numpy")
+def _swing(rows, impulses, parts, swings, stop_bias, dt):
+    """The motors of leaves, and the stops at both ends of their ways.
+
+    The rounds of all leaves are made together, which a processor does at once for several. A round
+    that changes nothing is not the last here, but so are all after it.
+    """
+    leaf, rates, inverse, inertia, most = (
+        swings[LEAF], swings[RATE], swings[INVERSE], swings[INERTIA], swings[MOST]
+    )  # fmt: skip
+    omega, driven, stopped, bias = swings[OMEGA], swings[DRIVEN], swings[STOPPED], swings[BIAS]
+    for k in range(len(leaf)):
+        b = int(leaf[k])
+        angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]
+        beyond = highest - angle if angle > highest else lowest - angle if angle < lowest else 0.0
+        bias[k] = -stop_bias * beyond / dt
+        driven[k] = impulses[b, 0]
+        stopped[k] = impulses[b, 1] if bias[k] != 0.0 else 0.0
+        swings[BEGUN, k] = impulses[b, 1]
+        omega[k] = rows[b, 5] - driven[k] * inverse[k]
+        omega[k] += stopped[k] * inverse[k]
     for _ in range(ROUNDS):
-        kept = min(max(driven - (rate - omega) * inertia, -most), most)
-        change, driven = kept - driven, kept
-        omega -= change * inverse
-        held = 0.0
-        if bias != 0.0:
-            kept = stopped - (bias + omega) * inertia
-            kept = max(kept, 0.0) if bias < 0.0 else min(kept, 0.0)
-            held, stopped = kept - stopped, kept
-            omega += held * inverse
-        if change == 0.0 and held == 0.0:
-            break
-    rows[b, 5], impulses[b, 0], impulses[b, 1] = omega, driven, stopped
+        for k in range(len(leaf)):
+            kept = min(max(driven[k] - (rates[k] - omega[k]) * inertia[k], -most[k]), most[k])
+            turned = omega[k] - (kept - driven[k]) * inverse[k]
+            driven[k] = kept
+            held = stopped[k] - (bias[k] + turned) * inertia[k]
+            held = max(held, 0.0) if bias[k] < 0.0 else min(held, 0.0)
+            stops = bias[k] != 0.0
+            omega[k] = turned + (held - stopped[k]) * inverse[k] if stops else turned
+            stopped[k] = held if stops else 0.0
+    for k in range(len(leaf)):
+        b = int(leaf[k])
+        swings[BIAS, k] = impulses[b, 0]
+        rows[b, 5], impulses[b, 0], impulses[b, 1] = omega[k], driven[k], stopped[k]
+
+
+@kernel(error_model="numpy")
+def _awake(rows, impulses, before, swings, count):
+    """Sort the first `count` leaves of `swings`, and count those that come first: those that the
+    next physics step moves. The others ended this one as they began it, and so will each further.
+    """
+    awake = 0
+    for k in range(count):
+        b = int(swings[LEAF, k])
+        same = impulses[b, 0] == swings[BIAS, k] and impulses[b, 1] == swings[BEGUN, k]
+        for j in range(6):
+            same = same and rows[b, j] == before[b, j]
+        if not same:
+            for j in range(MOST + 1):
+                swings[j, awake], swings[j, k] = swings[j, k], swings[j, awake]
+            awake += 1
+    return awake

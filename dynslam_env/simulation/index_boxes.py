@@ -15,6 +15,7 @@ from dynslam_env.simulation.bodies import NOBODY, SEVERAL
 from dynslam_env.simulation.columns import MARGIN, RADIUS, SIDE, WIDTH
 from slam.kernel import kernel
 
+ROUNDING = 1e-9  # m, more than the errors of distances
 SLACK = float(np.float32(0.1))  # share of its size, and s of its velocity, by which a box is larger
 
 
@@ -24,6 +25,8 @@ def sort_in(rows, velocities, parts, leaves, boxes):
 
     rows        where the bodies are
     velocities  rows with the velocities with which they came there
+    boxes       (1 + d + p, 8) written: the box, left, bottom, right, top, m; a state x, y, angle of
+                the body within it, and how far, m, the body's own box was then from its edges
     """
     left_it = NOBODY
     for b in range(len(parts)):
@@ -31,15 +34,24 @@ def sort_in(rows, velocities, parts, leaves, boxes):
         resting = vx == 0.0 and vy == 0.0 and velocities[b, 5] == 0.0
         if resting and boxes[b, 0] < boxes[b, 2]:  # it has a box
             continue
-        left, bottom, right, top = box_of(rows, b, parts, 1 <= b <= leaves)
-        if (
-            boxes[b, 0] <= left and boxes[b, 2] >= right
-            and boxes[b, 1] <= bottom and boxes[b, 3] >= top
-        ):  # fmt: skip
+        is_leaf = 1 <= b <= leaves
+        moved = abs(rows[b, 0] - boxes[b, 4]) + abs(rows[b, 1] - boxes[b, 5])
+        if is_leaf:
+            turned = abs(rows[b, 2] - boxes[b, 6])
+            moved += turned * (parts[b, WIDTH] + abs(parts[b, SIDE]))
+        if moved < boxes[b, 7] - ROUNDING:  # it cannot have left its box
+            continue
+        left, bottom, right, top = box_of(rows, b, parts, is_leaf)
+        inside = min(left - boxes[b, 0], boxes[b, 2] - right,
+                     bottom - boxes[b, 1], boxes[b, 3] - top)  # fmt: skip
+        boxes[b, 4], boxes[b, 5], boxes[b, 6] = rows[b, 0], rows[b, 1], rows[b, 2]
+        boxes[b, 7] = inside
+        if inside >= 0.0:
             continue
         wide, high = (right - left) * SLACK, (top - bottom) * SLACK
         boxes[b, 0], boxes[b, 1] = left + min(-wide, vx * SLACK), bottom + min(-high, vy * SLACK)
         boxes[b, 2], boxes[b, 3] = right + max(wide, vx * SLACK), top + max(high, vy * SLACK)
+        boxes[b, 7] = 0.0
         left_it = b if left_it == NOBODY else SEVERAL
     return left_it
 

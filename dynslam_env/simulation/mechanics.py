@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dynslam_env.simulation.bodies import KEPT, MOST_STEPS
+from dynslam_env.simulation.bodies import APART
 from dynslam_env.simulation.contact_space import ContactSpace
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.solids import Solids
@@ -24,35 +24,36 @@ class Mechanics:
         self.bodies, self.contacts = solids.bodies, Contacts()
         self._solids, self._dt = solids, dt
         self._space: ContactSpace | None = None
-        self._apart = True
 
-    def prepare(self, steps: int) -> bool:
-        """Begin so many physics steps; whether all may be apart in them."""
-        self.contacts.begin_step()
-        if self.bodies.numbers[KEPT] + steps > MOST_STEPS:
-            self._made_space().catch_up(self._dt)
-        return self._apart
+    @property
+    def apart(self) -> bool:
+        """Whether nothing touched anything in the last step."""
+        return bool(self.bodies.numbers[APART])
+
+    def catch_up(self) -> None:
+        """Make room for more steps that are not made in a space of Chipmunk."""
+        self._made_space().catch_up(self._dt)
 
     def advance(self, steps: int) -> None:
         """Make so many physics steps in a space of Chipmunk."""
         space = self.in_space()
         space.advance(steps, self._dt)
-        self._apart = not space.touching
+        self.bodies.numbers[APART] = not space.touching
 
     def put_robot(self, pose: Pose2) -> None:
         """Put robot and wheels down, at rest."""
         wheels = len(self.bodies.parts)
         for row in (self.bodies.rows[0], self.bodies.rows[wheels]):
             row[:] = *pose, 0.0, 0.0, 0.0
-        if self._space is not None and not self._apart:
+        if self._space is not None and not self.apart:
             self._space.place()
 
     def in_space(self) -> ContactSpace:
         """The bodies as they are now in a space of Chipmunk, by which they move next."""
         space = self._made_space()
-        if self._apart:
+        if self.apart:
             space.enter(self._dt)
-            self._apart = False
+            self.bodies.numbers[APART] = False
         return space
 
     def _made_space(self) -> ContactSpace:

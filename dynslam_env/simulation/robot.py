@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,29 +65,20 @@ class DifferentialDrive:
         """`dt`: a control step, s; `delay`: from its start until a command takes effect, s."""
         self.bodies, self.poses = np.zeros((n, 6)), np.zeros((n, 3))
         self.velocities, self.wheels = np.zeros((n, 2)), np.zeros((n, 3))
-        self.rolled, self._speeds = np.zeros((n, 2)), np.zeros((n, 2))
-        self._chords = np.zeros((n, 2))
-        self._scale = np.array([robot.max_speed, robot.max_turn])
+        self.rolled, self.speeds = np.zeros((n, 2)), np.zeros((n, 2))
+        self.chords = np.zeros((n, 2))
+        self.scale = np.array([robot.max_speed, robot.max_turn])
         most = robot.acceleration * dt, robot.turn_acceleration * dt
-        self._settings = np.array([robot.wheel_base, *most, dt, delay])
+        self.settings = np.array([robot.wheel_base, *most, dt, delay])
 
     def place(self, i: int, body: NDArray[np.float64]) -> None:
         """Place robot `i` at the pose of its body (6,), at rest."""
-        self.bodies[i], self._chords[i], self._speeds[i] = body, 0.0, 0.0
+        self.bodies[i], self.chords[i], self.speeds[i] = body, 0.0, 0.0
         self.read_bodies(np.array([i]))
-
-    def command(self, which: Rows, actions: NDArray[Any]) -> int:
-        """Set the `wheels` of robots `which` for actions (n, 2), clipped to -1 .. 1.
-
-        Returns the first robot whose action is not two finite numbers, or -1.
-        """
-        return _command(which, actions, self._scale, self._settings,
-                        self.poses, self.velocities, self.wheels, self._chords,
-                        self._speeds, self.rolled)  # fmt: skip
 
     def read_bodies(self, which: Rows) -> None:
         """Update poses and velocities of robots `which` from their `bodies`."""
-        _read_bodies(which, self.bodies, self._chords, self.poses, self.velocities)
+        read_bodies(which, self.bodies, self.chords, self.poses, self.velocities)
 
 
 @kernel
@@ -99,10 +89,15 @@ def _feasible(v, omega, max_speed, wheel_base):
 
 
 @kernel
-def _command(
+def command(
     which, actions, scale, settings, poses, velocities, wheels, chords, speeds, rolled
 ):  # fmt: skip
-    """Set `wheels`, `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`."""
+    """Set the `wheels` of robots `which` for actions (n, 2), clipped to -1 .. 1; see
+    `DifferentialDrive`.
+
+    Also their `chords`, the `speeds` (n, 2) of the wheels, m/s and rad/s, and `rolled`. Returns the
+    first robot whose action is not two finite numbers, or -1.
+    """
     wheel_base, most_v, most_omega, dt, delay = settings
     for i in which:
         a, b = float(actions[i, 0]), float(actions[i, 1])
@@ -133,7 +128,8 @@ def _command(
 
 
 @kernel
-def _read_bodies(which, bodies, chords, poses, velocities):
+def read_bodies(which, bodies, chords, poses, velocities):
+    """Write `poses` and `velocities` of robots `which`: see `DifferentialDrive`."""
     for i in which:
         angle = bodies[i, 2]
         poses[i, 0], poses[i, 1] = bodies[i, 0], bodies[i, 1]

@@ -105,8 +105,7 @@ class TaskProgress:
         kinds = np.array([TERMS.index(name) for name in task.reward], dtype=np.int64)
         weights = np.array(list(task.reward.values()), dtype=np.float64)
         ends = np.array([ENDS.index(name) for name in task.ends], dtype=np.int64)
-        self._terms = TaskTerms(kinds, weights, ends)
-        self._reach = task.reach
+        self.reach, self.task_terms = task.reach, TaskTerms(kinds, weights, ends)
         self._paths, self._legs = np.zeros((n, 2, 2)), np.zeros((n, 2), dtype=np.int64)
         self._at, self._arrived = np.zeros((n, 2)), np.zeros(n, dtype=np.bool_)
         self.terms, self.rewards = np.zeros((n, len(kinds))), np.zeros(n)
@@ -121,7 +120,7 @@ class TaskProgress:
         self._paths[i, : len(points)] = points
         self._legs[i] = 0, len(points) - 2
         self._at[i], self._arrived[i] = pose[:2], False
-        _pass(i, self._paths, self._legs, self._at, self._reach)
+        _pass(i, self._paths, self._legs, self._at, self.reach)
 
     def carried(self, i: int, pose: Array) -> None:
         """Robot `i` was put down at `pose` (3,): that gains nothing, and no leg ends by it."""
@@ -129,9 +128,13 @@ class TaskProgress:
 
     def update(self, which: Rows, poses: Array, collided: NDArray[np.bool_], dt: float) -> None:
         """Compute terms, rewards and ends after a step of `dt` s of robots `which` to `poses`."""
-        positions = PathPositions(self._paths, self._legs, self._at, self._arrived)
         results = StepResults(self.terms, self.rewards, self.ends)
-        _judge(which, poses, collided, dt, self._reach, positions, self._terms, results)
+        judge(which, poses, collided, dt, self.reach, self.positions, self.task_terms, results)
+
+    @property
+    def positions(self) -> PathPositions:
+        """How far along their paths the robots are."""
+        return PathPositions(self._paths, self._legs, self._at, self._arrived)
 
 
 @kernel
@@ -158,11 +161,11 @@ def _pass(i, paths, legs, at, reach):
 
 
 @kernel
-def _judge(
+def judge(
     which, poses, collided, dt, reach, positions: PathPositions, task: TaskTerms,
     results: StepResults,
 ):  # fmt: skip
-    """Advance the robots `which`, and write the results of the step."""
+    """Advance the robots `which`, and write the results of a step of `dt` s."""
     paths, legs, at, arrived = positions
     kinds, weights, ends = task
     terms, rewards, over = results

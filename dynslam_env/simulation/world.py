@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import copy
+import math
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.simulation.bodies import Bodies
+from dynslam_env.simulation.bodies import (
+    KEPT,
+    MOST_COMMANDS,
+    MOST_STEPS,
+    NEXT_CONTROL,
+    STEPS,
+    Bodies,
+)
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.doors import DoorMotors, Doors
 from dynslam_env.simulation.mechanics import Mechanics
@@ -19,14 +27,19 @@ from dynslam_env.simulation.polygons import Polygons
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.simulation.sliding import SlidingDoors
 from dynslam_env.simulation.solids import Solids
-from dynslam_env.simulation.world_step import settle, step_freely
+from dynslam_env.simulation.world_step import (
+    CONTROL_DT,
+    CONTROLLED,
+    FULL,
+    PHYSICS_DT,
+    SUBSTEPS,
+    UNMOVED,
+    begin_step,
+    settle,
+)
 from dynslam_env.worlds.layout import Door, Layout
 from dynslam_env.worlds.start_checks import check_people
 from slam.geometry import Array, Pose2
-
-CONTROL_DT = 0.1  # s, one step of the environment
-SUBSTEPS = 10  # physics steps per control step
-PHYSICS_DT = CONTROL_DT / SUBSTEPS
 
 
 class World:
@@ -41,7 +54,7 @@ class World:
     """
 
     _commands: array[float]
-    """Arguments of all steps so far, three each."""
+    """Arguments of the steps so far, three each, but for those that `Bodies` keeps."""
 
     _put_down: dict[int, Pose2]
     """Poses at which the robot was put down, by the number of steps before."""
@@ -59,7 +72,6 @@ class World:
         self._begun = layout, robot, doors, people, *generators
         self._commands, self._put_down = array("d"), {}
         count = len(layout.doors)
-        self.steps = 0
         is_open = doors.law.initial_states(door_rng.random(count) < doors.open_share, door_rng)
         self._clock = doors.law.clock(count, door_rng)
         self._doors = DoorMotors(layout.doors, doors, is_open)
@@ -76,7 +88,7 @@ class World:
         self.mechanics = Mechanics(solids, PHYSICS_DT)
         motors, shapes = self._doors, self._polygons
         self.moving = solids.memory, self.segments, motors.table, shapes.corners, shapes.first
-        settle(*self.moving, motors.speed, CONTROL_DT)
+        settle(*self.moving, motors.speed)
         self._control()
 
     # -- state ---------------------------------------------------------------------------------
@@ -87,8 +99,11 @@ class World:
     first_edge: int
     """Index of the first edge in `segments`: the number of walls."""
 
+    first_edges: NDArray[np.int64]
+    """(1,) the same."""
+
     moving: tuple[Array, Array, Array, Array, NDArray[np.int64]]
-    """First arguments of `step_freely`."""
+    """First arguments of `begin_step`."""
 
     mechanics: Mechanics
     """Moves the bodies, and holds their states."""
@@ -102,9 +117,14 @@ class World:
         return self.mechanics.contacts
 
     @property
+    def steps(self) -> int:
+        """Control steps since the start."""
+        return int(self.moving[0].item(STEPS))
+
+    @property
     def time(self) -> float:
         """Time since the start, s."""
-        return self.steps * CONTROL_DT
+        return self.moving[0].item(STEPS) * CONTROL_DT
 
     def outline(self) -> Array:
         """(e, 4) m, current edges of all movable solids."""
@@ -112,7 +132,7 @@ class World:
 
     def poses(self) -> Array:
         """(m, 3) x, y in m, angle in rad, of all moving bodies except the robot."""
-        return self._movers[:, :3].copy()
+        return self._places.copy()
 
     def outlines(self, poses: Array) -> Array:
         """(t, e, 4) m, the `outline` at each of the `poses` (t, m, 3) of the bodies."""
@@ -135,38 +155,44 @@ class World:
     @property
     def people(self) -> Array:
         """(p, 2) m, positions of the people; a view."""
-        return self._walking[:, :2]
+        return self._standing
 
     # -- one control step ----------------------------------------------------------------------
 
     def step(self, vx: float, vy: float, omega: float) -> None:
         """Step by CONTROL_DT seconds with the wheels at `vx`, `vy` m/s and `omega` rad/s."""
-        apart = self.begin_step(wheels := (vx, vy, omega))
-        self._wheels[:] = wheels
-        self.finish_step(
-            apart and step_freely(*self.moving, self._doors.speed, SUBSTEPS, PHYSICS_DT)
-        )
+        remains = begin_step(*self.moving, self._doors.speed, (vx, vy, omega))
+        if remains:
+            self.finish_step(remains)
 
-    def begin_step(self, wheels: Sequence[float]) -> bool:
-        """Begin a step; whether the caller may try to make it by `step_freely`."""
-        self._commands.extend(wheels)
-        return self.mechanics.prepare(SUBSTEPS)
-
-    def finish_step(self, moved: bool) -> None:
-        """Finish a step, whose motion the caller has made if `moved`."""
-        if not moved:
+    def finish_step(self, remains: int) -> None:
+        """Do what remains to be done of a step after `begin_step`."""
+        if remains & UNMOVED:
+            self.contacts.begin_step()
             self.mechanics.advance(SUBSTEPS)
-            settle(*self.moving, self._doors.speed, CONTROL_DT)
-        self.steps += 1
-        self._control()
+            settle(*self.moving, self._doors.speed)
+        if remains & CONTROLLED:
+            self._control()
+        if remains & FULL:
+            self._make_room()
+
+    def _make_room(self) -> None:
+        """Move what `Bodies` keeps, where its room is used up."""
+        bodies = self.mechanics.bodies
+        if bodies.numbers[KEPT] + SUBSTEPS > MOST_STEPS:
+            self.mechanics.catch_up()
+        if self.steps % MOST_COMMANDS == 0:
+            self._commands.extend(bodies.commands.flat)
 
     def __reduce__(self) -> tuple[Callable[..., World], tuple[Any, ...]]:
         """A copy is what the same calls give."""
-        return _replayed, (self._begun, self._commands, self._put_down)
+        kept = self.mechanics.bodies.commands[: self.steps % MOST_COMMANDS]
+        commands = self._commands + array("d", kept.flat)
+        return _replayed, (self._begun, commands, self._put_down)
 
     def _control(self) -> None:
         """Set the commands of doors that flip, and of people."""
-        time = self.steps * CONTROL_DT
+        time = self.time
         if self._clock.next_flip <= time:
             for door in self._clock.flips_until(time):
                 self._doors.flip(door)
@@ -175,6 +201,8 @@ class World:
             self._sliding.drive(self._solid, self._parts, self._doors, CONTROL_DT)
         if len(self._feet):
             self._steer_people()
+        always = self._sliding or len(self._feet)
+        self.moving[0][NEXT_CONTROL] = -math.inf if always else self._clock.next_flip
 
     def _steer_people(self) -> None:
         here = np.array([*self.robot[:2], self._robot_radius])
@@ -190,12 +218,13 @@ class World:
     # -- building ------------------------------------------------------------------------------
 
     def _split_states(self, bodies: Bodies) -> None:
-        """Views of the rows of robot, leaves and people, and of the commands of wheels and feet."""
+        """Views of the rows of robot, leaves and people, and of the commands of feet."""
         rows, (hung, count) = bodies.rows, map(int, bodies.numbers[:2])
         last_leaf, last = 1 + hung, 1 + hung + count
         self.robot, self._leaves = rows[0], rows[1:last_leaf]
         self._walking, self._movers, self._solid = rows[last_leaf:last], rows[1:last], rows[:last]
-        self._wheels, self._feet = rows[last, 3:], rows[last + 1 : last + 1 + count, 3:5]
+        self._places, self._standing = self._movers[:, :3], self._walking[:, :2]
+        self._feet = rows[last + 1 : last + 1 + count, 3:5]
 
     def _init_segments(self, solids: Solids) -> None:
         """Allocate `segments`, and write the edges that never change: walls and fixed leaves."""
@@ -203,7 +232,7 @@ class World:
         hung = [door.corners for door in solids.hung]
         self._polygons = Polygons([*hung, *[solids.person] * len(self._feet)])
         immovable = Polygons([door.corners for door in fixed])
-        self.first_edge = len(walls)
+        self.first_edge, self.first_edges = len(walls), np.array([len(walls)])
         first_moving = self.first_edge + immovable.count
         self.segments = np.empty((first_moving + self._polygons.count, 4))
         self.segments[: self.first_edge] = walls

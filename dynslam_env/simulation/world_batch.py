@@ -14,13 +14,15 @@ from dynslam_env.faults.episode_faults import EpisodeFaults
 from dynslam_env.faults.fault import Setting, Surroundings
 from dynslam_env.sensors.effect_scanner import scanner_of
 from dynslam_env.sensors.laser import Scanner
-from dynslam_env.sensors.odometry import NoiseStreams, StepMotion, read_velocities
+from dynslam_env.sensors.odometry import NoiseStreams, Odometry, StepMotion, read_velocities
 from dynslam_env.simulation.config import WorldConfig
 from dynslam_env.simulation.contacts import CONTACT_COLUMNS
+from dynslam_env.simulation.fleet import Fleet
 from dynslam_env.simulation.robot import DifferentialDrive
 from dynslam_env.simulation.task import TaskProgress
-from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, SUBSTEPS, World
-from dynslam_env.simulation.world_table import WorldTable
+from dynslam_env.simulation.world import CONTROL_DT, PHYSICS_DT, World
+from dynslam_env.simulation.world_step import UNMOVED
+from dynslam_env.simulation.world_table import MOTION_NOISE, SCAN_NOISE, WorldTable
 from dynslam_env.worlds.layout import Generator, Layout
 from dynslam_env.worlds.start_checks import check_inside, check_start
 from slam.errors import InputError
@@ -67,7 +69,8 @@ class WorldBatch:
         self.scanners: list[Scanner] = [None] * n  # type: ignore[list-item]
         self.faults: list[EpisodeFaults | None] = [None] * n
         self._noise_streams = NoiseStreams(n)
-        self._wheels: list[list[float]] = []
+        self._at_once, self._door_speed = False, config.doors.speed
+        self._actions = np.zeros((n, 2))
 
     def reset(
         self,
@@ -104,6 +107,7 @@ class WorldBatch:
         if config.faults:  # a stream of their own, which leaves the others as they are
             setting = Setting(config.laser, CONTROL_DT)
             self.faults[i] = EpisodeFaults(config.faults, setting, odometry_rng)
+        self._bind(i)
         self._scan(i)
 
     @property
@@ -117,19 +121,15 @@ class WorldBatch:
 
     def step(self, which: Rows, actions: Array) -> None:
         """Step worlds `which` by CONTROL_DT seconds; actions (n, 2), clipped to -1 .. 1."""
-        drive = self.drive
-        wrong = drive.command(which, actions)
-        if wrong >= 0:
-            raise InputError(f"an action is two finite numbers from -1 to 1, got {actions[wrong]}")
+        if not self._table.bound:  # of a copy
+            for i in range(len(self.worlds)):
+                self._bind(i)
         if self.config.faults:
             self._begin_faults(which, actions)
-        self._before[:] = drive.poses
-        self._wheels = drive.wheels.tolist()
-        self._noise_streams.take(which, self._noise)
+        self._actions = actions
         self._threads.each(self._advance, which)
-        drive.read_bodies(which)
-        self._read_odometry(which)
-        self.progress.update(which, drive.poses, self.collided, CONTROL_DT)
+        if not self._at_once:
+            self._sense(which)
 
     def contact_columns(self) -> dict[str, NDArray[Any]]:
         """(n,) columns of `contacts` by name: bool, and the impulse in N s."""
@@ -146,13 +146,15 @@ class WorldBatch:
         """Stop the threads."""
         self._threads.close()
 
-    def _read_odometry(self, which: Rows) -> None:
-        """Let robots `which` hear their wheels, after the step."""
+    def _sense(self, which: Rows) -> None:
+        """As `WorldTable.sense`, for any odometry, but without the scans."""
+        self.drive.read_bodies(which)
         motion = StepMotion(self._before, self.drive.poses, self.drive.rolled)
         self._sensor.read(which, motion, self._noise, self.displacements, self.odometry)
         for i in which.tolist() if self.config.faults else ():
             self._faults(i).disturb_odometry(self.displacements[i], self.odometry[i])
         read_velocities(which, self.displacements, CONTROL_DT, self._fastest, self.velocities)
+        self.progress.update(which, self.drive.poses, self.collided, CONTROL_DT)
 
     def _faults(self, i: int) -> EpisodeFaults:
         faults = self.faults[i]
@@ -161,13 +163,15 @@ class WorldBatch:
 
     def _begin_faults(self, which: Rows, actions: Array) -> None:
         """Begin the step of the faults of worlds `which`, and carry robots away."""
+        wrong = which[~np.isfinite(actions[which]).all(axis=1)]
+        if len(wrong):
+            raise _wrong_action(actions[wrong[0]])
         for i in which.tolist():
             faults, time = self._faults(i), (self.worlds[i].steps + 1) * CONTROL_DT
             faults.advance(time)
             place = faults.carry(self._surroundings(i), time)
             if place is not None:
                 self._put_robot(i, place)
-                self.drive.command(np.array([i]), actions)
 
     def _put_robot(self, i: int, place: Pose2) -> None:
         self.worlds[i].put_robot(place)
@@ -183,42 +187,73 @@ class WorldBatch:
 
     def _advance(self, which: Rows) -> None:
         """Step the physics of worlds `which`, then scan."""
-        table, rows = self._table, which.tolist()
-        for i in rows:
-            world = self.worlds[i]
-            table.bind(i, world, self.scanners[i])
-            table.apart[i] = world.begin_step(self._wheels[i])
-        speed = self.config.doors.speed
-        table.step(which, self.drive.wheels, self.drive.bodies, speed, SUBSTEPS, PHYSICS_DT)
-        for i, moved in zip(rows, table.moved[which].tolist(), strict=True):
-            self._finish(i, moved)
-        self._look(which, rows)
-
-    def _finish(self, i: int, moved: bool) -> None:
-        """Finish the step of world `i`."""
-        world = self.worlds[i]
-        world.finish_step(moved)
-        if not moved:
-            self.drive.bodies[i] = world.robot
-        if world.contacts.any:
-            self.contacts[i], self.collided[i] = world.contacts.row(), True
-        elif self.collided[i]:
-            self.contacts[i], self.collided[i] = 0.0, False
-
-    def _look(self, which: Rows, rows: list[int]) -> None:
-        if type(scanner := self.scanners[rows[0]]) is Scanner and not self.config.laser.dropout:
-            for i in rows:
-                self._table.scans[i] = self.scanners[i].next_row()
-            self._table.look(which, scanner, self.drive.bodies, self.ranges, self.scans)
+        remains = self._table.begin(which, self._actions, self._door_speed)
+        if remains < 0:
+            raise _wrong_action(self._actions[-1 - remains])
+        if remains:
+            for i in which[self._table.remains[which] > 0].tolist():
+                self._finish(i, int(self._table.remains[i]))
+        if self._at_once:
+            self._table.sense(which)
         else:
-            for i in rows:
-                self._scan(i)
+            self._scan_each(which.tolist())
+
+    def _finish(self, i: int, remains: int) -> None:
+        """Do what remains to be done of the step of world `i`."""
+        world = self.worlds[i]
+        world.finish_step(remains)
+        if remains & UNMOVED:
+            self.drive.bodies[i] = world.robot
+            self.collided[i] = world.contacts.any
+            self.contacts[i] = world.contacts.row() if world.contacts.any else 0.0
+        if remains & MOTION_NOISE:
+            self._noise_streams.draw(i)
+        if remains & SCAN_NOISE and self._at_once:
+            self.scanners[i].draw()
+
+    def _scan_each(self, rows: list[int]) -> None:
+        for i in rows:
+            self._scan(i)
         for i in rows if self.config.faults else ():
             self._faults(i).disturb_scan(self.ranges[i], self.scans[i])
 
     def _scan(self, i: int) -> None:
         world, rows = self.worlds[i], (self.ranges[i], self.scans[i])
         self.scanners[i].look(world.robot, world.segments, world.first_edge, *rows)
+
+    def _bind(self, i: int) -> None:
+        """Let the table know world `i`, and where the arrays are now."""
+        if self.worlds[i] is None:
+            return
+        config, scanner = self.config, self.scanners[i]
+        plain = type(scanner) is Scanner and not config.laser.dropout
+        self._at_once = plain and type(config.odometry) is Odometry and not config.faults
+        if not plain:  # a stand-in, which never looks
+            scanner = Scanner(config.laser, np.random.default_rng(0))
+            scanner.taken[:] = 1
+        self._table.bind(i, self.worlds[i], scanner)
+        if not self._table.bound_to(self.progress.positions.paths):
+            self._table.bind_fleet(self._fleet(scanner))
+
+    def _fleet(self, scanner: Scanner) -> Fleet:
+        """The arrays, where they are now; `scanner` is any of those that look alike."""
+        drive, noise, progress, odometry = (
+            self.drive, self._noise_streams, self.progress, self.config.odometry
+        )  # fmt: skip
+        plain = odometry if isinstance(odometry, Odometry) else Odometry()
+        errors = plain.bias, plain.alpha1, plain.alpha2, plain.alpha3, plain.alpha4
+        return Fleet(
+            drive.scale, drive.settings, drive.poses, drive.velocities, drive.wheels, drive.chords,
+            drive.speeds, drive.rolled, drive.bodies, self._before, self._noise, noise.drawn,
+            noise.taken, np.array(errors), self.displacements, self.odometry, self._fastest,
+            self.velocities, self.collided, *progress.positions, np.array([progress.reach]),
+            *progress.task_terms, progress.terms, progress.rewards, progress.ends,
+            scanner.settings, scanner.fan, self.ranges, self.scans,
+        )  # fmt: skip
+
+
+def _wrong_action(action: Array) -> InputError:
+    return InputError(f"an action is two finite numbers from -1 to 1, got {action}")
 
 
 def actions_of(given: Any, shape: tuple[int, ...]) -> Array:

@@ -1,25 +1,28 @@
-# pyright: reportCallIssue=false
-"""WorldTable: where the arrays of n worlds lie, so that one call of a kernel steps all of them.
-
-A call of a kernel takes 0.2 us for each array. A world has a dozen.
-"""
+"""WorldTable: where the arrays of n worlds lie, so that one call of a kernel steps all of them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
-from numba.np.numpy_support import carray
 from numpy.typing import NDArray
 
-from dynslam_env.sensors.laser import NO_DROPOUT, Scanner
+from dynslam_env.sensors.laser import SCANS_PER_DRAW, Scanner
+from dynslam_env.sensors.odometry import read_displacements, read_velocities, take
 from dynslam_env.sensors.raycast import look
-from dynslam_env.simulation.bodies import LEAVES, PEOPLE, bodies_of
-from dynslam_env.simulation.doors import DOOR_ROWS
-from dynslam_env.simulation.world_step import step_freely
+from dynslam_env.simulation.bodies import bodies_of
+from dynslam_env.simulation.fleet import Fleet, fleet_of
+from dynslam_env.simulation.pointers import (
+    WORDS,
+    integers,
+    pointers_to,
+    short_integers,
+    table,
+    vector,
+)
+from dynslam_env.simulation.robot import command, read_bodies
+from dynslam_env.simulation.task import PathPositions, StepResults, TaskTerms, judge
+from dynslam_env.simulation.world_step import CONTROL_DT, UNMOVED, begin_step
 from slam.geometry import Array
 from slam.kernel import kernel
 
@@ -28,128 +31,107 @@ if TYPE_CHECKING:
 
 Rows = NDArray[np.int64]
 
-# columns: the address of each array of a world, and its length
-MEMORY, SEGMENTS, DOORS, CORNERS, FIRST, NOISE, HITS, SIZES = 0, 1, 2, 3, 4, 5, 6, 7
-FIRST_EDGE = 2 * SIZES
-COLUMNS = FIRST_EDGE + 1
+# arrays of a world and of its scanner
+MEMORY, SEGMENTS, DOORS, CORNERS, FIRST, NOISE, HITS, TAKEN, FIRST_EDGE, ARRAYS = range(10)
+MOTION_NOISE, SCAN_NOISE = 8, 16  # bits beside those of `begin_step`: which noise is used up
 
 
 class WorldTable:
-    """Addresses of the arrays of n worlds and of their scanners. A copy is empty.
+    """Pointers to the arrays of n worlds, of their scanners and of their `Fleet`.
 
-    apart    (n,) bool, whether all of a world may be apart in the next step
-    moved    (n,) bool, whether it was moved as such
-    scans    (n,) row of the noise of the next scan
+    remains  (n,) bits of the last `begin`
     """
 
     def __init__(self, n: int):
-        self._addresses = np.zeros((n, COLUMNS), dtype=np.int64)
-        self._bound: list[tuple[World, Scanner] | None] = [None] * n
-        self.apart, self.moved = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
-        self.scans = np.zeros(n, dtype=np.int64)
+        self._pointers = np.zeros((n, ARRAYS, WORDS), dtype=np.int64)
+        self._fleet_pointers = np.zeros((0, WORDS), dtype=np.int64)
+        self._kept: list[object] = [None] * n  # what the pointers point to
+        self._fleet: Fleet | None = None
+        self.remains = np.zeros(n, dtype=np.int64)
 
     def __reduce__(self) -> tuple[type[WorldTable], tuple[int]]:
         """A copy's worlds lie elsewhere."""
-        return WorldTable, (len(self._bound),)
+        return WorldTable, (len(self.remains),)
+
+    @property
+    def bound(self) -> bool:
+        """Whether there are pointers; a copy has none."""
+        return self._fleet is not None
+
+    def bound_to(self, paths: Array) -> bool:
+        """Whether there are pointers to a fleet with these paths, which may need another array when
+        an episode begins."""
+        return self._fleet is not None and self._fleet.paths is paths
 
     def bind(self, i: int, world: World, scanner: Scanner) -> None:
-        """Let row `i` be this world, if it is not. (Other scanners than `Scanner` look alone.)"""
-        if self._bound[i] is not None and self._bound[i] == (world, scanner):
-            return
-        self._bound[i] = world, scanner
-        seen = (scanner.noise, scanner.hits) if type(scanner) is Scanner else ()
-        arrays = *world.moving, *seen
-        for k, array in enumerate(arrays):
-            self._addresses[i, k], self._addresses[i, SIZES + k] = array.ctypes.data, array.size
-        self._addresses[i, FIRST_EDGE] = world.first_edge
+        """Let row `i` be this world."""
+        arrays = *world.moving, scanner.noise, scanner.hits, scanner.taken, world.first_edges
+        self._pointers[i], self._kept[i] = pointers_to(arrays), arrays
 
-    def step(
-        self, which: Rows, wheels: Array, robots: Array, speed: float, steps: int, dt: float
-    ) -> None:
-        """Move those worlds of `which` in which all is apart by `steps` physics steps of `dt` s.
+    def bind_fleet(self, fleet: Fleet) -> None:
+        """Let the robots be these."""
+        self._fleet_pointers, self._fleet = pointers_to(fleet), fleet
 
-        wheels  (n, 3) commanded velocities, m/s, m/s, rad/s
-        robots  (n, 6) written: states of the robots that were moved
-        speed   rad/s, full speed of leaves
+    def begin(self, which: Rows, actions: Array, speed: float) -> int:
+        """Let robots `which` drive as `actions` (n, 2) say, as far as no Python is needed.
+
+        The bits of all their `remains`; -1 - i, and nothing is done, for a robot i whose action is
+        not two finite numbers.
+
+        speed  rad/s, full speed of leaves
         """
-        _step(which, self._addresses, self.apart, self.moved, wheels, robots, speed, steps, dt)
+        return _begin(which, actions, speed, self._fleet_pointers, self._pointers, self.remains)
 
-    def look(
-        self, which: Rows, scanner: Scanner, robots: Array, ranges: Array,
-        observed: NDArray[np.float32],
-    ) -> None:  # fmt: skip
-        """Measure the scans of worlds `which`, whose scanners are all like `scanner`."""
-        _look(which, self._addresses, self.scans, robots, scanner.settings, scanner.fan,
-              NO_DROPOUT, ranges, observed)  # fmt: skip
-
-
-@intrinsic
-def _floats_at(typingctx, address):
-    """A pointer to floats."""
-
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.DoubleType().as_pointer())
-
-    return types.CPointer(types.float64)(types.int64), codegen
-
-
-@intrinsic
-def _integers_at(typingctx, address):
-    """A pointer to integers of 64 bits."""
-
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-
-    return types.CPointer(types.int64)(types.int64), codegen
-
-
-@intrinsic
-def _short_integers_at(typingctx, address):
-    """A pointer to integers of 32 bits."""
-
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.IntType(32).as_pointer())
-
-    return types.CPointer(types.int32)(types.int64), codegen
-
-
-@kernel
-def _floats(row, k):
-    """The array of column `k` of a row of the table."""
-    return carray(_floats_at(row[k]), (row[SIZES + k],))
-
-
-@kernel
-def _table(row, k, columns):
-    """The same with so many columns."""
-    return carray(_floats_at(row[k]), (row[SIZES + k] // columns, columns))
+    def sense(self, which: Rows) -> None:
+        """Read poses, odometry, progress and scans of robots `which` after a step."""
+        _sense(which, self._fleet_pointers, self._pointers)
 
 
 @kernel(nogil=True, error_model="numpy")
-def _step(which, addresses, apart, moved, wheels, robots, speed, steps, dt):
+def _begin(which, actions, speed, fleet_pointers, pointers, remains):
+    f = fleet_of(fleet_pointers)
+    wrong = command(which, actions, f.scale, f.wheel_settings, f.poses, f.velocities,
+                    f.wheels, f.chords, f.speeds, f.rolled)  # fmt: skip
+    if wrong >= 0:
+        return -1 - wrong
+    take(which, f.drawn, f.taken, f.noise)
+    all_remains = 0
     for i in which:
-        moved[i] = False
-        row = addresses[i]
-        memory = _floats(row, MEMORY)
-        rows = bodies_of(memory).rows
-        puller = 1 + int(memory[LEAVES]) + int(memory[PEOPLE])
-        rows[puller, 3], rows[puller, 4] = wheels[i, 0], wheels[i, 1]
-        rows[puller, 5] = wheels[i, 2]
-        if not apart[i]:
-            continue
-        doors = carray(_floats_at(row[DOORS]), (DOOR_ROWS, row[SIZES + DOORS] // DOOR_ROWS))
-        first = carray(_integers_at(row[FIRST]), (row[SIZES + FIRST],))
-        segments, corners = _table(row, SEGMENTS, 4), _table(row, CORNERS, 2)
-        moved[i] = step_freely(memory, segments, doors, corners, first, speed, steps, dt)
-        robots[i] = rows[0]
+        f.before[i] = f.poses[i]
+        p = pointers[i]
+        doors = table(p[DOORS])
+        segments, corners, first = table(p[SEGMENTS]), table(p[CORNERS]), integers(p[FIRST])
+        wheels = f.wheels[i, 0], f.wheels[i, 1], f.wheels[i, 2]
+        memory = vector(p[MEMORY])
+        remain = begin_step(memory, segments, doors, corners, first, speed, wheels)
+        if not remain & UNMOVED:
+            f.bodies[i] = bodies_of(memory).rows[0]
+        if f.taken[i] == f.drawn.shape[1]:
+            remain |= MOTION_NOISE
+        if integers(p[TAKEN])[0] % SCANS_PER_DRAW == 0:
+            remain |= SCAN_NOISE
+        remains[i] = remain
+        all_remains |= remain
+    return all_remains
 
 
 @kernel(nogil=True, error_model="numpy")
-def _look(which, addresses, scans, robots, settings, fan, lost, ranges, observed):
-    beams = fan.shape[1]
+def _sense(which, fleet_pointers, pointers):
+    f = fleet_of(fleet_pointers)
+    read_bodies(which, f.bodies, f.chords, f.poses, f.velocities)
+    e = f.errors
+    alphas = e[1], e[2], e[3], e[4]
+    read_displacements(which, f.before, f.poses, f.noise, e[0], alphas, f.displacements, f.odometry)
+    read_velocities(which, f.displacements, CONTROL_DT, f.fastest, f.heard)
+    positions = PathPositions(f.paths, f.legs, f.at, f.arrived)
+    results = StepResults(f.terms, f.rewards, f.over)
+    task = TaskTerms(f.kinds, f.weights, f.ends)
+    judge(which, f.poses, f.collided, CONTROL_DT, f.reach[0], positions, task, results)
+    lost = np.empty((0, 0), dtype=np.bool_)
     for i in which:
-        row = addresses[i]
-        noise, segments = _table(row, NOISE, beams), _table(row, SEGMENTS, 4)
-        hits = carray(_short_integers_at(row[HITS]), (beams,))
-        look(robots[i], settings, fan, segments, row[FIRST_EDGE], scans[i], noise, lost,
-             ranges[i], observed[i], hits)  # fmt: skip
+        p = pointers[i]
+        taken = integers(p[TAKEN])
+        row = taken[0] % SCANS_PER_DRAW
+        taken[0] += 1
+        look(f.bodies[i], f.laser, f.fan, table(p[SEGMENTS]), integers(p[FIRST_EDGE])[0], row,
+             table(p[NOISE]), lost, f.ranges[i], f.scans[i], short_integers(p[HITS]))  # fmt: skip

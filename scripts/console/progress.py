@@ -21,6 +21,7 @@ from rich.text import Text
 
 T = TypeVar("T")
 LINE_EVERY = 30.0  # s between lines where standard error is no terminal
+FIRST_LINE = 5.0  # s, the first of them
 RATE_OVER = 300.0  # s, the time that a rate is measured over
 SLOW = 1.0  # a second: below this rate, it is told per minute
 
@@ -35,7 +36,8 @@ class ProgressTracker(Protocol):
 
 def progress_bar() -> Progress:
     """A bar with the count, the rate, the elapsed and the remaining time; it disappears when
-    finished. Where standard error is no terminal, a line of the same every half minute."""
+    finished. Where standard error is no terminal, a line of the same after 5 s, then every half
+    minute."""
     console = Console(stderr=True)
     columns = (
         TextColumn("{task.description}"),
@@ -61,7 +63,8 @@ class _RateColumn(ProgressColumn):
 
 
 class _Lines(Progress):
-    """Draws no bar, and writes a line of every task that is under way every LINE_EVERY s."""
+    """Draws no bar, and writes a line of every task that is under way every LINE_EVERY s, the
+    first after FIRST_LINE."""
 
     def start(self) -> None:
         self._ended = threading.Event()
@@ -71,7 +74,9 @@ class _Lines(Progress):
         self._ended.set()
 
     def _write(self) -> None:
-        while not self._ended.wait(LINE_EVERY):
+        pause = min(FIRST_LINE, LINE_EVERY)
+        while not self._ended.wait(pause):
+            pause = LINE_EVERY
             for task in self.tasks:
                 if not task.finished and task.total != 0:
                     self.console.print(line(task), highlight=False, soft_wrap=True)

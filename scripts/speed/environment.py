@@ -27,6 +27,8 @@ DOORS = (0, 8, 20, 50, 200)
 EXTRA_WALLS = (0, 100, 300, 1000)
 THREADS = (1, 2)
 STEPS_PER_ROUND = 640  # of an environment
+VECTOR_STEPS_PER_ROUND = 1920  # of all worlds together
+WARM_UP_STEPS = 50  # of each world
 SLAM_STEPS_PER_ROUND = 160  # of one with a SLAM
 CROP = 4.0  # m, side of the map that a robot observes
 
@@ -37,7 +39,7 @@ def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Result]
     The floor is the time of the ten calls of pymunk's `Space.step` in a step, measured on a twin in
     the same worlds on the same drive, alternating in each round. That of `SlamWrapper` with
     `map_crop` is the time of its step without. The ratio is the median over the rounds, times are
-    of the fastest round.
+    of the fastest round. Each world has its space of pymunk (1 ms, once an episode) before.
     """
     return [case(rounds) for case in track(list(_cases(num_envs)), "environment")]
 
@@ -71,21 +73,26 @@ def _cases(num_envs: int) -> Iterator[Case]:
     for beams in BEAMS:
         yield lambda rounds, n=beams: _single(f"{n} beams", rounds, laser=Laser(beams=n))
     for doors in DOORS:
-        yield lambda rounds, n=doors: _single(f"{n} doors", rounds, world=_corridor(n))
+        yield lambda rounds, n=doors: _doors(n, rounds)
     for extra in EXTRA_WALLS:
         yield lambda rounds, n=extra: _single(f"{n} more walls", rounds, world=_walled(n))
     yield _crop
     yield _reset
 
 
-def _single(name: str, rounds: int, **parameters: Any) -> Result:
+def _doors(doors: int, rounds: int) -> Result:
+    steps = round(STEPS_PER_ROUND * min(1.0, DOORS[1] / max(doors, 1)))
+    return _single(f"{doors} doors", rounds, steps, world=_corridor(doors))
+
+
+def _single(name: str, rounds: int, steps: int = STEPS_PER_ROUND, **parameters: Any) -> Result:
     def make() -> Made:
         env = gym.make("DoorCorridor-v0", max_episode_steps=10**9, **parameters)
         env.reset(seed=0)
         assert isinstance(env.unwrapped, DoorWorldEnv)
         return env, [env.unwrapped.physics]
 
-    return {"what": name} | _against_floor((make(), make()), (), STEPS_PER_ROUND, rounds)
+    return {"what": name} | _against_floor((make(), make()), (), steps, rounds)
 
 
 def _crop(rounds: int) -> Result:
@@ -121,7 +128,7 @@ def _vector(num_envs: int, threads: int, rounds: int) -> Result:
         return env, env.physics
 
     name = f"one of {num_envs}, gym.make_vec" + (f", {threads} threads" if threads > 1 else "")
-    steps = max(STEPS_PER_ROUND // num_envs, 1)
+    steps = max(VECTOR_STEPS_PER_ROUND // num_envs, 1)
     pair = make(threads), make(1)
     return {"what": name} | _against_floor(pair, (num_envs,), steps, rounds)
 
@@ -131,18 +138,21 @@ def _against_floor(
 ) -> Result:
     """Time drives of `steps` steps, alternating with a twin of which only the physics counts."""
     (env, worlds), (twin, twin_worlds) = pair
+    for world in worlds:
+        world.mechanics.catch_up()  # makes its space, as it would once in the episode
     floors = []
     for world in twin_worlds:
         world.mechanics = timer = PhysicsTimer(world.mechanics)
         floors.append(timer.states)
-    rng, pairs, count = np.random.default_rng(0), [], steps * len(worlds)
-    for _ in range(rounds + 1):
-        actions = rng.uniform(-1, 1, (steps, *shape, 2)).astype(np.float32)
-        spent = _timed(lambda a=actions: _drive(env, a))
-        _drive(twin, actions)
-        pairs.append((sum(floor.spent for floor in floors) / count, spent / count))
+    rng, pairs = np.random.default_rng(0), []
+    for count in (WARM_UP_STEPS, *[steps] * rounds):
+        actions = rng.uniform(-1, 1, (count, *shape, 2)).astype(np.float32)
         for floor in floors:
             floor.spent = 0.0
+        spent = _timed(lambda a=actions: _drive(env, a))
+        _drive(twin, actions)
+        made = count * len(worlds)
+        pairs.append((sum(floor.spent for floor in floors) / made, spent / made))
     lowest, fastest = (min(column) for column in zip(*pairs[1:], strict=True))
     return {
         "floor_us": lowest * 1e6,
@@ -160,11 +170,6 @@ class PhysicsTimer(Mechanics):
         self._timed = mechanics.in_space()
         self.states = TimedStates(self._timed.space, self.bodies.rows)
         self._timed.states = self.states
-
-    def prepare(self, steps: int) -> bool:
-        """See `Mechanics.prepare`: Chipmunk makes all steps."""
-        self.contacts.begin_step()
-        return False
 
     def advance(self, steps: int) -> None:
         """See `Mechanics.advance`."""

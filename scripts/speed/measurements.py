@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 
 SEED = 7  # of the corridor, its doors moving
 BUILDING_SIDE = 200.0  # m
-ENV_ROUNDS_PER_SLAM_ROUND = 3  # a SLAM's round takes longer and varies less
+ENV_ROUNDS_PER_SLAM_ROUND = 9  # a SLAM's round takes longer and varies less
+ENV_ROUNDS_PER_PATROL_ROUND = 3
 TABLES = ["env", "slam", "memory", "patrol", "building", "long"]
 
 
@@ -91,7 +92,7 @@ def _measurements(options: SpeedCommand) -> list[Measurement]:
         episode = record_corridor(SEED, "moving")
         parts.append(Measurement("memory", partial(memory_rows, variants, episode), memory_table))
     if "patrol" in asked:
-        rounds = -(-options.rounds // ENV_ROUNDS_PER_SLAM_ROUND)
+        rounds = -(-options.rounds // ENV_ROUNDS_PER_PATROL_ROUND)
         parts.append(Measurement("patrol", partial(patrol_rows, rounds), patrol_table))
     if "building" in asked:
         parts.append(

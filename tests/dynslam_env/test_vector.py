@@ -290,7 +290,8 @@ def test_a_refused_start_asks_for_another_reset():
 def test_what_goes_wrong_in_a_thread_is_told():
     env: Any = gym.make_vec("DoorCorridor-v0", 3, threads=2)
     env.reset(seed=0)
-    env.physics[1].finish_step = lambda moved: 1 / 0
+    env.physics[1].mechanics.in_space()  # a step in Python
+    env.physics[1].finish_step = lambda remains: 1 / 0
     with pytest.raises(ZeroDivisionError):
         env.step(np.zeros((3, 2), dtype=np.float32))
 

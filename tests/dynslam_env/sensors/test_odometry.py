@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from dynslam_env import Odometry
-from dynslam_env.sensors.odometry import NoiseStreams
+from dynslam_env.sensors.odometry import STEPS_PER_DRAW, NoiseStreams, take
 from slam import InputError, Pose2
 
 NONE = {"alpha1": 0.0, "alpha2": 0.0, "alpha3": 0.0, "alpha4": 0.0}
@@ -50,9 +50,11 @@ def test_every_robot_has_a_stream_of_its_own_and_takes_three_numbers_a_step():
             streams.reset(1, np.random.default_rng(7))
             taken[1].clear()
         which = np.flatnonzero(others.random(3) < 0.6)
-        streams.take(which, noise)
+        take(which, streams.drawn, streams.taken, noise)
         for i in which.tolist():
             taken[i].append(noise[i].copy())
+            if streams.taken[i] == STEPS_PER_DRAW:
+                streams.draw(i)
     for seed, mine in zip((0, 7, 2), taken, strict=True):
         assert np.array_equal(mine, np.random.default_rng(seed).standard_normal((len(mine), 3)))
     assert len(taken[0]) > 200

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.simulation.robot import DifferentialDrive, Robot
+from dynslam_env.simulation.robot import DifferentialDrive, Robot, command
 
 N, DT = 20_000, 0.1
 PIONEER = Robot()
@@ -13,7 +13,9 @@ def commanded(velocities, actions, robot=PIONEER):
     """(n, 2) velocities that the wheels ask for, from `velocities` (n, 2), all on the way."""
     drive = DifferentialDrive(robot, len(actions), DT, 0.01)
     drive.velocities[:] = velocities
-    assert drive.command(np.arange(len(actions)), actions) == -1
+    which, of_robots = np.arange(len(actions)), (drive.poses, drive.velocities, drive.wheels)
+    rest = drive.chords, drive.speeds, drive.rolled
+    assert command(which, actions, drive.scale, drive.settings, *of_robots, *rest) == -1
     omega = drive.wheels[:, 2]
     half = omega * DT / 2
     chord = np.sinc(half / math.pi)
