@@ -12,7 +12,7 @@ import numpy as np
 
 from slam.geometry import Array
 from slam.grid import GridSpec
-from slam.layers.classification import STATIC
+from slam.layers.classification import KEPT, STATIC
 from slam.layers.door_looks import Looks, Views, look
 from slam.layers.door_probability import Evidence, evidence, probability
 from slam.layers.gap_shape import shape_of
@@ -108,10 +108,10 @@ def candidates(
 ) -> list[Candidate]:
     """All gaps of a door's width in straight walls.
 
-    kind  (rows, cols) classes of the cells
+    kind  (rows, cols) classes of the cells; what is KEPT belongs to walls: glass
     went  (rows, cols) bool, cells whose content was seen to go
     """
-    wall = (kind == STATIC) & ~went
+    wall = np.isin(kind, (STATIC, KEPT)) & ~went
     gaps = find_wall_gaps(wall, spec, surface)
     if not gaps:
         return []
