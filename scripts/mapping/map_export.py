@@ -18,7 +18,7 @@ from slam.io.layers import picture, write_doors, write_layers
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
 from slam.layers import Layers
-from slam.layers.classification import DOOR_LEAF, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
+from slam.layers.classification import DOOR_LEAF, GLASS, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
 from slam.sessions.door_memory import remembered, with_remembered
 from slam.sessions.pruning import grown
 from slam.sessions.session import Session, session_of
@@ -217,6 +217,7 @@ def _layer_summary(made: Layers) -> dict[str, Any]:
         "kept_m2": {
             "seen_once": area(made.reason == SEEN_ONCE),
             "seen_in_part": area(made.reason == SEEN_IN_PART),
+            "glass": area(made.reason == GLASS),
         },
         "left_out_m2": {
             "went_away": area(made.reason == WENT_AWAY),
@@ -229,6 +230,8 @@ def _layer_summary(made: Layers) -> dict[str, Any]:
                 "width": round(door.width, 2),
                 "open_share": round(door.open_share, 2),
                 "flips": door.flips,
+                "seen_open_scans": door.seen_open,
+                "seen_closed_scans": door.seen_closed,
             }
             for door in made.doors
         ],

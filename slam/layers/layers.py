@@ -104,7 +104,8 @@ def layers(
 
     resolution  m, side of a cell
     believed    the SLAM's map: what is occupied there is left out only if it was seen to go; None:
-                that is held to be occupied which more scans hit than passed
+                that is held to be occupied which more scans hit than passed. What no beam passed
+                stands, whatever the map says
     known_doors the doors, if they are known, as from layers in cells of 5 cm, in which they are
                 found best; None: they are looked for
 
@@ -139,10 +140,12 @@ def layers(
 def _believed(
     grid: OccupancyGrid | None, spec: GridSpec, surface: SurfaceCells, statistics: CellStatistics
 ) -> np.ndarray:
-    """(rows, cols) bool: occupied in a map; if there is none, hit more often than passed."""
+    """(rows, cols) bool: hit and never passed, or occupied in a map; if there is none, hit more
+    often than passed."""
     if grid is None:
         return _raster(statistics.hits > statistics.passes, spec, surface, False)
-    result = np.zeros(spec.shape, np.bool_)
+    never_passed = (statistics.hits > 0) & (statistics.passes == 0)
+    result = _raster(never_passed, spec, surface, False)
     cells = np.argwhere(grid.solid)
     rows, cols = spec.cells(grid.spec.centres(cells)).T
     inside = (rows >= 0) & (cols >= 0) & (rows < spec.rows) & (cols < spec.cols)

@@ -1,19 +1,24 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.errors import InputError
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.layers import Layers, layers
 from slam.layers.classification import (
     DOOR_LEAF,
+    GLASS,
+    KEPT_REASONS,
     NO_REASON,
     SEEN_IN_PART,
     SEEN_ONCE,
     WENT_AWAY,
 )
+from slam.scan import Scan
 from tests.slam.layers.rooms import AJAR, CLOSED, HOUSE, box, scan, watch
 
 ROOM = box(-3.02, -1.02, 3.02, 1.02)
@@ -271,5 +276,42 @@ def test_nothing_believed_is_lost_without_a_reason(seed: int) -> None:
     made = layers(scans, poses, believed=believed)
     lost = (believed.occupied > 0.5) & believed.observed & ~(made.static | made.kept)
     assert np.isin(made.reason[lost], (WENT_AWAY, DOOR_LEAF)).all()
-    assert np.isin(made.reason[made.kept], (SEEN_ONCE, SEEN_IN_PART)).all()
+    assert np.isin(made.reason[made.kept], KEPT_REASONS).all()
     assert (made.reason[made.static] == NO_REASON).all()
+
+
+PANE = np.array([(-0.5, 1.02, 0.5, 1.02)])
+BEHIND = box(-3.02, -1.02, 3.02, 2.5)
+SIDES = np.array([(-3.02, 1.02, -0.5, 1.02), (0.5, 1.02, 3.02, 1.02)])
+
+
+def seen_through(pane: np.ndarray, poses: list[Pose2], widest: float) -> tuple[list[Scan], Array]:
+    """Scans of a room with a window of glass: beams that meet it at up to `widest` (rad) end."""
+    scans = []
+    for k, pose in enumerate(poses):
+        open_, shut = (
+            scan(np.concatenate([BEHIND, SIDES, more]), pose, k / 10) for more in (pane[:0], pane)
+        )
+        incidence = np.abs(wrap_angle(open_.angles + pose.theta - np.pi / 2))
+        ranges = np.where(incidence <= widest, shut.ranges, open_.ranges)
+        scans.append(replace(open_, ranges=ranges))
+    return scans, np.array(poses)
+
+
+def test_glass_is_kept_and_marked_though_the_slam_holds_it_to_be_free() -> None:
+    scans, poses = seen_through(PANE, drive(60), np.radians(5.0))
+    spec = layers(scans, poses).spec
+    free = OccupancyGrid(spec, np.zeros(spec.shape), np.ones(spec.shape, bool))
+    made = layers(scans, poses, believed=free)
+    rows, cols = made.spec.cells(np.stack([np.arange(-0.4, 0.4, 0.05), np.full(16, 1.02)]).T).T
+    assert set(made.reason[rows, cols].tolist()) <= {GLASS, NO_REASON}
+    assert (made.reason[rows, cols] == GLASS).mean() > 0.8
+    assert made.static_map().solid[rows, cols].mean() > 0.9
+    assert not made.static_map((SEEN_ONCE, SEEN_IN_PART)).solid[rows, cols].any()
+
+
+def test_what_is_hit_at_all_angles_and_goes_is_no_glass() -> None:
+    away, there = seen_through(PANE, drive(60), 0.0), seen_through(PANE, drive(60), np.pi)
+    scans = [replace(one, time=k / 10) for k, one in enumerate([*there[0], *away[0]])]
+    made = layers(scans, np.vstack([there[1], away[1]]))
+    assert not (made.reason == GLASS).any()
