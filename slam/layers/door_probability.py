@@ -34,8 +34,8 @@ class Evidence(NamedTuple):
     odd: float
 
 
-BIAS = -10.2  # nats; with the weights by a logistic regression: see docs/doors.md
-WEIGHTS = Evidence(4.2, 5.0, 5.0, 6.8, 3.6, -4.6)
+BIAS = -22.0  # nats; with the weights by a logistic regression: see docs/doors.md
+WEIGHTS = Evidence(7.4, 13.8, 6.5, 6.7, 3.8, -5.8)
 
 
 def evidence(width: float, shape: GapShape, looks: Looks) -> Evidence:

@@ -6,6 +6,7 @@ is set back from the face of the wall stands in it, or if an open leaf stands be
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from slam.layers.wall_gaps import find_wall_gaps
 
 LEAF_DEPTH = 0.1  # m to either side of the gap in which the closed leaf's cells lie
 JAMB_DEPTH = 0.2  # m to either side of the gap, of the jamb
+SAME_DOOR = 0.35  # m between the middles of two gaps that are one
 SURE, PERHAPS = 0.9, 0.5  # probabilities from which on a gap is called a door, or is listed
 
 
@@ -63,6 +65,11 @@ class MappedDoor(NamedTuple):
         return self.flips > 0
 
     @property
+    def middle(self) -> Array:
+        """(2,) m, map frame."""
+        return self.ends.mean(axis=0)
+
+    @property
     def width(self) -> float:
         """m, between the static cells on either side."""
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
@@ -97,10 +104,22 @@ class Candidate(NamedTuple):
 def find_doors(
     views: Views, kind: np.ndarray, went: np.ndarray, spec: GridSpec, surface: SurfaceCells
 ) -> list[MappedDoor]:
-    """The doors in a map, by decreasing probability, from PERHAPS on: see `candidates`."""
+    """The doors in a map, by decreasing probability, from PERHAPS on: see `candidates`. Of those at
+    the same place the most probable."""
     doors = [_door(one) for one in candidates(views, kind, went, spec, surface)]
     listed = [door for door in doors if door.probability >= PERHAPS]
-    return sorted(listed, key=lambda door: -door.probability)
+    return each_once(listed, SAME_DOOR)
+
+
+def each_once(doors: Iterable[MappedDoor], apart: float) -> list[MappedDoor]:
+    """By decreasing probability, the doors without those that have their middle within `apart`, m,
+    of that of a more probable one."""
+    kept: list[MappedDoor] = []
+    for door in sorted(doors, key=lambda door: -door.probability):
+        away = [np.hypot(*(door.middle - one.middle)) for one in kept]
+        if min(away, default=np.inf) > apart:
+            kept.append(door)
+    return kept
 
 
 def candidates(
