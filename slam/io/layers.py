@@ -84,6 +84,7 @@ def _feature(number: int, door: MappedDoor, week: Week) -> dict[str, Any]:
             "probability": round(door.probability, 3),
             "width_m": round(door.width, 3),
             "open_share": round(door.open_share, 3),
+            "open_probability": round(door.open_probability, 3),
             "flips": door.flips,
             "flips_per_hour": round(door.per_hour, 1),
             "watched_s": round(door.watched, 1),

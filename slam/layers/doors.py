@@ -65,6 +65,14 @@ class MappedDoor(NamedTuple):
         return self.flips > 0
 
     @property
+    def open_probability(self) -> float:
+        """That it is open at some other time. Each time that it was in one state counts as one
+        look, beside one at an open and one at a closed door (Laplace's rule of succession): a door
+        that was seen closed and did not move may well be open another time, here with 1/3."""
+        looks = self.flips + 1 if self.seen_open + self.seen_closed else 0
+        return (looks * self.open_share + 1) / (looks + 2)
+
+    @property
     def middle(self) -> Array:
         """(2,) m, map frame."""
         return self.ends.mean(axis=0)

@@ -90,6 +90,7 @@ def test_a_door_that_closes_and_opens_changes_and_is_found() -> None:
     assert door.width == pytest.approx(0.9, abs=0.15)
     assert door.open_share == pytest.approx(2 / 3, abs=0.12)
     assert door.flips == pytest.approx(5, abs=1)
+    assert 0.5 < door.open_probability < door.open_share
     assert door.per_hour == pytest.approx(3600 * 5 / 27, rel=0.3)
     assert 0.0 <= door.first < door.last <= 27.0
     assert door.sure
@@ -124,6 +125,7 @@ def test_a_door_that_stays_closed_is_told_by_its_shape_and_stands() -> None:
     assert not door.moved
     assert (door.seen_open, door.seen_closed) == (0, 60)
     assert door.open_share == 0
+    assert door.open_probability == pytest.approx(1 / 3)  # it may be open another time
     assert door.per_hour == 0
     assert share_static(made, 1.06, -0.3, 0.3) > 0.9
 
