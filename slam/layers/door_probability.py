@@ -34,8 +34,8 @@ class Evidence(NamedTuple):
     odd: float
 
 
-BIAS = -22.0  # nats; with the weights by a logistic regression: see docs/doors.md
-WEIGHTS = Evidence(7.4, 13.8, 6.5, 6.7, 3.8, -5.8)
+BIAS = -25.7  # nats; with the weights by a logistic regression: see docs/doors.md
+WEIGHTS = Evidence(7.7, 17.1, 7.2, 6.4, 4.0, -6.9)
 
 
 def evidence(width: float, shape: GapShape, looks: Looks) -> Evidence:

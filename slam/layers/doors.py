@@ -142,15 +142,16 @@ def candidates(
     gaps = find_wall_gaps(wall, spec, surface)
     if not gaps:
         return []
-    shapes = [shape_of(ends, kind, wall, spec, surface) for ends in gaps]
-    lines = np.array([line for _, line in shapes])
-    looks = look(views, lines)
-    widths = np.hypot(*(lines[:, 1] - lines[:, 0]).T).tolist()
-    told = [
-        evidence(width, shape, seen)
-        for width, (shape, _), seen in zip(widths, shapes, looks, strict=True)
-    ]
-    return [Candidate(*one) for one in zip(lines, looks, told, strict=True)]
+    shapes, leaves = zip(*(shape_of(ends, kind, wall, spec, surface) for ends in gaps), strict=True)
+    looks = look(views, np.array([*leaves, *gaps]))
+    found = []
+    for k, (ends, shape) in enumerate(zip(gaps, shapes, strict=True)):
+        seen, line = looks[k], leaves[k]
+        if not seen.closed:  # what was seen in the gap is no leaf: people walked by
+            seen, line = looks[len(gaps) + k], ends
+        width = float(np.hypot(*(ends[1] - ends[0])))
+        found.append(Candidate(line, seen, evidence(width, shape, seen)))
+    return found
 
 
 def _door(gap: Candidate) -> MappedDoor:
