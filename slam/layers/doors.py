@@ -133,7 +133,7 @@ def each_once(doors: Iterable[MappedDoor], apart: float) -> list[MappedDoor]:
 def candidates(
     views: Views, kind: np.ndarray, went: np.ndarray, spec: GridSpec, surface: SurfaceCells
 ) -> list[Candidate]:
-    """All gaps of a door's width in straight walls.
+    """All gaps of a door's width in walls that are straight, or nearly so if it was seen to move.
 
     kind  (rows, cols) classes of the cells; what is KEPT belongs to walls: glass
     went  (rows, cols) bool, cells whose content was seen to go
@@ -142,13 +142,15 @@ def candidates(
     gaps = find_wall_gaps(wall, spec, surface)
     if not gaps:
         return []
-    shapes, leaves = zip(*(shape_of(ends, kind, wall, spec, surface) for ends in gaps), strict=True)
-    looks = look(views, np.array([*leaves, *gaps]))
+    shaped = [shape_of(gap.ends, kind, wall, spec, surface) for gap in gaps]
+    looks = look(views, np.array([line for _, line in shaped] + [gap.ends for gap in gaps]))
     found = []
-    for k, (ends, shape) in enumerate(zip(gaps, shapes, strict=True)):
-        seen, line = looks[k], leaves[k]
+    for k, ((ends, straight), (shape, line)) in enumerate(zip(gaps, shaped, strict=True)):
+        seen = looks[k]
         if not seen.closed:  # what was seen in the gap is no leaf: people walked by
             seen, line = looks[len(gaps) + k], ends
+        if not straight and not seen.flips:
+            continue
         width = float(np.hypot(*(ends[1] - ends[0])))
         found.append(Candidate(line, seen, evidence(width, shape, seen)))
     return found

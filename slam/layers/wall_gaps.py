@@ -7,6 +7,8 @@ with a leaf that is set back, or with free space and perhaps the open leaf besid
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from slam.geometry import Array
@@ -21,25 +23,38 @@ MIN_FLANK, MIN_FAR_FLANK = 6, 3  # of the FLANK lengths on one side and the othe
 MAX_STRAY = 2  # lengths within a gap that have wall
 NEAR_LINE = 0.07  # m from the line along a cell's normal, of the wall that a line is fitted to
 ON_LINE, LINE_ERROR = 0.035, 0.008  # m from the fitted line, and more per m, of the wall's cells
-MAX_DEVIATION = 0.02  # m, of a wall from its line
+MAX_DEVIATION = 0.03  # m, of a wall from its line; ...
+STRAIGHT = 0.02  # ... of one that is so straight that a recess in it is one
 SAME_DISTANCE = 0.08  # m between the ends of two gaps that are one
 NO_GAP = -1.0
 
 
-def find_wall_gaps(wall: np.ndarray, spec: GridSpec, surface: SurfaceCells) -> list[Array]:
-    """The gaps, each by its two ends (2, 2), m, map frame, on a face of the wall; the straightest
-    walls first, without gaps with the same ends.
+class WallGap(NamedTuple):
+    """A gap in a wall.
+
+    ends      (2, 2) m, map frame, on a face of the wall
+    straight  whether the walls beside it are so straight that the shape of the gap tells anything;
+              where poses err by some cm, they are not
+    """
+
+    ends: Array
+    straight: bool
+
+
+def find_wall_gaps(wall: np.ndarray, spec: GridSpec, surface: SurfaceCells) -> list[WallGap]:
+    """The gaps, those of the straightest walls first, without gaps with the same ends.
 
     wall  (rows, cols) bool, cells that always stood
     """
     found = _wall_gaps(wall, surface.number, surface.places, surface.normals, spec.origin,
                        1 / spec.resolution)  # fmt: skip
     ends = found[:, :4].reshape(-1, 2, 2)
+    straight = (found[:, 5] <= STRAIGHT) & (found[:, 6] <= 2 * STRAIGHT)
     kept: list[int] = []
-    for k in np.argsort(found[:, 4], kind="stable").tolist():
+    for k in np.lexsort((found[:, 4], ~straight)).tolist():
         if not kept or _apart(ends[kept], ends[k]).min() > SAME_DISTANCE:
             kept.append(k)
-    return list(ends[kept])
+    return [WallGap(ends[k], bool(straight[k])) for k in kept]
 
 
 def _apart(gaps: Array, gap: Array) -> Array:
@@ -51,8 +66,9 @@ def _apart(gaps: Array, gap: Array) -> Array:
 
 @kernel
 def _wall_gaps(wall, number, places, normals, origin, scale):
-    """(n, 5) ends of each gap, and the deviation of the walls on both sides from its line, m."""
-    found, n = np.empty((64, 5)), 0
+    """(n, 7) ends of each gap, and the deviation of the walls from its line, m: the sum of both
+    sides, that before the gap, and that behind it."""
+    found, n = np.empty((64, 7)), 0
     lengths = np.empty((3, FLANK + REACH))  # of each: whether it has wall, its end and its begin, m
     for row in range(wall.shape[0]):
         for col in range(wall.shape[1]):
@@ -72,6 +88,7 @@ def _wall_gaps(wall, number, places, normals, origin, scale):
                     found[n, 0], found[n, 1] = x + gap[0] * tx, y + gap[0] * ty
                     found[n, 2], found[n, 3] = x + gap[1] * tx, y + gap[1] * ty
                     found[n, 4] = deviation + gap[2]
+                    found[n, 5], found[n, 6] = deviation, gap[2]
                     n += 1
     return found[:n]
 
