@@ -21,7 +21,7 @@ from slam.errors import InputError
 from slam.geometry import transform_points
 from slam.layers import layers
 from slam.layers.doors import PERHAPS, SURE
-from slam.metrics.trajectory import FAILURE_ATE, alignment
+from slam.metrics.trajectory import FAILURE_ATE, alignment, ate
 from slam.validation import unknown_name, whole_number
 
 from ..console.output import own_directory, write_png
@@ -91,8 +91,7 @@ def drive(world: str, law: str, seed: int) -> list[Result]:
     done = run(build(VARIANT, episode, seed), episode)
     made = layers(episode.scans, done.poses, believed=done.grid)
     frame = alignment(done.poses, truth.poses)
-    errors = transform_points(frame, done.poses[:, :2]) - truth.poses[:, :2]
-    failed = bool(np.sqrt((errors**2).sum(axis=1).mean()) > FAILURE_ATE)
+    failed = ate(done.poses, truth.poses) > FAILURE_ATE
     places = [transform_points(frame, door.ends).mean(axis=0) for door in made.doors]
     near = np.hypot(*(np.array(places).reshape(-1, 1, 2) - true).transpose(2, 0, 1)) < MAX_ERROR
     right, p = near.any(axis=1), np.array([door.probability for door in made.doors])
