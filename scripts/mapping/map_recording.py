@@ -307,5 +307,9 @@ def _seen(door: dict[str, Any]) -> str:
     scans = {"open": door["seen_open_scans"], "closed": door["seen_closed_scans"]}
     if door["flips"]:
         return f"open {100 * door['open_share']:.0f} % of the time, changes seen: {door['flips']}"
-    seen = " and ".join(f"{state} by {n} scans" for state, n in scans.items() if n)
+    seen = " and ".join(f"{state} by {_scans(n)}" for state, n in scans.items() if n)
     return f"not seen to move: {seen or 'neither open nor closed'}"
+
+
+def _scans(n: int) -> str:
+    return "1 scan" if n == 1 else f"{n} scans"
