@@ -111,7 +111,7 @@ class MapExport:
                     print(f"{part} not written: {error}", file=sys.stderr)
                     failed.append(part)
         if self.layers is not None:
-            summary = {**summary, **_layer_summary(self.layers)}
+            summary = {**summary, **_layer_summary(self.layers, self.drawing)}
         summary = {
             **summary,
             **clock.as_dict(),
@@ -204,7 +204,7 @@ class MapExport:
         return ["map.html"]
 
 
-def _layer_summary(made: Layers) -> dict[str, Any]:
+def _layer_summary(made: Layers, drawing: Drawing) -> dict[str, Any]:
     """Areas (m2), why cells were kept or left out (m2), and doors of the layers."""
 
     def area(cells: np.ndarray) -> float:
@@ -212,7 +212,7 @@ def _layer_summary(made: Layers) -> dict[str, Any]:
 
     return {
         "seen_m2": area(~made.unknown),
-        "stands_m2": area(made.static | made.kept),
+        "stands_m2": area(drawing.standing(made).solid),
         "changes_m2": area(made.changing),
         "kept_m2": {
             "seen_once": area(made.reason == SEEN_ONCE),

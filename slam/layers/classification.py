@@ -47,7 +47,8 @@ def keep(
 ) -> np.ndarray:
     """Set cells to KEPT in `kind` that are of glass, or that another map holds to be occupied and
     that were not seen to go, unless they are static; (rows, cols) each, as is what is returned,
-    uint8: the reasons.
+    uint8: the reasons. What changes is left out for a reason, too, whatever the other map says: it
+    stood there for some time.
 
     once  whether at most one scan saw the cell
     """
@@ -56,7 +57,8 @@ def keep(
     kind[kept] = KEPT
     kept_for = np.where(glass, GLASS, np.where(once, SEEN_ONCE, SEEN_IN_PART))
     left_out_for = np.where(went, WENT_AWAY, DOOR_LEAF)
-    return np.select([kept, doubtful], [kept_for, left_out_for], NO_REASON).astype(np.uint8)
+    left_out = doubtful | (kind == CHANGING)
+    return np.select([kept, left_out], [kept_for, left_out_for], NO_REASON).astype(np.uint8)
 
 
 def remove_flicker(kind: np.ndarray, number: np.ndarray, statistics: CellStatistics) -> None:

@@ -41,8 +41,8 @@ class Layers:
     spec      the grid
     kind      (rows, cols) uint8: UNKNOWN, FREE, STATIC, CHANGING or KEPT
     reason    (rows, cols) uint8: why a cell that is not static is kept (SEEN_ONCE, SEEN_IN_PART,
-              GLASS), or why it is left out though the SLAM's map holds it to be occupied
-              (WENT_AWAY, DOOR_LEAF); NO_REASON elsewhere
+              GLASS), or why it is left out though something stood there for some time, or the
+              SLAM's map holds it to be occupied (WENT_AWAY, DOOR_LEAF); NO_REASON elsewhere
     occupied  (rows, cols) float32, share of its watched time in which a cell was occupied; NaN if
               it was not watched
     rate      (rows, cols) float32, changes of state per watched hour
