@@ -285,7 +285,7 @@ def _print_layers(summary: dict[str, Any]) -> None:
         f"{kept['glass']:.1f} glass"
     )
     print(
-        f"left out: {left_out['went_away']:.1f} m2 where something stood and was seen to come or go, "
+        f"left out: {left_out['went_away']:.1f} m2 of what was seen to come or go, "
         f"{left_out['door_leaf']:.1f} m2 leaves of doors (layers.png shows both)"
     )
     doors = summary["doors"]
