@@ -14,7 +14,7 @@ MOSTLY = SELDOM + CHANGING_SHADES - 1
 KEPT_CELL, STANDS = MOSTLY + 1, MOSTLY + 2
 NAMES = {
     STANDS: "always occupied",
-    KEPT_CELL: "kept: seen once, or by some beams only",
+    KEPT_CELL: "kept: seen once or in part, or glass",
     MOSTLY: "changes, mostly occupied",
     SELDOM: "changes, seldom occupied",
     FREE_CELL: "free",

@@ -24,12 +24,13 @@ from ..figures.style import UNKNOWN
 MAX_CELLS = 9_000_000  # of a picture; more are joined: a browser needs 8 bytes a cell
 BELIEF_SHADES = 14  # from free to occupied; with the unknown 15, so that a pixel takes 4 bits
 CLEAR = (0, 0, 0, 0)
-REASONS = (  # by NO_REASON, SEEN_ONCE, SEEN_IN_PART, WENT_AWAY, DOOR_LEAF
+REASONS = (  # by NO_REASON, SEEN_ONCE, SEEN_IN_PART, WENT_AWAY, DOOR_LEAF, GLASS
     (CLEAR, ""),
     ((150, 90, 230, 255), "kept, though one scan saw it"),
     ((90, 40, 170, 255), "kept, though some beams passed it"),
     ((213, 94, 0, 255), "left out: it was seen to go"),
     ((0, 114, 178, 255), "left out: the open leaf of a door"),
+    ((0, 158, 115, 255), "kept: glass, which beams hit at a right angle only"),
 )
 
 Colour = tuple[int, ...]

@@ -14,6 +14,7 @@ from slam.io.ros_map import read_ros_map
 from slam.layers import Layers, layers
 from slam.layers.classification import (
     DOOR_LEAF,
+    GLASS,
     KEPT_REASONS,
     SEEN_IN_PART,
     SEEN_ONCE,
@@ -30,7 +31,9 @@ from .lasers import Lasers
 from .map_size import check_resolution, check_size
 
 CELL = 0.05  # m, of the cells in which scans are matched and doors are found
-KEPT = {"once": SEEN_ONCE, "part": SEEN_IN_PART, "gone": WENT_AWAY, "leaf": DOOR_LEAF}
+KEPT = {
+    "once": SEEN_ONCE, "part": SEEN_IN_PART, "glass": GLASS, "gone": WENT_AWAY, "leaf": DOOR_LEAF
+}  # fmt: skip
 NONE = "none"
 
 

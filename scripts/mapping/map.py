@@ -48,10 +48,11 @@ class MapCommand(MappedSource):
     resolution: float = 0.05
     """Side of a cell of the maps that are written, m. Scans are matched, and doors looked for, in
     cells of 0.05 m, whatever it is."""
-    keep: str = "once,part"
+    keep: str = "once,part,glass"
     """What counts as standing beside what always stood, separated by commas: once (seen by one scan
-    only), part (hit by some beams, passed by others: glass, a mesh, thin legs), gone (seen to go
-    away), leaf (open leaves of doors); or all, or none of these."""
+    only), part (hit by some beams, passed by others: a mesh, thin legs), glass (hit at a right
+    angle, passed at any other), gone (seen to go away), leaf (open leaves of doors); or all, or
+    none of these."""
     mask: Path | None = None
     """Map (.yaml with its picture) whose black cells are areas to clear: what was measured there is
     left out of the maps and doors that are written, and the cells that were seen are free."""

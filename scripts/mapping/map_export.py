@@ -18,7 +18,7 @@ from slam.io.layers import picture, write_doors, write_layers
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
 from slam.layers import Layers
-from slam.layers.classification import DOOR_LEAF, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
+from slam.layers.classification import DOOR_LEAF, GLASS, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
 from slam.sessions.door_memory import remembered, with_remembered
 from slam.sessions.pruning import grown
 from slam.sessions.session import Session, session_of
@@ -111,7 +111,7 @@ class MapExport:
                     print(f"{part} not written: {error}", file=sys.stderr)
                     failed.append(part)
         if self.layers is not None:
-            summary = {**summary, **_layer_summary(self.layers)}
+            summary = {**summary, **_layer_summary(self.layers, self.drawing)}
         summary = {
             **summary,
             **clock.as_dict(),
@@ -204,7 +204,7 @@ class MapExport:
         return ["map.html"]
 
 
-def _layer_summary(made: Layers) -> dict[str, Any]:
+def _layer_summary(made: Layers, drawing: Drawing) -> dict[str, Any]:
     """Areas (m2), why cells were kept or left out (m2), and doors of the layers."""
 
     def area(cells: np.ndarray) -> float:
@@ -212,11 +212,12 @@ def _layer_summary(made: Layers) -> dict[str, Any]:
 
     return {
         "seen_m2": area(~made.unknown),
-        "stands_m2": area(made.static | made.kept),
+        "stands_m2": area(drawing.standing(made).solid),
         "changes_m2": area(made.changing),
         "kept_m2": {
             "seen_once": area(made.reason == SEEN_ONCE),
             "seen_in_part": area(made.reason == SEEN_IN_PART),
+            "glass": area(made.reason == GLASS),
         },
         "left_out_m2": {
             "went_away": area(made.reason == WENT_AWAY),
@@ -229,6 +230,8 @@ def _layer_summary(made: Layers) -> dict[str, Any]:
                 "width": round(door.width, 2),
                 "open_share": round(door.open_share, 2),
                 "flips": door.flips,
+                "seen_open_scans": door.seen_open,
+                "seen_closed_scans": door.seen_closed,
             }
             for door in made.doors
         ],

@@ -281,11 +281,12 @@ def _print_layers(summary: dict[str, Any]) -> None:
     kept, left_out = summary["kept_m2"], summary["left_out_m2"]
     print(
         f"seen {summary['seen_m2']:.0f} m2; map.yaml: {summary['stands_m2']:.1f} m2 occupied, of "
-        f"them {kept['seen_once']:.1f} seen once, {kept['seen_in_part']:.1f} by some beams only"
+        f"them {kept['seen_once']:.1f} seen once, {kept['seen_in_part']:.1f} by some beams only, "
+        f"{kept['glass']:.1f} glass"
     )
     print(
-        f"left out of the SLAM's map: {left_out['went_away']:.1f} m2 that went away, "
-        f"{left_out['door_leaf']:.1f} m2 leaves of doors"
+        f"left out: {left_out['went_away']:.1f} m2 of what was seen to come or go, "
+        f"{left_out['door_leaf']:.1f} m2 leaves of doors (layers.png shows both)"
     )
     doors = summary["doors"]
     sure = sum(door["probability"] >= SURE for door in doors)
@@ -295,8 +296,20 @@ def _print_layers(summary: dict[str, Any]) -> None:
         x, y = door["middle"]
         print(
             f"  {number:>3}  {min(round(100 * door['probability']), 99)} %, at ({x:.1f}, {y:.1f}), "
-            f"{door['width']:.2f} m wide, open {100 * door['open_share']:.0f} % of the time, "
-            f"changes seen: {door['flips']}"
+            f"{door['width']:.2f} m wide, {_seen(door)}"
         )
     if len(doors) > MAX_DOORS_PRINTED:
         print(f"  and {len(doors) - MAX_DOORS_PRINTED} more, less probable: see doors.geojson")
+
+
+def _seen(door: dict[str, Any]) -> str:
+    """In which states a door was seen."""
+    scans = {"open": door["seen_open_scans"], "closed": door["seen_closed_scans"]}
+    if door["flips"]:
+        return f"open {100 * door['open_share']:.0f} % of the time, changes seen: {door['flips']}"
+    seen = " and ".join(f"{state} by {_scans(n)}" for state, n in scans.items() if n)
+    return f"not seen to move: {seen or 'neither open nor closed'}"
+
+
+def _scans(n: int) -> str:
+    return "1 scan" if n == 1 else f"{n} scans"

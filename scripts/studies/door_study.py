@@ -21,7 +21,7 @@ from slam.errors import InputError
 from slam.geometry import transform_points
 from slam.layers import layers
 from slam.layers.doors import PERHAPS, SURE
-from slam.metrics.trajectory import alignment
+from slam.metrics.trajectory import FAILURE_ATE, alignment, ate
 from slam.validation import unknown_name, whole_number
 
 from ..console.output import own_directory, write_png
@@ -80,6 +80,7 @@ def study_doors(options: DoorsCommand) -> int:
 def drive(world: str, law: str, seed: int) -> list[Result]:
     """The row of one drive.
 
+    failed whether the robot was lost: the map is then not of this place
     found  of each door that is listed: its probability, whether it is right, whether it moved
     doors  of each true door: what was seen of it, and the probability of what was found there
     """
@@ -90,6 +91,7 @@ def drive(world: str, law: str, seed: int) -> list[Result]:
     done = run(build(VARIANT, episode, seed), episode)
     made = layers(episode.scans, done.poses, believed=done.grid)
     frame = alignment(done.poses, truth.poses)
+    failed = ate(done.poses, truth.poses) > FAILURE_ATE
     places = [transform_points(frame, door.ends).mean(axis=0) for door in made.doors]
     near = np.hypot(*(np.array(places).reshape(-1, 1, 2) - true).transpose(2, 0, 1)) < MAX_ERROR
     right, p = near.any(axis=1), np.array([door.probability for door in made.doors])
@@ -98,11 +100,24 @@ def drive(world: str, law: str, seed: int) -> list[Result]:
     ]
     at = (near * p[:, None]).max(axis=0, initial=0.0).tolist()
     doors = [list(pair) for pair in zip(sightings(episode, true), at, strict=True)]
-    return [{"world": world, "law": law, "seed": seed, "found": found, "doors": doors}]
+    row: Result = {"world": world, "law": law, "seed": seed, "failed": failed}
+    return [{**row, "found": found, "doors": doors}]
 
 
 def table(rows: Sequence[Result]) -> str:
-    """Markdown: how many of the true doors were found, and how many of the found are right."""
+    """Markdown: how many of the true doors were found, and how many of the found are right; of all
+    drives, and without those that failed, if any did."""
+    text = _table(rows)
+    good = [row for row in rows if not row["failed"]]
+    if len(good) < len(rows):
+        few = f"{len(rows) - len(good)} of {len(rows)}"
+        text += (
+            f"\nWithout the drives whose ATE is above {FAILURE_ATE} m ({few}):\n\n{_table(good)}"
+        )
+    return text
+
+
+def _table(rows: Sequence[Result]) -> str:
     doors = [door for row in rows for door in row["doors"]]
     lines = [HEADINGS, ("---",) * len(HEADINGS)]
     groups = {name: [p for state, p in doors if state == key] for key, name in STATES.items()}
@@ -128,8 +143,10 @@ def _share(right: Sequence[bool]) -> str:
 
 
 def reliability(rows: Sequence[Result], path: Path) -> None:
-    """Draw the share of right ones among the listed doors against their probability."""
-    found = np.array([one[:2] for row in rows for one in row["found"]], dtype=float).reshape(-1, 2)
+    """Draw the share of right ones among the listed doors against their probability, of drives that
+    did not fail."""
+    listed = [one[:2] for row in rows if not row["failed"] for one in row["found"]]
+    found = np.array(listed, dtype=float).reshape(-1, 2)
     figure = blank_figure(4.0, 3.8)
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color=FAINT, linewidth=0.8)

@@ -40,13 +40,16 @@ PLACES: dict[str, tuple[str, dict[str, Any]]] = {
         )
         for n in LAPS
     },
-    "furnished": (
-        "DoorLoop-v0",
-        {
-            "world": Varied(Loop(people=2), "hard"), "max_episode_steps": 40_000,
-            "laser": Laser(effects=(Surfaces(glass=0.1),)),
-        },
-    ),
+    **{
+        f"furnished-{n}": (
+            "DoorLoop-v0",
+            {
+                "world": Varied(Loop(laps=n, people=2), "hard"), "max_episode_steps": 40_000,
+                "laser": Laser(effects=(Surfaces(glass=0.1),)),
+            },
+        )
+        for n in LAPS
+    },
 }  # fmt: skip
 BASELINE, VARIANTS = "static-ml", ("hmm-ml", "dynamic-graph")
 HEADINGS = ("world", "map", "ghosts per m", "median: times fewer", "mean: times fewer",

@@ -18,7 +18,7 @@ class GhostsCommand:
 
     worlds: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """corridor, office, loop, crowd, rounds-1, -3, -6 or -12 (laps around a block with people),
-    furnished (with furniture, people and glass). Default: all."""
+    furnished-1, -3, -6 or -12 (with furniture, people and glass). Default: all."""
     seeds: int = 20
     """Number of drives in each world."""
     first: int = 8000

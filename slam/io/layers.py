@@ -19,7 +19,7 @@ from slam.io.arrays import parsed
 from slam.io.files import AnyPath, replacing
 from slam.io.guard import RECORD_BYTES, take
 from slam.layers import Layers
-from slam.layers.classification import CHANGING, DOOR_LEAF, FREE, KEPT, STATIC, UNKNOWN
+from slam.layers.classification import CHANGING, FREE, GLASS, KEPT, STATIC, UNKNOWN
 from slam.layers.doors import MappedDoor
 
 Week = dict[str, Any] | None
@@ -84,6 +84,7 @@ def _feature(number: int, door: MappedDoor, week: Week) -> dict[str, Any]:
             "probability": round(door.probability, 3),
             "width_m": round(door.width, 3),
             "open_share": round(door.open_share, 3),
+            "open_probability": round(door.open_probability, 3),
             "flips": door.flips,
             "flips_per_hour": round(door.per_hour, 1),
             "watched_s": round(door.watched, 1),
@@ -128,7 +129,7 @@ def _layers(data: dict[str, np.ndarray]) -> Layers:
         raise ValueError(f"layers of shapes {kind.shape}, {reason.shape}")
     if kind.dtype != np.uint8 or (kind > KEPT).any() or not 0 < resolution < np.inf:
         raise ValueError("kinds of cells, or a resolution, that there are not")
-    if reason.dtype != np.uint8 or (reason > DOOR_LEAF).any():
+    if reason.dtype != np.uint8 or (reason > GLASS).any():
         raise ValueError("reasons that there are not")
     take(RECORD_BYTES * len(data["doors"]))
     doors = tuple(unpacked_door(row) for row in data["doors"].tolist())

@@ -17,7 +17,7 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec, OccupancyGrid
 from slam.io.files import AnyPath, replacing, text_lines
-from slam.io.guard import guarded
+from slam.io.guard import allow, guarded
 from slam.io.one_line import one_line
 from slam.io.pictures import read_picture
 
@@ -99,7 +99,9 @@ def _read(path: Path) -> tuple[OccupancyGrid, Pose2]:
             f"{path}: expected a `resolution` from {MIN_CELL:g} to {MAX_CELL:g} m, got {resolution}"
         )
     x, y = _origin(path, fields)
-    picture = read_picture(path.parent / _text(path, fields, "image"))[::-1]
+    image = path.parent / _text(path, fields, "image")
+    allow(image)  # a map's memory is in proportion to its picture, not to these few lines
+    picture = read_picture(image)[::-1]
     spec = GridSpec(resolution, round(y / resolution), round(x / resolution), *picture.shape)
     occupied = _raw(picture) if mode == "raw" else _scaled(path, fields, picture, mode)
     known = np.isfinite(occupied)

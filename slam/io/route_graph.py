@@ -30,7 +30,7 @@ def write_route_graph(graph: RouteGraph, doors: Sequence[MappedDoor], path: AnyP
     `cost` of an edge is its length, m, and where it passes a door CLOSED_COST times the probability
     that the door is closed. The metadata of an edge through a door are `class` "door", its number
     in doors.geojson (`door`), the probability that it is one (`door_probability`), that it is open
-    (`open_probability`: the share of the watched time), the second part of the cost (`penalty`),
+    (`open_probability`: `MappedDoor.open_probability`), the second part of the cost (`penalty`),
     and `speed_limit`, percent. Those of other edges are `class` "free" and `penalty` 0. Raises
     InputError for a graph without edges, which the server takes for malformed.
     """
@@ -64,14 +64,14 @@ def _edge(line: np.ndarray, properties: dict[str, Any]) -> dict[str, Any]:
 
 def _cost(length: float, number: int, door: MappedDoor | None) -> dict[str, Any]:
     """`cost`, `overridable` and `metadata` of an edge."""
-    penalty = 0.0 if door is None else round(CLOSED_COST * (1.0 - float(door.open_share)), 3)
+    penalty = 0.0 if door is None else round(CLOSED_COST * (1.0 - float(door.open_probability)), 3)
     metadata: dict[str, Any] = {"class": "free", "penalty": penalty}
     if door is not None:
         metadata |= {
             "class": "door",
             "door": number + 1,
             "door_probability": round(float(door.probability), 3),
-            "open_probability": round(float(door.open_share), 3),
+            "open_probability": round(float(door.open_probability), 3),
             "speed_limit": float(DOOR_LIMIT),
         }
     return {"cost": round(length + penalty, 3), "overridable": True, "metadata": metadata}

@@ -17,6 +17,7 @@ import numpy as np
 from slam.geometry import Array
 from slam.grid import GridSpec
 from slam.kernel import kernel
+from slam.layers.glass import Incidence, meet
 from slam.layers.sides import Sides, see
 from slam.layers.surface import SurfaceCells, beams
 from slam.maps.rays import Rays
@@ -63,6 +64,7 @@ class CellStatistics(NamedTuple):
     belief: np.ndarray
     scan: np.ndarray
     sides: Sides
+    incidence: Incidence
 
     @staticmethod
     def none(n: int) -> CellStatistics:
@@ -80,6 +82,7 @@ class CellStatistics(NamedTuple):
             belief,
             np.full(n, -1, np.int32),
             Sides.none(n),
+            Incidence.none(n),
         )
 
 
@@ -120,6 +123,7 @@ def _add_hits(sensor, ends, hit, x, y, scale, moment, surface, cells):
                     cells.hits[i] += 1
                     px, py = surface.places[i, 0] - sensor[0], surface.places[i, 1] - sensor[1]
                     see(i, px, py, True, cells.sides)
+                    meet(i, _cosine(px, py, surface.normals[i]), True, cells.incidence)
                     _add(i, True, moment, cells)
     for k in range(len(ends)):
         if not hit[k]:
@@ -167,6 +171,7 @@ def _add_passes(sensor, ends, hit, x, y, scale, moment, surface, cells, passed):
                     cells.scan[i] = moment[0]
                     cells.passes[i] += 1
                     see(i, px, py, False, cells.sides)
+                    meet(i, across, False, cells.incidence)
                     _add(i, False, moment, cells)
             if to_row < to_col:
                 if to_row >= length:
@@ -178,6 +183,13 @@ def _add_passes(sensor, ends, hit, x, y, scale, moment, surface, cells, passed):
                     break
                 col += step_col
                 to_col += more_col
+
+
+@kernel
+def _cosine(x, y, normal):
+    """Of the angle of incidence of a beam along (x, y) on a surface; 0 without a normal."""
+    away = np.hypot(x, y)
+    return abs(x * normal[0] + y * normal[1]) / away if away > 0 else 0.0
 
 
 @kernel

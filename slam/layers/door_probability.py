@@ -34,8 +34,8 @@ class Evidence(NamedTuple):
     odd: float
 
 
-BIAS = -10.2  # nats; with the weights by a logistic regression: see docs/doors.md
-WEIGHTS = Evidence(4.2, 5.0, 5.0, 6.8, 3.6, -4.6)
+BIAS = -25.7  # nats; with the weights by a logistic regression: see docs/doors.md
+WEIGHTS = Evidence(7.7, 17.1, 7.2, 6.4, 4.0, -6.9)
 
 
 def evidence(width: float, shape: GapShape, looks: Looks) -> Evidence:

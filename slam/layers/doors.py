@@ -6,13 +6,14 @@ is set back from the face of the wall stands in it, or if an open leaf stands be
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from slam.geometry import Array
 from slam.grid import GridSpec
-from slam.layers.classification import STATIC
+from slam.layers.classification import KEPT, STATIC
 from slam.layers.door_looks import Looks, Views, look
 from slam.layers.door_probability import Evidence, evidence, probability
 from slam.layers.gap_shape import shape_of
@@ -21,6 +22,7 @@ from slam.layers.wall_gaps import find_wall_gaps
 
 LEAF_DEPTH = 0.1  # m to either side of the gap in which the closed leaf's cells lie
 JAMB_DEPTH = 0.2  # m to either side of the gap, of the jamb
+SAME_DOOR = 0.35  # m between the middles of two gaps that are one
 SURE, PERHAPS = 0.9, 0.5  # probabilities from which on a gap is called a door, or is listed
 
 
@@ -63,6 +65,19 @@ class MappedDoor(NamedTuple):
         return self.flips > 0
 
     @property
+    def open_probability(self) -> float:
+        """That it is open at some other time. Each time that it was in one state counts as one
+        look, beside one at an open and one at a closed door (Laplace's rule of succession): a door
+        that was seen closed and did not move may well be open another time, here with 1/3."""
+        looks = self.flips + 1 if self.seen_open + self.seen_closed else 0
+        return (looks * self.open_share + 1) / (looks + 2)
+
+    @property
+    def middle(self) -> Array:
+        """(2,) m, map frame."""
+        return self.ends.mean(axis=0)
+
+    @property
     def width(self) -> float:
         """m, between the static cells on either side."""
         return float(np.hypot(*(self.ends[1] - self.ends[0])))
@@ -97,33 +112,48 @@ class Candidate(NamedTuple):
 def find_doors(
     views: Views, kind: np.ndarray, went: np.ndarray, spec: GridSpec, surface: SurfaceCells
 ) -> list[MappedDoor]:
-    """The doors in a map, by decreasing probability, from PERHAPS on: see `candidates`."""
+    """The doors in a map, by decreasing probability, from PERHAPS on: see `candidates`. Of those at
+    the same place the most probable."""
     doors = [_door(one) for one in candidates(views, kind, went, spec, surface)]
     listed = [door for door in doors if door.probability >= PERHAPS]
-    return sorted(listed, key=lambda door: -door.probability)
+    return each_once(listed, SAME_DOOR)
+
+
+def each_once(doors: Iterable[MappedDoor], apart: float) -> list[MappedDoor]:
+    """By decreasing probability, the doors without those that have their middle within `apart`, m,
+    of that of a more probable one."""
+    kept: list[MappedDoor] = []
+    for door in sorted(doors, key=lambda door: -door.probability):
+        away = [np.hypot(*(door.middle - one.middle)) for one in kept]
+        if min(away, default=np.inf) > apart:
+            kept.append(door)
+    return kept
 
 
 def candidates(
     views: Views, kind: np.ndarray, went: np.ndarray, spec: GridSpec, surface: SurfaceCells
 ) -> list[Candidate]:
-    """All gaps of a door's width in straight walls.
+    """All gaps of a door's width in walls that are straight, or nearly so if it was seen to move.
 
-    kind  (rows, cols) classes of the cells
+    kind  (rows, cols) classes of the cells; what is KEPT belongs to walls: glass
     went  (rows, cols) bool, cells whose content was seen to go
     """
-    wall = (kind == STATIC) & ~went
+    wall = np.isin(kind, (STATIC, KEPT)) & ~went
     gaps = find_wall_gaps(wall, spec, surface)
     if not gaps:
         return []
-    shapes = [shape_of(ends, kind, wall, spec, surface) for ends in gaps]
-    lines = np.array([line for _, line in shapes])
-    looks = look(views, lines)
-    widths = np.hypot(*(lines[:, 1] - lines[:, 0]).T).tolist()
-    told = [
-        evidence(width, shape, seen)
-        for width, (shape, _), seen in zip(widths, shapes, looks, strict=True)
-    ]
-    return [Candidate(*one) for one in zip(lines, looks, told, strict=True)]
+    shaped = [shape_of(gap.ends, kind, wall, spec, surface) for gap in gaps]
+    looks = look(views, np.array([line for _, line in shaped] + [gap.ends for gap in gaps]))
+    found = []
+    for k, ((ends, straight), (shape, line)) in enumerate(zip(gaps, shaped, strict=True)):
+        seen = looks[k]
+        if not seen.closed:  # what was seen in the gap is no leaf: people walked by
+            seen, line = looks[len(gaps) + k], ends
+        if not straight and not seen.flips:
+            continue
+        width = float(np.hypot(*(ends[1] - ends[0])))
+        found.append(Candidate(line, seen, evidence(width, shape, seen)))
+    return found
 
 
 def _door(gap: Candidate) -> MappedDoor:

@@ -7,8 +7,9 @@ from collections.abc import Collection
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt
 
-from slam.layers.classification import CHANGING, EIGHT_NEIGHBOURS, SEEN_IN_PART, UNKNOWN
+from slam.layers.classification import CHANGING, GLASS, SEEN_IN_PART, UNKNOWN
 from slam.layers.layers import Layers
+from slam.layers.regions import EIGHT_NEIGHBOURS
 
 CLOSED, OPEN, NO_LIMIT, UNSEEN = 100, 0, 0, -1  # percent; UNSEEN: the filters do nothing there
 DOOR_LIMIT, CHANGING_LIMIT = 50, 70  # percent of the speed, near doors and near what changed
@@ -24,7 +25,8 @@ def keepout_mask(layers: Layers, keep: Collection[int]) -> np.ndarray:
     Glass, meshes and thin legs are in the map, but what the robot's own laser sees from near may
     clear them from its costmaps; this mask does not.
     """
-    doubtful = layers.kept & (layers.reason == SEEN_IN_PART) & (SEEN_IN_PART in keep)
+    reasons = [one for one in (SEEN_IN_PART, GLASS) if one in keep]
+    doubtful = layers.kept & np.isin(layers.reason, reasons)
     closed = binary_dilation(doubtful, EIGHT_NEIGHBOURS, CLOSED_MARGIN)
     return _percent(layers, [closed], [CLOSED], OPEN)
 

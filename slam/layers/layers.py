@@ -25,6 +25,7 @@ from slam.layers.classification import (
 )
 from slam.layers.door_looks import Views
 from slam.layers.doors import MappedDoor, find_doors, in_closed_leaves
+from slam.layers.glass import panes
 from slam.layers.open_leaves import open_swings
 from slam.layers.sides import went_away
 from slam.layers.surface import SurfaceCells, extent, find_surface
@@ -39,9 +40,9 @@ class Layers:
 
     spec      the grid
     kind      (rows, cols) uint8: UNKNOWN, FREE, STATIC, CHANGING or KEPT
-    reason    (rows, cols) uint8: why a cell that the SLAM's map holds to be occupied, and that is
-              not static, is kept (SEEN_ONCE, SEEN_IN_PART) or left out (WENT_AWAY, DOOR_LEAF);
-              NO_REASON elsewhere
+    reason    (rows, cols) uint8: why a cell that is not static is kept (SEEN_ONCE, SEEN_IN_PART,
+              GLASS), or why it is left out though something stood there for some time, or the
+              SLAM's map holds it to be occupied (WENT_AWAY, DOOR_LEAF); NO_REASON elsewhere
     occupied  (rows, cols) float32, share of its watched time in which a cell was occupied; NaN if
               it was not watched
     rate      (rows, cols) float32, changes of state per watched hour
@@ -69,8 +70,8 @@ class Layers:
 
     @property
     def kept(self) -> np.ndarray:
-        """(rows, cols) bool: occupied by the SLAM's map and not seen to go, though seen once, or by
-        some beams only: what is thin, or of glass."""
+        """(rows, cols) bool: not seen to go, though seen once, or by some beams only: what is thin,
+        or of glass."""
         return self.kind == KEPT
 
     @property
@@ -103,7 +104,8 @@ def layers(
 
     resolution  m, side of a cell
     believed    the SLAM's map: what is occupied there is left out only if it was seen to go; None:
-                that is held to be occupied which more scans hit than passed
+                that is held to be occupied which more scans hit than passed. What no beam passed
+                stands, whatever the map says
     known_doors the doors, if they are known, as from layers in cells of 5 cm, in which they are
                 found best; None: they are looked for
 
@@ -117,9 +119,10 @@ def layers(
     surface = find_surface(scans, poses, rays, spec)
     statistics, passed = observe(scans, poses, rays, spec, surface)
     occupied = _believed(believed, spec, surface, statistics)
-    went = went_away(statistics.sides)
-    kind = classify(surface, statistics, passed)
-    gone = _raster(went, spec, surface, False)
+    pane = panes(statistics.incidence, surface, spec)
+    went = went_away(statistics.sides) & ~pane
+    kind = classify(surface, statistics, passed, pane)
+    gone, glass = (_raster(values, spec, surface, False) for values in (went, pane))
     views = Views(scans, poses, rays, session_times(scans))
     found = known_doors is None
     doors = find_doors(views, kind, gone, spec, surface) if found else list(known_doors)
@@ -130,17 +133,19 @@ def layers(
     hinged = open_swings(kind, spec, doors)
     doors = hinged if found else doors
     once = _raster(statistics.hits < MIN_HITS, spec, surface, True)
-    reason = keep(kind, occupied, gone, once)
+    reason = keep(kind, glass, occupied, gone, once)
     return Layers(spec, kind, reason, *_times(spec, surface, statistics), tuple(doors))
 
 
 def _believed(
     grid: OccupancyGrid | None, spec: GridSpec, surface: SurfaceCells, statistics: CellStatistics
 ) -> np.ndarray:
-    """(rows, cols) bool: occupied in a map; if there is none, hit more often than passed."""
+    """(rows, cols) bool: hit and never passed, or occupied in a map; if there is none, hit more
+    often than passed."""
     if grid is None:
         return _raster(statistics.hits > statistics.passes, spec, surface, False)
-    result = np.zeros(spec.shape, np.bool_)
+    never_passed = (statistics.hits > 0) & (statistics.passes == 0)
+    result = _raster(never_passed, spec, surface, False)
     cells = np.argwhere(grid.solid)
     rows, cols = spec.cells(grid.spec.centres(cells)).T
     inside = (rows >= 0) & (cols >= 0) & (rows < spec.rows) & (cols < spec.cols)

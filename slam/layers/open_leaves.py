@@ -10,8 +10,9 @@ import numpy as np
 
 from slam.geometry import Array
 from slam.grid import GridSpec
-from slam.layers.classification import CHANGING, STATIC, components
+from slam.layers.classification import CHANGING, STATIC
 from slam.layers.doors import JAMB_DEPTH, MappedDoor, in_gap
+from slam.layers.regions import components
 
 SWING_BESIDE, SWING_BEYOND = 0.3, 0.25  # m beside the gap and beyond its width, for an open leaf
 JAMB_LENGTH = 0.12  # m from the gap's ends, where static cells may be the jamb

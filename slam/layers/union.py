@@ -13,7 +13,7 @@ import numpy as np
 
 from slam.grid import GridSpec
 from slam.layers.classification import CHANGING, FREE, KEPT, STATIC, UNKNOWN
-from slam.layers.doors import MappedDoor
+from slam.layers.doors import each_once
 from slam.layers.layers import Layers
 
 STRONGER = (UNKNOWN, FREE, CHANGING, KEPT, STATIC)  # the later class holds
@@ -38,7 +38,7 @@ def united(parts: Sequence[Layers]) -> Layers:
         stronger = rank[part.kind] > rank[whole.kind[at]]
         for name in ("kind", "reason", "occupied", "rate", "watched"):
             getattr(whole, name)[at][stronger] = getattr(part, name)[stronger]
-    doors = _once([door for part in parts for door in part.doors])
+    doors = tuple(each_once((door for part in parts for door in part.doors), SAME_DOOR))
     return Layers(spec, whole.kind, whole.reason, whole.occupied, whole.rate, whole.watched, doors)
 
 
@@ -54,13 +54,3 @@ def _blank(spec: GridSpec) -> Layers:
     kind, reason = np.zeros(spec.shape, np.uint8), np.zeros(spec.shape, np.uint8)
     rate, watched = np.zeros(spec.shape, np.float32), np.zeros(spec.shape, np.float32)
     return Layers(spec, kind, reason, np.full(spec.shape, np.nan, np.float32), rate, watched, ())
-
-
-def _once(doors: list[MappedDoor]) -> tuple[MappedDoor, ...]:
-    """Each door once, by decreasing probability."""
-    kept: list[MappedDoor] = []
-    for door in sorted(doors, key=lambda door: -door.probability):
-        away = [np.hypot(*(door.ends.mean(axis=0) - one.ends.mean(axis=0))) for one in kept]
-        if min(away, default=np.inf) > SAME_DOOR:
-            kept.append(door)
-    return tuple(kept)

@@ -7,6 +7,8 @@ with a leaf that is set back, or with free space and perhaps the open leaf besid
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from slam.geometry import Array
@@ -17,35 +19,56 @@ from slam.layers.surface import SurfaceCells
 MIN_WIDTH, MAX_WIDTH = 0.55, 1.3  # m
 BIN = 0.05  # m, of the lengths into which a wall is divided
 FLANK, AHEAD, REACH = 10, 6, 42  # BINs of wall beside a gap, to the begin of one, to the end of all
-MIN_FLANK = 6  # of the FLANK lengths on either side that have wall
+MIN_FLANK, MIN_FAR_FLANK = 6, 3  # of the FLANK lengths on one side and the other that have wall
 MAX_STRAY = 2  # lengths within a gap that have wall
 NEAR_LINE = 0.07  # m from the line along a cell's normal, of the wall that a line is fitted to
 ON_LINE, LINE_ERROR = 0.035, 0.008  # m from the fitted line, and more per m, of the wall's cells
-MAX_DEVIATION = 0.02  # m, of a wall from its line
-SAME_DISTANCE = 0.35  # m between the middles of two gaps that are one
+MAX_DEVIATION = 0.03  # m, of a wall from its line; ...
+STRAIGHT = 0.02  # ... of one that is so straight that a recess in it is one
+SAME_DISTANCE = 0.08  # m between the ends of two gaps that are one
 NO_GAP = -1.0
 
 
-def find_wall_gaps(wall: np.ndarray, spec: GridSpec, surface: SurfaceCells) -> list[Array]:
-    """The gaps, each by its two ends (2, 2), m, map frame, on a face of the wall; the straightest
-    walls first, without gaps at the same place.
+class WallGap(NamedTuple):
+    """A gap in a wall.
+
+    ends      (2, 2) m, map frame, on a face of the wall
+    straight  whether the walls beside it are so straight that the shape of the gap tells anything;
+              where poses err by some cm, they are not
+    """
+
+    ends: Array
+    straight: bool
+
+
+def find_wall_gaps(wall: np.ndarray, spec: GridSpec, surface: SurfaceCells) -> list[WallGap]:
+    """The gaps, those of the straightest walls first, without gaps with the same ends.
 
     wall  (rows, cols) bool, cells that always stood
     """
     found = _wall_gaps(wall, surface.number, surface.places, surface.normals, spec.origin,
                        1 / spec.resolution)  # fmt: skip
     ends = found[:, :4].reshape(-1, 2, 2)
-    middles, kept = ends.mean(axis=1), []
-    for k in np.argsort(found[:, 4], kind="stable").tolist():
-        if not kept or np.hypot(*(middles[kept] - middles[k]).T).min() > SAME_DISTANCE:
+    straight = (found[:, 5] <= STRAIGHT) & (found[:, 6] <= 2 * STRAIGHT)
+    kept: list[int] = []
+    for k in np.lexsort((found[:, 4], ~straight)).tolist():
+        if not kept or _apart(ends[kept], ends[k]).min() > SAME_DISTANCE:
             kept.append(k)
-    return list(ends[kept])
+    return [WallGap(ends[k], bool(straight[k])) for k in kept]
+
+
+def _apart(gaps: Array, gap: Array) -> Array:
+    """(n,) m: the larger distance between the ends of each of the gaps (n, 2, 2) and of `gap`
+    (2, 2), whichever end is the first."""
+    ways = [np.hypot(*(gaps - one).transpose(2, 0, 1)).max(axis=1) for one in (gap, gap[::-1])]
+    return np.minimum(*ways)
 
 
 @kernel
 def _wall_gaps(wall, number, places, normals, origin, scale):
-    """(n, 5) ends of each gap, and the deviation of the walls on both sides from its line, m."""
-    found, n = np.empty((64, 5)), 0
+    """(n, 7) ends of each gap, and the deviation of the walls from its line, m: the sum of both
+    sides, that before the gap, and that behind it."""
+    found, n = np.empty((64, 7)), 0
     lengths = np.empty((3, FLANK + REACH))  # of each: whether it has wall, its end and its begin, m
     for row in range(wall.shape[0]):
         for col in range(wall.shape[1]):
@@ -65,6 +88,7 @@ def _wall_gaps(wall, number, places, normals, origin, scale):
                     found[n, 0], found[n, 1] = x + gap[0] * tx, y + gap[0] * ty
                     found[n, 2], found[n, 3] = x + gap[1] * tx, y + gap[1] * ty
                     found[n, 4] = deviation + gap[2]
+                    found[n, 5], found[n, 6] = deviation, gap[2]
                     n += 1
     return found[:n]
 
@@ -150,7 +174,7 @@ def _gap(line, wall, number, places, origin, scale, lengths):
     stray, narrowest, widest = 0, int(MIN_WIDTH / BIN), int(MAX_WIDTH / BIN)
     for b in range(begin + 1, min(begin + widest + 1, REACH)):
         if lengths[0, b]:
-            if b - begin >= narrowest and lengths[0, b : b + FLANK].sum() >= MIN_FLANK:
+            if b - begin >= narrowest and lengths[0, b : b + FLANK].sum() >= MIN_FAR_FLANK:
                 last = begin - 1
                 while not lengths[0, last]:
                     last -= 1

@@ -174,3 +174,11 @@ def test_bad_files_are_refused(tmp_path: Path, key: str, value: str | None, mess
 def test_an_unwritable_place_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
         write_ros_map(grid_of(np.zeros((1, 1)), GridSpec(1, 0, 0, 1, 1)), tmp_path / "none" / "map")
+
+
+def test_the_map_of_a_hall_is_read_again(tmp_path: Path) -> None:
+    """Its YAML is small, and its picture of 7 million cells takes more than small files may."""
+    spec = GridSpec(0.05, 0, 0, 2500, 2800)
+    unknown = np.zeros(spec.shape, np.bool_)
+    write_ros_map(OccupancyGrid(spec, np.full(spec.shape, 0.5), unknown), tmp_path / "hall.yaml")
+    assert read_ros_map(tmp_path / "hall.yaml").spec == spec

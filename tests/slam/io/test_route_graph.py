@@ -92,11 +92,11 @@ def test_an_edge_through_a_door_carries_it_and_costs_more(written: Path) -> None
     assert free.number("speed_limit", 100.0) == 100.0
     assert door["metadata"]["class"] == "door"
     assert door["metadata"]["door"] == 1  # its id in doors.geojson
-    assert door.number("open_probability", 1.0) == pytest.approx(0.25)
+    assert door.number("open_probability", 1.0) == pytest.approx(1 / 3, abs=1e-3)
     assert door.number("door_probability", 1.0) == pytest.approx(0.95)
-    assert door.number("penalty", 0.0) == pytest.approx(0.75 * CLOSED_COST)
+    assert door.number("penalty", 0.0) == pytest.approx(2 / 3 * CLOSED_COST, abs=1e-3)
     assert door.number("speed_limit", 100.0) == 50.0
-    assert door["cost"] == pytest.approx(4.0 + 0.75 * CLOSED_COST)
+    assert door["cost"] == pytest.approx(4.0 + 2 / 3 * CLOSED_COST, abs=1e-3)
 
 
 def test_it_is_geojson_in_lines_along_the_edges(written: Path) -> None:

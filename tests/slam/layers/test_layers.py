@@ -1,19 +1,24 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.errors import InputError
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.layers import Layers, layers
 from slam.layers.classification import (
     DOOR_LEAF,
+    GLASS,
+    KEPT_REASONS,
     NO_REASON,
     SEEN_IN_PART,
     SEEN_ONCE,
     WENT_AWAY,
 )
+from slam.scan import Scan
 from tests.slam.layers.rooms import AJAR, CLOSED, HOUSE, box, scan, watch
 
 ROOM = box(-3.02, -1.02, 3.02, 1.02)
@@ -85,6 +90,7 @@ def test_a_door_that_closes_and_opens_changes_and_is_found() -> None:
     assert door.width == pytest.approx(0.9, abs=0.15)
     assert door.open_share == pytest.approx(2 / 3, abs=0.12)
     assert door.flips == pytest.approx(5, abs=1)
+    assert 0.5 < door.open_probability < door.open_share
     assert door.per_hour == pytest.approx(3600 * 5 / 27, rel=0.3)
     assert 0.0 <= door.first < door.last <= 27.0
     assert door.sure
@@ -119,6 +125,7 @@ def test_a_door_that_stays_closed_is_told_by_its_shape_and_stands() -> None:
     assert not door.moved
     assert (door.seen_open, door.seen_closed) == (0, 60)
     assert door.open_share == 0
+    assert door.open_probability == pytest.approx(1 / 3)  # it may be open another time
     assert door.per_hour == 0
     assert share_static(made, 1.06, -0.3, 0.3) > 0.9
 
@@ -271,5 +278,42 @@ def test_nothing_believed_is_lost_without_a_reason(seed: int) -> None:
     made = layers(scans, poses, believed=believed)
     lost = (believed.occupied > 0.5) & believed.observed & ~(made.static | made.kept)
     assert np.isin(made.reason[lost], (WENT_AWAY, DOOR_LEAF)).all()
-    assert np.isin(made.reason[made.kept], (SEEN_ONCE, SEEN_IN_PART)).all()
+    assert np.isin(made.reason[made.kept], KEPT_REASONS).all()
     assert (made.reason[made.static] == NO_REASON).all()
+
+
+PANE = np.array([(-0.5, 1.02, 0.5, 1.02)])
+BEHIND = box(-3.02, -1.02, 3.02, 2.5)
+SIDES = np.array([(-3.02, 1.02, -0.5, 1.02), (0.5, 1.02, 3.02, 1.02)])
+
+
+def seen_through(pane: np.ndarray, poses: list[Pose2], widest: float) -> tuple[list[Scan], Array]:
+    """Scans of a room with a window of glass: beams that meet it at up to `widest` (rad) end."""
+    scans = []
+    for k, pose in enumerate(poses):
+        open_, shut = (
+            scan(np.concatenate([BEHIND, SIDES, more]), pose, k / 10) for more in (pane[:0], pane)
+        )
+        incidence = np.abs(wrap_angle(open_.angles + pose.theta - np.pi / 2))
+        ranges = np.where(incidence <= widest, shut.ranges, open_.ranges)
+        scans.append(replace(open_, ranges=ranges))
+    return scans, np.array(poses)
+
+
+def test_glass_is_kept_and_marked_though_the_slam_holds_it_to_be_free() -> None:
+    scans, poses = seen_through(PANE, drive(60), np.radians(5.0))
+    spec = layers(scans, poses).spec
+    free = OccupancyGrid(spec, np.zeros(spec.shape), np.ones(spec.shape, bool))
+    made = layers(scans, poses, believed=free)
+    rows, cols = made.spec.cells(np.stack([np.arange(-0.4, 0.4, 0.05), np.full(16, 1.02)]).T).T
+    assert set(made.reason[rows, cols].tolist()) <= {GLASS, NO_REASON}
+    assert (made.reason[rows, cols] == GLASS).mean() > 0.8
+    assert made.static_map().solid[rows, cols].mean() > 0.9
+    assert not made.static_map((SEEN_ONCE, SEEN_IN_PART)).solid[rows, cols].any()
+
+
+def test_what_is_hit_at_all_angles_and_goes_is_no_glass() -> None:
+    away, there = seen_through(PANE, drive(60), 0.0), seen_through(PANE, drive(60), np.pi)
+    scans = [replace(one, time=k / 10) for k, one in enumerate([*there[0], *away[0]])]
+    made = layers(scans, np.vstack([there[1], away[1]]))
+    assert not (made.reason == GLASS).any()
