@@ -85,7 +85,7 @@ class ViewpointChooser:
         return Goal((row, col), self._heading, self._target)
 
     def _decide(self, planning: PlanningSnapshot) -> None:
-        beliefs = self._beliefs() if self._beliefs else planning.doors
+        beliefs = self._beliefs() if self._beliefs else planning.read_doors()
         if self._looked is not None:
             self._missed.compare(*self._looked, beliefs, planning.time, self._since)
         self._target, self._heading, self._arrived, self._looked = None, None, False, None

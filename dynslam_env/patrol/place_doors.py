@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief, spread
+from dynslam_env.navigation.door_belief import DoorBelief, spread
 from dynslam_env.patrol.door_shapes import looked, suspects
 from dynslam_env.patrol.dwell_laws import (
     PRIOR_WEIGHT,
@@ -143,7 +143,7 @@ class PlaceDoors:
     def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
         """(HORIZONS,) P(closed) from `time`, s, on."""
         own = responsibilities(doors.evidence, self._prior(door))
-        return np.array([own @ doors.closed(time + ahead) for ahead in HORIZONS])
+        return own @ doors.forecast(time)
 
     def drifted(self, closed: Array, ages: Array, time: float) -> Array:
         """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
