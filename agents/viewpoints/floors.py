@@ -14,14 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.viewpoints.sights import sights
+from agents.viewpoints.situation import reach
 from agents.viewpoints.table import (
     MAX_VIEWPOINTS,
     Bools,
     ViewpointTable,
     plans_from,
     table_of,
+    visible,
     viewpoints,
 )
+from dynslam_env.navigation.costmap import Costmap
 from dynslam_env.navigation.planner import plan
 from dynslam_env.patrol.place_doors import PlaceDoors
 from dynslam_env.patrol.questions import floor_costmap, middle
@@ -45,6 +48,9 @@ class Floors(NamedTuple):
     between  (n, V, V) s; inf where no way leads and for missing viewpoints
     then     (n, V, V, D) whether the table promises a doorway on a way or at its end
     sights   (n, V, V, D) bit k: it is seen in the k-th of SLICES equal parts of that time
+    reveals  (n, V, V) whether one viewpoint is in sight of another, with all doors closed
+    reach    (n, V, D) s from a viewpoint until a doorway is seen
+    start    (n,) the viewpoint nearest to where the robot starts
     doors    (n,) number of doorways
     leaves   (n,) how many of them, the first ones, have a leaf
     """
@@ -52,6 +58,9 @@ class Floors(NamedTuple):
     between: Array
     then: Bools
     sights: NDArray[np.uint8]
+    reveals: Bools
+    reach: Array
+    start: NDArray[np.int64]
     doors: NDArray[np.int64]
     leaves: NDArray[np.int64]
 
@@ -65,14 +74,14 @@ def draw_floors(
     for index in range(first, first + count):
         layout = world.layout(SplitEpisode(split, index).rng().spawn(1)[0])
         row = _floor(layout, Robot().radius)
-        rows += [row] if len(row[0].points) and row[2] else []
+        rows += [row] if len(row.table.points) and row.leaves else []
         drawn()
     return _stacked(rows)
 
 
 def true_table(layout: Layout, radius: float) -> ViewpointTable:
     """The table of a floor by its true plan, driven with all doors closed."""
-    return _floor(layout, radius)[0]
+    return _floor(layout, radius).table
 
 
 def doorways(layout: Layout) -> Array:
@@ -103,25 +112,51 @@ def _along(path: Array) -> Array:
     return np.stack([np.interp(at, gone, axis) for axis in path.T], axis=1)
 
 
-def _floor(layout: Layout, radius: float) -> tuple[ViewpointTable, NDArray[np.uint8], int]:
-    """Table and sights of a floor, and the number of doors with a leaf."""
+class Floor(NamedTuple):
+    """One of `Floors`, not yet padded."""
+
+    table: ViewpointTable
+    sights: NDArray[np.uint8]
+    reveals: Bools
+    start: int
+    leaves: int
+
+
+def _floor(layout: Layout, radius: float) -> Floor:
     costs = floor_costmap(layout, radius)
     doors = np.concatenate([doorways(layout), bare_doorways(layout)])[:MAX_DOORS]
-    points = viewpoints(costs, plan(costs, layout.start), doors)
+    reached = plan(costs, layout.start)
+    points = viewpoints(costs, reached, doors)
     plans = plans_from(costs, points)
     table = table_of(costs, points, doors, plans)
-    return table, sights(costs, table, plans), min(len(layout.doors), MAX_DOORS)
+    cells = tuple(costs.spec.cells(points).T)
+    start = int(reached.length[cells].argmin()) if len(points) else 0
+    return Floor(
+        table, sights(costs, table, plans), _in_sight(costs, points), start,
+        min(len(layout.doors), MAX_DOORS),
+    )  # fmt: skip
 
 
-def _stacked(rows: list[tuple[ViewpointTable, NDArray[np.uint8], int]]) -> Floors:
+def _in_sight(costs: Costmap, points: Array) -> Bools:
+    """(v, v) whether one of some points (v, 2), m, is seen from another."""
+    facing = [np.column_stack([points, np.full(len(points), turn), np.ones(len(points))])
+              for turn in (0.0, math.pi / 2)]  # fmt: skip
+    return visible(costs, points, facing[0]) | visible(costs, points, facing[1])
+
+
+def _stacked(rows: list[Floor]) -> Floors:
     n, v = len(rows), MAX_VIEWPOINTS
     between = np.full((n, v, v), np.inf)
     then = np.zeros((n, v, v, MAX_DOORS), np.bool_)
-    seen = np.zeros((n, v, v, MAX_DOORS), np.uint8)
-    for k, (table, shown, _) in enumerate(rows):
+    seen, reveals = np.zeros((n, v, v, MAX_DOORS), np.uint8), np.zeros((n, v, v), np.bool_)
+    for k, (table, shown, revealed, *_) in enumerate(rows):
         places, doors = len(table.points), len(table.doors)
+        reveals[k, :places, :places] = revealed
         between[k, :places, :places] = table.between
         then[k, :places, :places, :doors] = table.then
         seen[k, :places, :places, :doors] = shown
-    doors = np.array([len(row[0].doors) for row in rows])
-    return Floors(between, then, seen, doors, np.array([row[2] for row in rows]))
+    starts, leaves = (np.array([getattr(row, name) for row in rows], dtype=np.int64)
+                      for name in ("start", "leaves"))  # fmt: skip
+    doors = np.array([len(row.table.doors) for row in rows])
+    near = np.array([reach(*pair) for pair in zip(between, then, strict=True)])
+    return Floors(between, then, seen, reveals, near, starts, doors, leaves)
