@@ -27,7 +27,6 @@ GREEDY, SHORT_SIGHTED, FAR_SIGHTED = 0, 1, 2  # of these, the one of `Greedy`, a
 NEAR_TIME = 20.0  # s, over which what can be seen after a viewpoint counts less
 FAR_TIME = 60.0  # s, at most, from a viewpoint to the sight of a doorway
 DURATION = 600.0  # s, scale of the time since the episode began
-UNSETTLED = 0.06  # expected squared error, long after a look, of a doorway that changes
 EXPLORING, ELAPSED = 14, 19  # features: whether it is the row of exploring; time over DURATION
 OWN, SHARED = 15, 8  # features of a viewpoint, and of the situation as a whole
 FEATURES = OWN + SHARED
@@ -58,11 +57,13 @@ class Expected(NamedTuple):
     """Expected squared errors of d doorways; see `DoorBelief`.
 
     age    (d,) s
+    leaf   (d,) whether a leaf was seen
     stale  (d, HORIZONS)
     fresh  (d, HORIZONS)
     """
 
     age: Array
+    leaf: Bools
     stale: Array
     fresh: Array
 
@@ -75,7 +76,7 @@ def features(situation: Situation) -> Array:
         situation.times, situation.sees, situation.reach, len(doors.age), situation.last,
         situation.time, situation.frontier,
     )  # fmt: skip
-    describe(ahead, Expected(doors.age, doors.stale, doors.fresh), found)
+    describe(ahead, Expected(doors.age, doors.leaf, doors.stale, doors.fresh), found)
     return found
 
 
@@ -107,7 +108,7 @@ def _up_to(errors, sums, time):
 def describe(ahead: Ahead, expected: Expected, found):
     """Write the features (v + 1, FEATURES), the last row that of exploring; rows of what cannot be
     reached are 0."""
-    n, stale, fresh, changing = ahead.doors, expected.stale, expected.fresh, 0
+    n, stale, fresh, leaves = ahead.doors, expected.stale, expected.fresh, 0
     stales, freshes = _sums(stale, n), _sums(fresh, n)
     total, later, nearest = 1e-6, 0.0, 10.0 * TIME_SCALE
     tops = np.full(RATES, 1e-6)
@@ -115,7 +116,7 @@ def describe(ahead: Ahead, expected: Expected, found):
     for d in range(n):
         total += stale[d, 0]
         later += fresh[d, LATER]
-        changing += fresh[d, LATER] > UNSETTLED
+        leaves += expected.leaf[d]
     for i in range(len(ahead.times)):
         time, row = ahead.times[i], found[i]
         if not np.isfinite(time):
@@ -157,5 +158,5 @@ def describe(ahead: Ahead, expected: Expected, found):
             found[i, OWN + 3] = nearest / TIME_SCALE
             found[i, ELAPSED] = ahead.time / DURATION
             found[i, OWN + 5] = 0.1 * n
-            found[i, OWN + 6] = 0.2 * changing
+            found[i, OWN + 6] = 0.2 * leaves
             found[i, OWN + 7] = min(ahead.frontier / TIME_SCALE, 4.0)

@@ -7,7 +7,7 @@ scans along the floor's path.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,11 +32,12 @@ from dynslam_env.sensors.laser import Laser, Scanner
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.splits import SplitEpisode
 from dynslam_env.worlds.clearance import leaf
-from dynslam_env.worlds.layout import Generator, Layout
+from dynslam_env.worlds.layout import Door, Generator, Layout
 from slam.geometry import Array, Pose2
 
 MAX_DOORS = 24  # of a floor, doorways without a leaf included
 SAME_DOOR = 0.5  # m, from a suspected doorway to the true one
+CLOSED = 0.5  # share of the doors that are closed on the ways of a floor
 HEADINGS = np.arange(4) * math.pi / 2  # rad, of the robot at each place of the path
 SCAN_STEP = 1.0  # m between two of the places
 SWUNG = math.radians(80)  # of the leaves that stand open
@@ -69,11 +70,13 @@ def draw_floors(
     world: Generator, split: str, first: int, count: int, drawn: Callable[[], None] = lambda: None
 ) -> Floors:
     """Floors `first` to `first + count` of a split, those without a viewpoint left out; `drawn` is
-    called after each."""
+    called after each. Ways and sights are those with some of the doors closed, drawn once."""
     rows = []
     for index in range(first, first + count):
-        layout = world.layout(SplitEpisode(split, index).rng().spawn(1)[0])
-        row = _floor(layout, Robot().radius)
+        rng = SplitEpisode(split, index).rng()
+        layout = world.layout(rng.spawn(1)[0])
+        closed = [door for door in layout.doors if rng.random() < CLOSED]
+        row = _floor(layout, Robot().radius, closed)
         rows += [row] if len(row.table.points) and row.leaves else []
         drawn()
     return _stacked(rows)
@@ -81,7 +84,7 @@ def draw_floors(
 
 def true_table(layout: Layout, radius: float) -> ViewpointTable:
     """The table of a floor by its true plan, driven with all doors closed."""
-    return _floor(layout, radius).table
+    return _floor(layout, radius, layout.doors).table
 
 
 def doorways(layout: Layout) -> Array:
@@ -122,8 +125,8 @@ class Floor(NamedTuple):
     leaves: int
 
 
-def _floor(layout: Layout, radius: float) -> Floor:
-    costs = floor_costmap(layout, radius)
+def _floor(layout: Layout, radius: float, closed: Sequence[Door]) -> Floor:
+    costs = floor_costmap(layout, radius, closed)
     doors = np.concatenate([doorways(layout), bare_doorways(layout)])[:MAX_DOORS]
     reached = plan(costs, layout.start)
     points = viewpoints(costs, reached, doors)

@@ -6,8 +6,9 @@ laser would (`sights`), which is more than what the table promises to the policy
 seen it does not know: doorways, and viewpoints that were not in sight of one where it has been. To
 explore is to drive to the nearest viewpoint where it has not been.
 
-Doors follow the law of the real task. Beliefs are a few of the robot's own `DwellLaws`, in time
-steps of TICK. Doorways without a leaf are never closed and do not count in the error.
+Doors follow the law of the real task. Beliefs are those of `PlaceDoors` with a part of its laws:
+each doorway's filters, and weights of the laws that are learned from all doorways. Doorways without
+a leaf are never closed and do not count in the error.
 """
 
 from __future__ import annotations
@@ -23,8 +24,16 @@ from agents.viewpoints.sights import SLICES
 from agents.viewpoints.situation import DoorRows, Situation
 from agents.viewpoints.table import MAX_VIEWPOINTS, Bools
 from dynslam_env.navigation.door_belief import HORIZONS
-from dynslam_env.patrol.dwell_laws import LOOK_ERROR, MEAN_DWELLS, PHASES, TICK, TRUST, DwellLaws
-from dynslam_env.patrol.place_doors import STILL_WITH_LEAF
+from dynslam_env.patrol.dwell_laws import (
+    LOOK_ERROR,
+    MEAN_DWELLS,
+    PHASES,
+    PRIOR_WEIGHT,
+    TICK,
+    TRUST,
+    DwellLaws,
+)
+from dynslam_env.patrol.place_doors import BARE_DOORS, BARE_STILL_DOORS, STILL_WITH_LEAF
 from dynslam_env.patrol.slow_doors import SlowDoors
 from dynslam_env.simulation.laws import Law
 from slam.geometry import Array
@@ -32,8 +41,8 @@ from slam.kernel import kernel
 
 BUDGET = 600.0  # s, of an episode
 HISTORIES = 1024  # of the doors of a floor, drawn for a segment
-MEANS = (80.0, 160.0, 320.0)  # s, mean dwells of the laws of the beliefs, of MEAN_DWELLS
-STILL_BARE = 0.9  # prior weight of that law for a doorway without a leaf: what a robot learns soon
+ALL_PAIRS = 80.0, 320.0  # s, between which laws of all pairs of MEAN_DWELLS are kept
+EM_STEPS = 3  # after each drive
 MAX_TICKS = 120  # of a slice of a way
 UNSEEN_ERROR = 0.25  # squared error of a door of which nothing is known
 EXPLORE = MAX_VIEWPOINTS  # the action
@@ -48,7 +57,7 @@ class Laws(NamedTuple):
     steps  (MAX_TICKS, h, P, P) transition probabilities over a number of ticks
     ahead  (h, HORIZONS, P) P(closed) at each of HORIZONS from each phase
     begin  (h, P) stationary
-    prior  (2, h) weights for doorways without and with a leaf
+    prior  (h,) weights for doors that flip; the last law, 0, is that of doors that never do
     """
 
     steps: Array
@@ -66,6 +75,9 @@ class State(NamedTuple):
     revealed      (n, V) viewpoints that it knows
     closed        (n, D) whether each door was closed at the start
     flips         (n, D, F) s; inf after the last
+    shared        (n, h) weights of the laws of doors that flip; still (n,) share of the doorways
+                  without a leaf that never do
+    evidence      (n, D, h) log-likelihood of the looks, by each law
     weights       (n, D, h) of the laws
     phases        (n, D, h, P) of each
     age           (n, D) s since the last look; inf: not known
@@ -79,6 +91,9 @@ class State(NamedTuple):
     revealed: Bools
     closed: Bools
     flips: Array
+    shared: Array
+    still: Array
+    evidence: Array
     weights: Array
     phases: Array
     age: Array
@@ -105,7 +120,8 @@ class Patrols:
             np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n), np.zeros(n),
             np.zeros((n, MAX_VIEWPOINTS), np.bool_), np.zeros((n, MAX_VIEWPOINTS), np.bool_),
             np.zeros(shape, np.bool_), np.full((*shape, self._flips.shape[2]), np.inf),
-            np.zeros((*shape, h)), np.zeros((*shape, h, phases)), np.zeros(shape),
+            np.zeros((n, h)), np.zeros(n), np.zeros((*shape, h)), np.zeros((*shape, h)),
+            np.zeros((*shape, h, phases)), np.zeros(shape),
         )  # fmt: skip
         self.features = np.zeros((n, MAX_VIEWPOINTS + 1, FEATURES))
         self.fit = np.zeros((n, MAX_VIEWPOINTS + 1), np.bool_)
@@ -125,8 +141,9 @@ class Patrols:
         drawn = int(rng.integers(HISTORIES))
         state.closed[i, :leaves] = self._closed[drawn, :leaves]
         state.flips[i, :leaves] = self._flips[drawn, :leaves]
-        state.weights[i] = self._laws.prior[(np.arange(MAX_DOORS) < leaves).astype(np.int64)]
-        state.phases[i] = self._laws.begin
+        state.shared[i], state.still[i] = self._laws.prior, BARE_STILL_DOORS / BARE_DOORS
+        state.evidence[i], state.phases[i] = 0.0, self._laws.begin
+        _weigh(i, state, self.floors, self._laws)
 
     def step(self, actions: Ints) -> tuple[Array, Array, Bools]:
         """Drive to viewpoints: error (n,) s summed over the time, s that passed (n,), and which
@@ -155,7 +172,8 @@ class Patrols:
         here = int(kept[:place].sum())
         times = np.where(self.fit[i, :EXPLORE][kept], between[here], np.inf)
         p = (self.state.weights[i] * self.state.phases[i, ..., PHASES:].sum(axis=-1)).sum(axis=1)
-        rows = (p, self.state.age[i], self.stale[i], self.fresh[i])
+        leaf = np.arange(MAX_DOORS) < floors.leaves[floor]
+        rows = (p, self.state.age[i], leaf, self.stale[i], self.fresh[i])
         doors = DoorRows(*(part[known] for part in rows))
         frontier, _ = _frontier(i, self.state, floors)
         return Situation(
@@ -164,23 +182,21 @@ class Patrols:
 
 
 def laws() -> Laws:
-    """The laws of the beliefs: those of `DwellLaws` with dwells near those of the doors, and the
-    law that a door never flips."""
+    """The regular laws of `DwellLaws` with equal mean dwells, those with unequal ones near those of
+    the doors, and the law that a door never flips."""
     every, shape = DwellLaws(), (2, len(MEAN_DWELLS), len(MEAN_DWELLS))
-    number = np.arange(np.prod(shape)).reshape(shape)
-    at = np.isin(MEAN_DWELLS, MEANS)
-    chosen = np.append(number[1][np.ix_(at, at)].ravel(), len(every.begin) - 1)
+    number = np.arange(np.prod(shape)).reshape(shape)[1]
+    near = (MEAN_DWELLS >= ALL_PAIRS[0]) & (MEAN_DWELLS <= ALL_PAIRS[1])
+    kept = np.outer(near, near) | np.eye(len(MEAN_DWELLS), dtype=np.bool_)
+    chosen = np.append(number[kept], len(every.begin) - 1)
     one = every.steps[chosen, 0]
     steps = [np.broadcast_to(np.eye(one.shape[-1]), one.shape)]
     for _ in range(MAX_TICKS - 1):
         steps.append(steps[-1] @ one)
-    flipping = every.prior[chosen]
-    prior = [(1 - still) * flipping / flipping.sum() for still in (STILL_BARE, STILL_WITH_LEAF)]
-    for row, still in zip(prior, (STILL_BARE, STILL_WITH_LEAF), strict=True):
-        row[-1] = still
+    prior = every.prior[chosen]
     return Laws(
         np.ascontiguousarray(steps), np.ascontiguousarray(every.ahead[chosen]),
-        every.begin[chosen], np.array(prior),
+        every.begin[chosen], prior / prior.sum(),
     )  # fmt: skip
 
 
@@ -217,7 +233,7 @@ def _advance(phases, steps):
 
 
 @kernel
-def _look(weights, phases, closed):
+def _look(evidence, weights, phases, closed):
     """Condition one door's beliefs on a look."""
     half, total = phases.shape[1] // 2, 0.0
     for h in range(len(weights)):
@@ -229,6 +245,7 @@ def _look(weights, phases, closed):
             phases[h, half:] *= LOOK_ERROR
         p = phases[h].sum()
         phases[h] /= p
+        evidence[h] += np.log(p)
         weights[h] *= p**TRUST
         total += weights[h]
     weights /= total
@@ -240,6 +257,27 @@ def _closed(weights, phases):
     for h in range(len(weights)):
         p += weights[h] * phases[h, half:].sum()
     return p
+
+
+@kernel
+def _weigh(i, state: State, floors: Floors, laws: Laws):
+    """Weights of the laws of each doorway of a patrol, and the shared ones: a step of EM, as in
+    `PlaceDoors`."""
+    leaves, weights, shared = floors.leaves[state.floor[i]], state.weights[i], state.shared[i]
+    last = len(laws.prior) - 1
+    total, still, bare = PRIOR_WEIGHT * laws.prior, BARE_STILL_DOORS, BARE_DOORS
+    for d in range(floors.doors[state.floor[i]]):
+        never = STILL_WITH_LEAF if d < leaves else state.still[i]
+        for h in range(last + 1):
+            before = never if h == last else (1.0 - never) * shared[h]
+            weights[d, h] = before * np.exp(TRUST * state.evidence[i, d, h])
+        weights[d] /= weights[d].sum()
+        if np.isfinite(state.age[i, d]) and d < leaves:
+            total[:last] += weights[d, :last]
+        elif np.isfinite(state.age[i, d]):
+            still, bare = still + weights[d, last], bare + 1.0
+    shared[:] = total / total.sum()
+    state.still[i] = still / bare
 
 
 @kernel
@@ -267,7 +305,7 @@ def _drive(i, target, state: State, floors: Floors, laws: Laws):
                 error += wrong / leaves * counted
             state.age[i, d] += step
             if floors.sights[floor, place, target, d] >> k & 1:
-                _look(w, phases, closed)
+                _look(state.evidence[i, d], w, phases, closed)
                 state.age[i, d] = 0.0
     state.place[i] = target
     state.visited[i, target] = True
@@ -299,6 +337,8 @@ def _drive_all(actions, state: State, floors: Floors, laws: Laws, error, takes):
         before = state.time[i]
         error[i] = _drive(i, target, state, floors, laws)
         takes[i] = state.time[i] - before
+        for _ in range(EM_STEPS):
+            _weigh(i, state, floors, laws)
         state.error[i] += error[i]
 
 
@@ -306,20 +346,28 @@ def _drive_all(actions, state: State, floors: Floors, laws: Laws, error, takes):
 def _expect(weights, phases, laws: Laws, stale, fresh):
     """Write the expected errors (HORIZONS,) of one doorway, without and after a look."""
     half, now, totals = phases.shape[1] // 2, 0.0, np.zeros(2)
+    seen = np.empty((len(weights), 2))  # weights after a look, over P(what it shows)
     for h in range(len(weights)):
-        p = min(max(phases[h, half:].sum(), LOOK_ERROR), 1.0 - LOOK_ERROR)
+        p = 0.0
+        for a in range(half, 2 * half):
+            p += phases[h, a]
+        p = min(max(p, LOOK_ERROR), 1.0 - LOOK_ERROR)
         now += weights[h] * p
-        totals[0] += weights[h] * (1.0 - p) ** TRUST
-        totals[1] += weights[h] * p**TRUST
+        for k in range(2):
+            shown = p if k else 1.0 - p
+            seen[h, k] = weights[h] * shown**TRUST
+            totals[k] += seen[h, k]
+            seen[h, k] /= shown
     for t in range(len(stale)):
         later, opened, closed = 0.0, 0.0, 0.0
         for h in range(len(weights)):
-            p = min(max(phases[h, half:].sum(), LOOK_ERROR), 1.0 - LOOK_ERROR)
-            a = (phases[h, :half] * laws.ahead[h, t, :half]).sum()
-            b = (phases[h, half:] * laws.ahead[h, t, half:]).sum()
-            later += weights[h] * (a + b)
-            opened += weights[h] * (1.0 - p) ** TRUST * a / (1.0 - p)
-            closed += weights[h] * p**TRUST * b / p
+            was_open, was_closed = 0.0, 0.0
+            for a in range(half):
+                was_open += phases[h, a] * laws.ahead[h, t, a]
+                was_closed += phases[h, half + a] * laws.ahead[h, t, half + a]
+            later += weights[h] * (was_open + was_closed)
+            opened += seen[h, 0] * was_open
+            closed += seen[h, 1] * was_closed
         opened, closed = opened / totals[0], closed / totals[1]
         stale[t] = later * (1.0 - later)
         fresh[t] = (1.0 - now) * opened * (1.0 - opened) + now * closed * (1.0 - closed)
@@ -346,5 +394,6 @@ def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found,
         sees = floors.then[floor, place][:, known]
         near = floors.reach[floor][:, known]
         ahead = Ahead(times, sees, near, len(known), place, state.time[i], frontier)
-        expected = Expected(state.age[i][known], stale[i][known], fresh[i][known])
+        leaf = known < floors.leaves[floor]
+        expected = Expected(state.age[i][known], leaf, stale[i][known], fresh[i][known])
         describe(ahead, expected, found[i])

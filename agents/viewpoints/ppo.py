@@ -53,7 +53,7 @@ class Settings:
     updates: int = 20
     epochs: int = 3
     batch: int = 1024
-    rate: float = 5e-4
+    rate: float = 7e-4
     clip: float = 0.15
     entropy: float = 0.002
     horizon: float = 300.0

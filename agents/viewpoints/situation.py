@@ -20,12 +20,14 @@ class DoorRows(NamedTuple):
 
     closed  (d,)
     age     (d,) s; inf if never seen
+    leaf    (d,) whether a leaf was seen
     stale   (d, HORIZONS)
     fresh   (d, HORIZONS)
     """
 
     closed: Array
     age: Array
+    leaf: Bools
     stale: Array
     fresh: Array
 
@@ -36,7 +38,8 @@ class DoorRows(NamedTuple):
                        for name in ("closed", "age"))  # fmt: skip
         stale, fresh = (np.array([getattr(one, name) for one in beliefs]).reshape(-1, len(HORIZONS))
                         for name in ("stale", "fresh"))  # fmt: skip
-        return DoorRows(closed, age, stale, fresh)
+        leaf = np.array([one.leaf for one in beliefs], dtype=np.bool_)
+        return DoorRows(closed, age, leaf, stale, fresh)
 
 
 class Situation:

@@ -138,7 +138,7 @@ class PlaceDoors:
         stale = spread(self._forecast(door.filter, door, time))
         stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
         age = math.inf if door.filter.time is None else time - door.filter.time
-        return DoorBelief(door.place.copy(), closed, age, stale, fresh)
+        return DoorBelief(door.place.copy(), closed, age, door.has_leaf, stale, fresh)
 
     def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
         """(HORIZONS,) P(closed) from `time`, s, on."""
