@@ -45,7 +45,10 @@ class ViewpointChooser:
     """
 
     def __init__(
-        self, policy: ViewpointPolicy, beliefs: Beliefs | None = None, explored: float = EXPLORE_TIME
+        self,
+        policy: ViewpointPolicy,
+        beliefs: Beliefs | None = None,
+        explored: float = EXPLORE_TIME,
     ):
         self._policy, self._beliefs, self._explored = policy, beliefs, explored
         self._explorer, self._until = FrontierChooser(nearest), explored  # s, while it explores

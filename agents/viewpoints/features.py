@@ -27,8 +27,8 @@ GREEDY, SHORT_SIGHTED, FAR_SIGHTED = 0, 1, 2  # of these, the one of `Greedy`, a
 NEAR_TIME = 20.0  # s, over which what can be seen after a viewpoint counts less
 FAR_TIME = 60.0  # s, at most, from a viewpoint to the sight of a doorway
 DURATION = 600.0  # s, scale of the time since the episode began
-EXPLORING, ELAPSED = 14, 19  # features: whether it is the row of exploring; time over DURATION
-OWN, SHARED = 15, 8  # features of a viewpoint, and of the situation as a whole
+EXPLORING, ELAPSED = 14, 20  # features: whether it is the row of exploring; time over DURATION
+OWN, SHARED = 16, 8  # features of a viewpoint, and of the situation as a whole
 FEATURES = OWN + SHARED
 
 
@@ -136,7 +136,9 @@ def describe(ahead: Ahead, expected: Expected, found):
             row[3] += stale[d, 0]
             row[5] += ERROR_SCALE * fresh[d, LATER]
             row[6] = max(row[6], ERROR_SCALE * stale[d, 0])
-            row[7] += (1.0 - np.exp(-expected.age[d] / AGE_SCALE)) / 4.0
+            forgotten = (1.0 - np.exp(-expected.age[d] / AGE_SCALE)) / 4.0
+            row[7] += forgotten
+            row[15] += 0.0 if expected.leaf[d] else forgotten
             row[8] += 0.25
         row[4] = ERROR_SCALE * row[3]
         row[3] /= total

@@ -21,8 +21,8 @@ from agents.viewpoints.table import (
     ViewpointTable,
     plans_from,
     table_of,
-    visible,
     viewpoints,
+    visible,
 )
 from dynslam_env.navigation.costmap import Costmap
 from dynslam_env.navigation.planner import plan

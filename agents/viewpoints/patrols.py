@@ -1,6 +1,6 @@
 """Patrols: hundreds of patrols at once on viewpoint tables; true poses, no scans, no driving.
 
-The fast setting, in which a policy is trained. A patrol begins on a floor of which it knows nothing.
+The fast setting, in which a policy is trained. A patrol begins on a floor that it does not know.
 It drives from one viewpoint to another in the table's time, and sees doorways on the way when a
 laser would (`sights`), which is more than what the table promises to the policy. What it has not
 seen it does not know: doorways, and viewpoints that were not in sight of one where it has been. To
@@ -42,6 +42,7 @@ from slam.kernel import kernel
 BUDGET = 600.0  # s, of an episode
 HISTORIES = 1024  # of the doors of a floor, drawn for a segment
 ALL_PAIRS = 80.0, 320.0  # s, between which laws of all pairs of MEAN_DWELLS are kept
+LEAF_SEEN = 0.4  # P(a look at an open door shows its leaf)
 EM_STEPS = 3  # after each drive
 MAX_TICKS = 120  # of a slice of a way
 UNSEEN_ERROR = 0.25  # squared error of a door of which nothing is known
@@ -77,6 +78,8 @@ class State(NamedTuple):
     flips         (n, D, F) s; inf after the last
     shared        (n, h) weights of the laws of doors that flip; still (n,) share of the doorways
                   without a leaf that never do
+    hidden        (n, D) looks at the open door after which its leaf is known, still to come; 0 once
+                  it is; inf without a leaf
     evidence      (n, D, h) log-likelihood of the looks, by each law
     weights       (n, D, h) of the laws
     phases        (n, D, h, P) of each
@@ -93,6 +96,7 @@ class State(NamedTuple):
     flips: Array
     shared: Array
     still: Array
+    hidden: Array
     evidence: Array
     weights: Array
     phases: Array
@@ -120,7 +124,8 @@ class Patrols:
             np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n), np.zeros(n),
             np.zeros((n, MAX_VIEWPOINTS), np.bool_), np.zeros((n, MAX_VIEWPOINTS), np.bool_),
             np.zeros(shape, np.bool_), np.full((*shape, self._flips.shape[2]), np.inf),
-            np.zeros((n, h)), np.zeros(n), np.zeros((*shape, h)), np.zeros((*shape, h)),
+            np.zeros((n, h)), np.zeros(n), np.zeros(shape), np.zeros((*shape, h)),
+            np.zeros((*shape, h)),
             np.zeros((*shape, h, phases)), np.zeros(shape),
         )  # fmt: skip
         self.features = np.zeros((n, MAX_VIEWPOINTS + 1, FEATURES))
@@ -143,7 +148,8 @@ class Patrols:
         state.flips[i, :leaves] = self._flips[drawn, :leaves]
         state.shared[i], state.still[i] = self._laws.prior, BARE_STILL_DOORS / BARE_DOORS
         state.evidence[i], state.phases[i] = 0.0, self._laws.begin
-        _weigh(i, state, self.floors, self._laws)
+        state.hidden[i], state.hidden[i, :leaves] = np.inf, rng.geometric(LEAF_SEEN, leaves)
+        _weigh(i, state, self.floors.doors[floor], self._laws)
 
     def step(self, actions: Ints) -> tuple[Array, Array, Bools]:
         """Drive to viewpoints: error (n,) s summed over the time, s that passed (n,), and which
@@ -172,8 +178,7 @@ class Patrols:
         here = int(kept[:place].sum())
         times = np.where(self.fit[i, :EXPLORE][kept], between[here], np.inf)
         p = (self.state.weights[i] * self.state.phases[i, ..., PHASES:].sum(axis=-1)).sum(axis=1)
-        leaf = np.arange(MAX_DOORS) < floors.leaves[floor]
-        rows = (p, self.state.age[i], leaf, self.stale[i], self.fresh[i])
+        rows = (p, self.state.age[i], self.state.hidden[i] == 0.0, self.stale[i], self.fresh[i])
         doors = DoorRows(*(part[known] for part in rows))
         frontier, _ = _frontier(i, self.state, floors)
         return Situation(
@@ -186,7 +191,7 @@ def laws() -> Laws:
     the doors, and the law that a door never flips."""
     every, shape = DwellLaws(), (2, len(MEAN_DWELLS), len(MEAN_DWELLS))
     number = np.arange(np.prod(shape)).reshape(shape)[1]
-    near = (MEAN_DWELLS >= ALL_PAIRS[0]) & (MEAN_DWELLS <= ALL_PAIRS[1])
+    near = (ALL_PAIRS[0] <= MEAN_DWELLS) & (ALL_PAIRS[1] >= MEAN_DWELLS)
     kept = np.outer(near, near) | np.eye(len(MEAN_DWELLS), dtype=np.bool_)
     chosen = np.append(number[kept], len(every.begin) - 1)
     one = every.steps[chosen, 0]
@@ -260,19 +265,19 @@ def _closed(weights, phases):
 
 
 @kernel
-def _weigh(i, state: State, floors: Floors, laws: Laws):
+def _weigh(i, state: State, count, laws: Laws):
     """Weights of the laws of each doorway of a patrol, and the shared ones: a step of EM, as in
     `PlaceDoors`."""
-    leaves, weights, shared = floors.leaves[state.floor[i]], state.weights[i], state.shared[i]
-    last = len(laws.prior) - 1
+    weights, shared, last = state.weights[i], state.shared[i], len(laws.prior) - 1
     total, still, bare = PRIOR_WEIGHT * laws.prior, BARE_STILL_DOORS, BARE_DOORS
-    for d in range(floors.doors[state.floor[i]]):
-        never = STILL_WITH_LEAF if d < leaves else state.still[i]
+    for d in range(count):
+        leaf = state.hidden[i, d] == 0.0
+        never = STILL_WITH_LEAF if leaf else state.still[i]
         for h in range(last + 1):
             before = never if h == last else (1.0 - never) * shared[h]
             weights[d, h] = before * np.exp(TRUST * state.evidence[i, d, h])
         weights[d] /= weights[d].sum()
-        if np.isfinite(state.age[i, d]) and d < leaves:
+        if np.isfinite(state.age[i, d]) and leaf:
             total[:last] += weights[d, :last]
         elif np.isfinite(state.age[i, d]):
             still, bare = still + weights[d, last], bare + 1.0
@@ -307,6 +312,8 @@ def _drive(i, target, state: State, floors: Floors, laws: Laws):
             if floors.sights[floor, place, target, d] >> k & 1:
                 _look(state.evidence[i, d], w, phases, closed)
                 state.age[i, d] = 0.0
+                left = state.hidden[i, d] - 1.0
+                state.hidden[i, d] = 0.0 if closed else max(left, 0.0)
     state.place[i] = target
     state.visited[i, target] = True
     state.revealed[i, target] = True
@@ -338,7 +345,7 @@ def _drive_all(actions, state: State, floors: Floors, laws: Laws, error, takes):
         error[i] = _drive(i, target, state, floors, laws)
         takes[i] = state.time[i] - before
         for _ in range(EM_STEPS):
-            _weigh(i, state, floors, laws)
+            _weigh(i, state, floors.doors[state.floor[i]], laws)
         state.error[i] += error[i]
 
 
@@ -394,6 +401,6 @@ def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found,
         sees = floors.then[floor, place][:, known]
         near = floors.reach[floor][:, known]
         ahead = Ahead(times, sees, near, len(known), place, state.time[i], frontier)
-        leaf = known < floors.leaves[floor]
+        leaf = state.hidden[i][known] == 0.0
         expected = Expected(state.age[i][known], leaf, stale[i][known], fresh[i][known])
         describe(ahead, expected, found[i])

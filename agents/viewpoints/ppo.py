@@ -18,9 +18,9 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from agents.viewpoints.chooser import EXPLORE_TIME
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.network import Inputs, ViewpointNetwork, inputs
-from agents.viewpoints.chooser import EXPLORE_TIME
 from agents.viewpoints.patrols import BUDGET, EXPLORE, Patrols
 from agents.viewpoints.situation import ViewpointPolicy
 

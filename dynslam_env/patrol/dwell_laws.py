@@ -43,7 +43,7 @@ class DwellLaws:
         doubled = [step]
         for _ in range(DOUBLINGS - 1):
             doubled.append(doubled[-1] @ doubled[-1])
-        self.steps = np.ascontiguousarray(np.stack(doubled, axis=1))
+        self.steps: Array = np.ascontiguousarray(np.stack(doubled, axis=1), dtype=np.float64)
         self.ahead = _ahead(self.steps)
         self.begin = np.array([*begins, _begin(1, 1.0, 1.0)])
         i, j = np.indices((len(MEAN_DWELLS),) * 2)
