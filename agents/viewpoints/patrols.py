@@ -13,6 +13,7 @@ a leaf are never closed and do not count in the error.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -186,6 +187,7 @@ class Patrols:
         )  # fmt: skip
 
 
+@cache
 def laws() -> Laws:
     """The regular laws of `DwellLaws` with equal mean dwells, those with unequal ones near those of
     the doors, and the law that a door never flips."""
