@@ -121,3 +121,19 @@ def test_the_same_seed_gives_the_same_patrols(floors: Floors) -> None:
             patrols.step(patrols.features[..., GREEDY].argmax(axis=1))
             patrols.look()
     assert (both[0].features == both[1].features).all()
+
+
+def test_a_leaf_is_known_once_it_was_seen_closed_or_often_enough_open(patrols: Patrols) -> None:
+    state = patrols.state
+    leaves = np.arange(MAX_DOORS) < patrols.floors.leaves[state.floor][:, None]
+    assert np.isinf(state.hidden[~leaves]).all()
+    assert (state.hidden[leaves] > 0.0).any()
+    last = patrols.floors.sights[state.floor, state.place, state.place] >= 1 << 7
+    state.hidden[leaves] = 2.0
+    state.closed[:], state.flips[:] = False, np.inf
+    patrols.step(state.place.copy())
+    assert (state.hidden[leaves & last] <= 1.0).all()
+    assert (state.hidden[leaves & ~last] == 2.0).any()
+    state.hidden[leaves], state.closed[leaves] = 9.0, True
+    patrols.step(state.place.copy())
+    assert (state.hidden[leaves & last] == 0.0).all()
