@@ -25,7 +25,7 @@ from agents.goal_choosers.oracle import OracleChooser, door_truth
 from agents.goal_choosers.pose_information import PoseInformation
 from agents.path_patrol import PathPatrol
 from agents.random_agent import RandomAgent
-from agents.viewpoints.chooser import ViewpointChooser
+from agents.viewpoints.chooser import EXPLORE_TIME, ViewpointChooser
 from agents.viewpoints.policies.greedy import Greedy
 from agents.viewpoints.policies.look_ahead import LookAhead
 from agents.viewpoints.policies.monte_carlo_entropy import MonteCarloEntropy
@@ -109,7 +109,7 @@ def builder_of(name: str) -> AgentBuilder:
         return load_object(name)
     path = Path(name)
     if path.is_file() and path.suffix == WEIGHTS_SUFFIX:
-        return _patrol(lambda rng: _learned().Learned(path))
+        return _patrol(lambda rng: _learned().Learned(path), explored=0.0)
     if path.is_file():
         return lambda env, seed: _training().Trained(path, env)
     raise InputError(f"{unknown_name('agent', name, names())}; {FORMS}")
@@ -148,14 +148,18 @@ def _goal_agent(chooser: Callable[[Scan, np.random.Generator], GoalChooser]) -> 
     return build
 
 
-def _patrol(policy: Callable[[np.random.Generator], ViewpointPolicy]) -> AgentBuilder:
-    """A `GoalAgent` that drives to the viewpoints of a policy, which gets a generator."""
+def _patrol(
+    policy: Callable[[np.random.Generator], ViewpointPolicy], explored: float = EXPLORE_TIME
+) -> AgentBuilder:
+    """A `GoalAgent` that explores for `explored` s, and drives to the viewpoints of a policy, which
+    gets a generator."""
 
     def build(env: Env, seed: int) -> Driver:
         view: Any = env.unwrapped
         choices, recoveries = np.random.SeedSequence(seed).spawn(2)
         chosen = policy(np.random.default_rng(choices))
-        return GoalAgent(view, ViewpointChooser(chosen), recoveries, PATROL_REPLAN)
+        chooser = ViewpointChooser(chosen, explored=explored)
+        return GoalAgent(view, chooser, recoveries, PATROL_REPLAN)
 
     return build
 
@@ -193,7 +197,7 @@ def _oracle(env: Env, seed: int) -> Driver:
 def _ppo(env: Env, seed: int) -> Driver:
     """The trained policy of the environment: it chooses viewpoints, or velocities."""
     if isinstance(env.unwrapped, LongPatrolEnv):
-        return _patrol(lambda rng: _learned().Learned(POLICIES / "viewpoints.npz"))(env, seed)
+        return builder_of(str(POLICIES / "viewpoints.npz"))(env, seed)
     return _training().Trained(POLICIES / "ppo.zip", env)
 
 

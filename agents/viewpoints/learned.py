@@ -18,7 +18,7 @@ from slam.io.one_line import one_line
 
 
 class Learned:
-    """The viewpoint with the largest logit.
+    """The viewpoint with the largest logit, or to explore.
 
     path  file of `save_network`
     """
@@ -29,7 +29,8 @@ class Learned:
 
     def choose(self, situation: Situation) -> int:
         """See `ViewpointPolicy`."""
-        given = inputs(features(situation)[None], np.isfinite(situation.times)[None])
+        fit = np.isfinite([*situation.times, situation.frontier])
+        given = inputs(features(situation)[None], fit[None])
         with torch.no_grad():
             return int(self._network(given)[0][0].argmax())
 

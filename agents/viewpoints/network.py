@@ -12,11 +12,12 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from agents.viewpoints.features import FEATURES, SHORT_SIGHTED
+from agents.viewpoints.features import ELAPSED, EXPLORING, FEATURES, SHORT_SIGHTED
 from slam.geometry import Array
 
 WIDTH = 48  # of all layers
 SHARPNESS = 8.0  # of the choice by saved error per second, with which learning begins
+EXPLORED = (1.5, -5.0)  # the choice to explore then: equal to the best viewpoint after a tenth
 FAR = -1e9  # logit of a viewpoint that cannot be reached
 
 
@@ -46,6 +47,7 @@ class ViewpointNetwork(nn.Module):
         )
         self.mixed = nn.Sequential(nn.Linear(3 * WIDTH, WIDTH), nn.ReLU())
         self.logit, self.bias = nn.Linear(WIDTH, 1), nn.Parameter(torch.tensor(SHARPNESS))
+        self.exploring = nn.Parameter(torch.tensor(EXPLORED))
         self.value = nn.Sequential(
             nn.Linear(2 * FEATURES, WIDTH), nn.ReLU(), nn.Linear(WIDTH, WIDTH), nn.ReLU(),
             nn.Linear(WIDTH, 1),
@@ -58,7 +60,9 @@ class ViewpointNetwork(nn.Module):
         views = self.view(given.views) * kept
         around = _pooled(views, kept)[:, None].expand(-1, views.shape[1], -1)
         logits = self.logit(self.mixed(torch.cat([views, around], dim=-1)))[..., 0]
-        logits = logits + self.bias * given.views[..., SHORT_SIGHTED]
+        early = self.exploring[0] + self.exploring[1] * given.views[..., ELAPSED]
+        planned = given.views[..., SHORT_SIGHTED] + given.views[..., EXPLORING] * early
+        logits = logits + self.bias * planned
         return logits.masked_fill(~given.fit, FAR), self.value(_pooled(given.views, kept))[..., 0]
 
 

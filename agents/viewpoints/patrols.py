@@ -1,15 +1,19 @@
 """Patrols: hundreds of patrols at once on viewpoint tables; true poses, no scans, no driving.
 
-The fast setting, in which a policy is trained. A patrol drives from one viewpoint to another in
-the table's time, and sees doorways on the way when a laser would (`sights`), which is more than
-what the table promises to the policy. Doors follow the law of the real task. Beliefs are mixtures
-of memoryless laws, in closed form, in the place of `DwellLaws`. Doorways without a leaf are never
-closed and do not count. Before the policy begins, a patrol drives to the nearest viewpoint where it
-has not been, for 60 to 150 s, as an explorer does.
+The fast setting, in which a policy is trained. A patrol begins on a floor that it does not know.
+It drives from one viewpoint to another in the table's time, and sees doorways on the way when a
+laser would (`sights`), which is more than what the table promises to the policy. What it has not
+seen it does not know: doorways, and viewpoints that were not in sight of one where it has been. To
+explore is to drive to the nearest viewpoint where it has not been.
+
+Doors follow the law of the real task. Beliefs are those of `PlaceDoors` with a part of its laws:
+each doorway's filters, and weights of the laws that are learned from all doorways. Doorways without
+a leaf are never closed and do not count in the error.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,36 +25,46 @@ from agents.viewpoints.sights import SLICES
 from agents.viewpoints.situation import DoorRows, Situation
 from agents.viewpoints.table import MAX_VIEWPOINTS, Bools
 from dynslam_env.navigation.door_belief import HORIZONS
-from dynslam_env.patrol.dwell_laws import LOOK_ERROR, TRUST
-from dynslam_env.patrol.place_doors import STILL_WITH_LEAF
+from dynslam_env.patrol.dwell_laws import (
+    LOOK_ERROR,
+    MEAN_DWELLS,
+    PHASES,
+    PRIOR_WEIGHT,
+    TICK,
+    TRUST,
+    DwellLaws,
+)
+from dynslam_env.patrol.place_doors import BARE_DOORS, BARE_STILL_DOORS, STILL_WITH_LEAF
 from dynslam_env.patrol.slow_doors import SlowDoors
 from dynslam_env.simulation.laws import Law
 from slam.geometry import Array
 from slam.kernel import kernel
 
 BUDGET = 600.0  # s, of an episode
-EXPLORING = (60.0, 150.0)  # s, in which a policy begins
 HISTORIES = 1024  # of the doors of a floor, drawn for a segment
-MEANS = (50.0, 120.0, 290.0)  # s, mean times open and closed of the laws of the beliefs
-STILL_RATE = 1e-6  # 1/s, of the law that a door never flips
-STILL_BARE = 0.9  # prior weight of that law for a doorway without a leaf: what a robot learns soon
+ALL_PAIRS = 80.0, 320.0  # s, between which laws of all pairs of MEAN_DWELLS are kept
+LEAF_SEEN = 0.4  # P(a look at an open door shows its leaf)
+EM_STEPS = 3  # after each drive
+MAX_TICKS = 120  # of a slice of a way
+UNSEEN_ERROR = 0.25  # squared error of a door of which nothing is known
+EXPLORE = MAX_VIEWPOINTS  # the action
 DOORS = SlowDoors()
 
 Ints = NDArray[np.int64]
 
 
 class Laws(NamedTuple):
-    """The h memoryless laws of the beliefs.
+    """The h laws of the beliefs, of P phases each, the first half of them open.
 
-    rate   (h,) 1/s, at which a law forgets
-    share  (h,) of the time closed
-    decay  (h, HORIZONS) what is left of a deviation from `share`
-    prior  (2, h) weights for doorways without and with a leaf
+    steps  (MAX_TICKS, h, P, P) transition probabilities over a number of ticks
+    ahead  (h, HORIZONS, P) P(closed) at each of HORIZONS from each phase
+    begin  (h, P) stationary
+    prior  (h,) weights for doors that flip; the last law, 0, is that of doors that never do
     """
 
-    rate: Array
-    share: Array
-    decay: Array
+    steps: Array
+    ahead: Array
+    begin: Array
     prior: Array
 
 
@@ -58,25 +72,35 @@ class State(NamedTuple):
     """n patrols, D doorways each.
 
     floor, place  (n,) indices
-    time, error   (n,) s; squared error of the doors summed over the time since the policy began
-    begun         (n,) s, when it did
+    time, error   (n,) s; squared error of the doors summed over the time
     visited       (n, V) viewpoints where the patrol has been
+    revealed      (n, V) viewpoints that it knows
     closed        (n, D) whether each door was closed at the start
     flips         (n, D, F) s; inf after the last
-    weights       (n, D, h) of the laws; p (n, D, h): P(closed now) by each
-    age           (n, D) s since the last look
+    shared        (n, h) weights of the laws of doors that flip; still (n,) share of the doorways
+                  without a leaf that never do
+    hidden        (n, D) looks at the open door after which its leaf is known, still to come; 0 once
+                  it is; inf without a leaf
+    evidence      (n, D, h) log-likelihood of the looks, by each law
+    weights       (n, D, h) of the laws
+    phases        (n, D, h, P) of each
+    age           (n, D) s since the last look; inf: not known
     """
 
     floor: Ints
     place: Ints
     time: Array
     error: Array
-    begun: Array
     visited: Bools
+    revealed: Bools
     closed: Bools
     flips: Array
+    shared: Array
+    still: Array
+    hidden: Array
+    evidence: Array
     weights: Array
-    p: Array
+    phases: Array
     age: Array
 
 
@@ -85,48 +109,48 @@ class Patrols:
 
     floors  to draw from
     n       number of patrols
-    rng     of floors, doors and starts
+    rng     of floors and doors
     law     of the doors
 
-    state   of the patrols; features (n, V, FEATURES) what policies see; fit (n, V) viewpoints that
-            can be reached
+    state     of the patrols
+    features  (n, V + 1, FEATURES) what policies see: the viewpoints, and EXPLORE
+    fit       (n, V + 1) which of them can be chosen
     """
 
     def __init__(self, floors: Floors, n: int, rng: np.random.Generator, law: Law = DOORS):
         self.floors, self._rng, self._laws = floors, rng, laws()
         self._closed, self._flips = histories(law, int(floors.leaves.max()), rng)
-        shape, h = (n, MAX_DOORS), len(self._laws.rate)
+        shape, (h, phases) = (n, MAX_DOORS), self._laws.begin.shape
         self.state = State(
-            np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n), np.zeros(n), np.zeros(n),
-            np.zeros((n, MAX_VIEWPOINTS), np.bool_), np.zeros(shape, np.bool_),
-            np.full((*shape, self._flips.shape[2]), np.inf), np.zeros((*shape, h)),
-            np.zeros((*shape, h)), np.zeros(shape),
+            np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n), np.zeros(n),
+            np.zeros((n, MAX_VIEWPOINTS), np.bool_), np.zeros((n, MAX_VIEWPOINTS), np.bool_),
+            np.zeros(shape, np.bool_), np.full((*shape, self._flips.shape[2]), np.inf),
+            np.zeros((n, h)), np.zeros(n), np.zeros(shape), np.zeros((*shape, h)),
+            np.zeros((*shape, h)),
+            np.zeros((*shape, h, phases)), np.zeros(shape),
         )  # fmt: skip
-        self.features = np.zeros((n, MAX_VIEWPOINTS, FEATURES))
+        self.features = np.zeros((n, MAX_VIEWPOINTS + 1, FEATURES))
+        self.fit = np.zeros((n, MAX_VIEWPOINTS + 1), np.bool_)
         self.stale, self.fresh = (np.zeros((*shape, len(HORIZONS))) for _ in range(2))
         for i in range(n):
             self.restart(i, int(rng.integers(len(floors.doors))))
         self.look()
 
-    @property
-    def fit(self) -> Bools:
-        """(n, V) whether a viewpoint can be reached."""
-        return np.isfinite(self.floors.between[self.state.floor, self.state.place])
-
     def restart(self, i: int, floor: int) -> None:
-        """Begin an episode of patrol `i` on a floor, at any of its viewpoints, and explore."""
+        """Begin an episode of patrol `i` on a floor."""
         rng, state, leaves = self._rng, self.state, int(self.floors.leaves[floor])
-        state.floor[i], state.time[i], state.age[i], state.visited[i] = floor, 0.0, np.inf, False
-        state.place[i] = rng.choice(np.flatnonzero(np.isfinite(self.floors.between[floor, 0])))
-        state.visited[i, state.place[i]] = True
+        state.floor[i], state.time[i], state.error[i] = floor, 0.0, 0.0
+        state.place[i], state.age[i] = self.floors.start[floor], np.inf
+        state.visited[i], state.revealed[i] = False, False
+        state.revealed[i, state.place[i]] = True
         state.closed[i], state.flips[i] = False, np.inf
         drawn = int(rng.integers(HISTORIES))
         state.closed[i, :leaves] = self._closed[drawn, :leaves]
         state.flips[i, :leaves] = self._flips[drawn, :leaves]
-        state.weights[i] = self._laws.prior[(np.arange(MAX_DOORS) < leaves).astype(np.int64)]
-        state.p[i] = self._laws.share
-        state.begun[i] = rng.uniform(*EXPLORING)
-        _explore(i, state, self.floors, self._laws)
+        state.shared[i], state.still[i] = self._laws.prior, BARE_STILL_DOORS / BARE_DOORS
+        state.evidence[i], state.phases[i] = 0.0, self._laws.begin
+        state.hidden[i], state.hidden[i, :leaves] = np.inf, rng.geometric(LEAF_SEEN, leaves)
+        _weigh(i, state, self.floors.doors[floor], self._laws)
 
     def step(self, actions: Ints) -> tuple[Array, Array, Bools]:
         """Drive to viewpoints: error (n,) s summed over the time, s that passed (n,), and which
@@ -143,28 +167,44 @@ class Patrols:
     def look(self) -> None:
         """Update what policies see."""
         _describe_all(
-            self.state, self.floors, self._laws, self.stale, self.fresh, self.features
+            self.state, self.floors, self._laws, self.stale, self.fresh, self.features, self.fit
         )  # fmt: skip
 
     def situation(self, i: int) -> Situation:
         """The situation of one patrol, for a policy that is no network."""
         floors, floor, place = self.floors, self.state.floor[i], self.state.place[i]
-        kept, count = np.isfinite(floors.between[floor, 0]), int(floors.doors[floor])
-        between, then = floors.between[floor][kept][:, kept], floors.then[floor][kept][:, kept]
+        kept, known = np.isfinite(floors.between[floor, 0]), np.isfinite(self.state.age[i])
+        between = floors.between[floor][kept][:, kept]
+        then = floors.then[floor][kept][:, kept][..., known]
         here = int(kept[:place].sum())
-        p = (self.state.weights[i] * self.state.p[i]).sum(axis=1)
-        rows = (p, self.state.age[i], self.stale[i], self.fresh[i])
-        doors = DoorRows(*(part[:count] for part in rows))
-        then = then[..., :count]
-        return Situation(between[here], then[here], between, then, doors, here)
+        times = np.where(self.fit[i, :EXPLORE][kept], between[here], np.inf)
+        p = (self.state.weights[i] * self.state.phases[i, ..., PHASES:].sum(axis=-1)).sum(axis=1)
+        rows = (p, self.state.age[i], self.state.hidden[i] == 0.0, self.stale[i], self.fresh[i])
+        doors = DoorRows(*(part[known] for part in rows))
+        frontier, _ = _frontier(i, self.state, floors)
+        return Situation(
+            times, then[here], between, then, doors, here, self.state.time[i], frontier
+        )  # fmt: skip
 
 
+@cache
 def laws() -> Laws:
-    """The laws of the beliefs."""
-    a, b = (1.0 / rows.ravel() for rows in np.meshgrid(MEANS, MEANS))
-    rate, share = np.append(a + b, STILL_RATE), np.append(a / (a + b), 0.5)
-    prior = [np.append(np.full(len(a), (1 - s) / len(a)), s) for s in (STILL_BARE, STILL_WITH_LEAF)]
-    return Laws(rate, share, np.exp(-rate[:, None] * HORIZONS), np.array(prior))
+    """The regular laws of `DwellLaws` with equal mean dwells, those with unequal ones near those of
+    the doors, and the law that a door never flips."""
+    every, shape = DwellLaws(), (2, len(MEAN_DWELLS), len(MEAN_DWELLS))
+    number = np.arange(np.prod(shape)).reshape(shape)[1]
+    near = (ALL_PAIRS[0] <= MEAN_DWELLS) & (ALL_PAIRS[1] >= MEAN_DWELLS)
+    kept = np.outer(near, near) | np.eye(len(MEAN_DWELLS), dtype=np.bool_)
+    chosen = np.append(number[kept], len(every.begin) - 1)
+    one = every.steps[chosen, 0]
+    steps = [np.broadcast_to(np.eye(one.shape[-1]), one.shape)]
+    for _ in range(MAX_TICKS - 1):
+        steps.append(steps[-1] @ one)
+    prior = every.prior[chosen]
+    return Laws(
+        np.ascontiguousarray(steps), np.ascontiguousarray(every.ahead[chosen]),
+        every.begin[chosen], prior / prior.sum(),
+    )  # fmt: skip
 
 
 def histories(law: Law, doors: int, rng: np.random.Generator) -> tuple[Bools, Array]:
@@ -174,7 +214,7 @@ def histories(law: Law, doors: int, rng: np.random.Generator) -> tuple[Bools, Ar
     drawn = []
     for _ in range(HISTORIES):
         clock, flips = law.clock(doors, rng), [[] for _ in range(doors)]
-        while (time := clock.next_flip) < BUDGET + EXPLORING[1]:
+        while (time := clock.next_flip) < BUDGET:
             for door in clock.flips_until(time):
                 flips[door].append(time)
         drawn.append(flips)
@@ -187,94 +227,182 @@ def histories(law: Law, doors: int, rng: np.random.Generator) -> tuple[Bools, Ar
 
 
 @kernel
+def _advance(phases, steps):
+    """The phases (h, P) of one door after a step (h, P, P)."""
+    row = np.empty(phases.shape[1])
+    for h in range(len(phases)):
+        row[:] = 0.0
+        for a in range(len(row)):
+            if phases[h, a] > 0.0:
+                for b in range(len(row)):
+                    row[b] += phases[h, a] * steps[h, a, b]
+        phases[h] = row
+
+
+@kernel
+def _look(evidence, weights, phases, closed):
+    """Condition one door's beliefs on a look."""
+    half, total = phases.shape[1] // 2, 0.0
+    for h in range(len(weights)):
+        if closed:
+            phases[h, :half] *= LOOK_ERROR
+            phases[h, half:] *= 1.0 - LOOK_ERROR
+        else:
+            phases[h, :half] *= 1.0 - LOOK_ERROR
+            phases[h, half:] *= LOOK_ERROR
+        p = phases[h].sum()
+        phases[h] /= p
+        evidence[h] += np.log(p)
+        weights[h] *= p**TRUST
+        total += weights[h]
+    weights /= total
+
+
+@kernel
+def _closed(weights, phases):
+    half, p = phases.shape[1] // 2, 0.0
+    for h in range(len(weights)):
+        p += weights[h] * phases[h, half:].sum()
+    return p
+
+
+@kernel
+def _weigh(i, state: State, count, laws: Laws):
+    """Weights of the laws of each doorway of a patrol, and the shared ones: a step of EM, as in
+    `PlaceDoors`."""
+    weights, shared, last = state.weights[i], state.shared[i], len(laws.prior) - 1
+    total, still, bare = PRIOR_WEIGHT * laws.prior, BARE_STILL_DOORS, BARE_DOORS
+    for d in range(count):
+        leaf = state.hidden[i, d] == 0.0
+        never = STILL_WITH_LEAF if leaf else state.still[i]
+        for h in range(last + 1):
+            before = never if h == last else (1.0 - never) * shared[h]
+            weights[d, h] = before * np.exp(TRUST * state.evidence[i, d, h])
+        weights[d] /= weights[d].sum()
+        if np.isfinite(state.age[i, d]) and leaf:
+            total[:last] += weights[d, :last]
+        elif np.isfinite(state.age[i, d]):
+            still, bare = still + weights[d, last], bare + 1.0
+    shared[:] = total / total.sum()
+    state.still[i] = still / bare
+
+
+@kernel
 def _drive(i, target, state: State, floors: Floors, laws: Laws):
     """Patrol `i` drives to a viewpoint; the squared error of its doors, summed over the time."""
     floor, place = state.floor[i], state.place[i]
-    takes = floors.between[floor, place, target]
-    count, leaves, step = floors.doors[floor], floors.leaves[floor], takes / SLICES
-    gone, error = np.exp(-laws.rate * step), 0.0
+    ticks = max(int(np.round(floors.between[floor, place, target] / SLICES / TICK)), 1)
+    ticks = min(ticks, len(laws.steps) - 1)
+    step, count, leaves, error = ticks * TICK, floors.doors[floor], floors.leaves[floor], 0.0
     for k in range(SLICES):
+        counted = max(min(step, BUDGET - state.time[i]), 0.0)
         state.time[i] += step
         for d in range(count):
-            w, p = state.weights[i, d], state.p[i, d]
-            mean = 0.0
-            for h in range(len(w)):
-                p[h] = laws.share[h] + (p[h] - laws.share[h]) * gone[h]
-                mean += w[h] * p[h]
-            state.age[i, d] += step
             closed = state.closed[i, d]
             for time in state.flips[i, d]:
                 if time > state.time[i]:
                     break
                 closed = not closed
+            known = np.isfinite(state.age[i, d])
+            w, phases = state.weights[i, d], state.phases[i, d]
+            if known:
+                _advance(phases, laws.steps[ticks])
             if d < leaves:
-                error += (mean - closed) ** 2 / leaves * step
+                wrong = (_closed(w, phases) - closed) ** 2 if known else UNSEEN_ERROR
+                error += wrong / leaves * counted
+            state.age[i, d] += step
             if floors.sights[floor, place, target, d] >> k & 1:
-                total = 0.0
-                for h in range(len(w)):
-                    w[h] *= max(p[h] if closed else 1.0 - p[h], LOOK_ERROR) ** TRUST
-                    total += w[h]
-                    p[h] = 1.0 - LOOK_ERROR if closed else LOOK_ERROR
-                w /= total
+                _look(state.evidence[i, d], w, phases, closed)
                 state.age[i, d] = 0.0
+                left = state.hidden[i, d] - 1.0
+                state.hidden[i, d] = 0.0 if closed else max(left, 0.0)
     state.place[i] = target
     state.visited[i, target] = True
+    state.revealed[i, target] = True
+    for j in range(floors.reveals.shape[2]):
+        state.revealed[i, j] |= floors.reveals[floor, target, j]
     return error
 
 
 @kernel
-def _explore(i, state: State, floors: Floors, laws: Laws):
-    """Patrol `i` drives to the nearest viewpoints where it has not been, until it has begun."""
-    while state.time[i] < state.begun[i]:
-        times, best = floors.between[state.floor[i], state.place[i]], -1
+def _frontier(i, state: State, floors: Floors):
+    """s to the nearest viewpoint where a patrol has not been, of those that it knows if there is
+    one, and its number; inf and -1 if it has been everywhere."""
+    times, near, best = floors.between[state.floor[i], state.place[i]], np.inf, -1
+    for known in (True, False):
         for j in range(len(times)):
-            new = np.isfinite(times[j]) and not state.visited[i, j]
-            if new and (best < 0 or times[j] < times[best]):
-                best = j
-        if best < 0:
+            new = not state.visited[i, j] and (state.revealed[i, j] or not known)
+            if new and times[j] < near:
+                near, best = times[j], j
+        if best >= 0:
             break
-        _drive(i, best, state, floors, laws)
-    state.begun[i], state.error[i] = state.time[i], 0.0
+    return near, best
 
 
 @kernel
 def _drive_all(actions, state: State, floors: Floors, laws: Laws, error, takes):
     for i in range(len(actions)):
-        takes[i] = floors.between[state.floor[i], state.place[i], actions[i]]
-        error[i] = _drive(i, actions[i], state, floors, laws)
+        target = actions[i] if actions[i] < EXPLORE else _frontier(i, state, floors)[1]
+        before = state.time[i]
+        error[i] = _drive(i, target, state, floors, laws)
+        takes[i] = state.time[i] - before
+        for _ in range(EM_STEPS):
+            _weigh(i, state, floors.doors[state.floor[i]], laws)
         state.error[i] += error[i]
 
 
 @kernel
-def _expect(i, count, state: State, laws: Laws, stale, fresh):
-    """Write the expected errors of a patrol's doorways, without and after a look."""
-    n, h = len(HORIZONS), len(laws.rate)
-    seen = np.empty((2, h))
-    for d in range(count):
-        w, p = state.weights[i, d], state.p[i, d]
-        totals = np.zeros(2)
-        for k in range(h):
-            seen[0, k] = w[k] * max(1.0 - p[k], LOOK_ERROR) ** TRUST
-            seen[1, k] = w[k] * max(p[k], LOOK_ERROR) ** TRUST
-            totals += seen[:, k]
-        now = (w * p).sum()
-        for t in range(n):
-            later, opened, closed = 0.0, 0.0, 0.0
-            for k in range(h):
-                share, left = laws.share[k], laws.decay[k, t]
-                later += w[k] * (share + (p[k] - share) * left)
-                opened += seen[0, k] * (share - share * left)
-                closed += seen[1, k] * (share + (1.0 - share) * left)
-            opened, closed = opened / totals[0], closed / totals[1]
-            stale[d, t] = later * (1.0 - later)
-            fresh[d, t] = (1.0 - now) * opened * (1.0 - opened) + now * closed * (1.0 - closed)
+def _expect(weights, phases, laws: Laws, stale, fresh):
+    """Write the expected errors (HORIZONS,) of one doorway, without and after a look."""
+    half, now, totals = phases.shape[1] // 2, 0.0, np.zeros(2)
+    seen = np.empty((len(weights), 2))  # weights after a look, over P(what it shows)
+    for h in range(len(weights)):
+        p = 0.0
+        for a in range(half, 2 * half):
+            p += phases[h, a]
+        p = min(max(p, LOOK_ERROR), 1.0 - LOOK_ERROR)
+        now += weights[h] * p
+        for k in range(2):
+            shown = p if k else 1.0 - p
+            seen[h, k] = weights[h] * shown**TRUST
+            totals[k] += seen[h, k]
+            seen[h, k] /= shown
+    for t in range(len(stale)):
+        later, opened, closed = 0.0, 0.0, 0.0
+        for h in range(len(weights)):
+            was_open, was_closed = 0.0, 0.0
+            for a in range(half):
+                was_open += phases[h, a] * laws.ahead[h, t, a]
+                was_closed += phases[h, half + a] * laws.ahead[h, t, half + a]
+            later += weights[h] * (was_open + was_closed)
+            opened += seen[h, 0] * was_open
+            closed += seen[h, 1] * was_closed
+        opened, closed = opened / totals[0], closed / totals[1]
+        stale[t] = later * (1.0 - later)
+        fresh[t] = (1.0 - now) * opened * (1.0 - opened) + now * closed * (1.0 - closed)
 
 
 @kernel
-def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found):
+def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found, fit):
     for i in range(len(state.time)):
         floor, place = state.floor[i], state.place[i]
-        count = int(floors.doors[floor])
-        _expect(i, count, state, laws, stale[i], fresh[i])
-        ahead = Ahead(floors.between[floor, place], floors.then[floor, place], count, place)
-        describe(ahead, Expected(state.age[i], stale[i], fresh[i]), found[i])
+        known = np.flatnonzero(np.isfinite(state.age[i]))
+        for d in known:
+            _expect(state.weights[i, d], state.phases[i, d], laws, stale[i, d], fresh[i, d])
+        times = floors.between[floor, place].copy()
+        for j in range(len(times)):
+            shows = False
+            for d in known:
+                shows |= floors.then[floor, j, j, d]
+            fit[i, j] = state.revealed[i, j] and shows and np.isfinite(times[j])
+            times[j] = times[j] if fit[i, j] else np.inf
+        frontier = _frontier(i, state, floors)[0]
+        fit[i, EXPLORE] = np.isfinite(frontier)
+        if not fit[i].any():
+            fit[i, place], times[place] = True, floors.between[floor, place, place]
+        sees = floors.then[floor, place][:, known]
+        near = floors.reach[floor][:, known]
+        ahead = Ahead(times, sees, near, len(known), place, state.time[i], frontier)
+        leaf = state.hidden[i][known] == 0.0
+        expected = Expected(state.age[i][known], leaf, stale[i][known], fresh[i][known])
+        describe(ahead, expected, found[i])

@@ -18,9 +18,10 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from agents.viewpoints.chooser import EXPLORE_TIME
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.network import Inputs, ViewpointNetwork, inputs
-from agents.viewpoints.patrols import Patrols
+from agents.viewpoints.patrols import BUDGET, EXPLORE, Patrols
 from agents.viewpoints.situation import ViewpointPolicy
 
 USUAL_ERROR = 0.1  # squared error, at which the reward is 0; it changes no policy
@@ -51,12 +52,12 @@ class Settings:
     length: int = 32
     updates: int = 20
     epochs: int = 3
-    batch: int = 2048
-    rate: float = 3e-4
+    batch: int = 1024
+    rate: float = 7e-4
     clip: float = 0.15
     entropy: float = 0.002
-    horizon: float = 120.0
-    trace: float = 0.9
+    horizon: float = 300.0
+    trace: float = 0.95
     judging: int = 32768
 
     @property
@@ -161,12 +162,12 @@ class Learner:
             return given, *self.network(given)
 
     def _advantages(self, told: list[Any], after: np.ndarray) -> tuple[Tensor, Tensor]:
-        """Generalised advantages, discounted by time; an episode's end has the value before it."""
+        """Generalised advantages, discounted by time; nothing comes after an episode's end."""
         settings, gathered, advantages = self.settings, np.zeros(len(after)), []
         for values, error, takes, over in reversed(told):
             reward = REWARD_SCALE * (USUAL_ERROR * takes - error)
             discount = np.exp(-takes / settings.horizon)
-            surprise = reward + discount * np.where(over, values, after) - values
+            surprise = reward + discount * np.where(over, 0.0, after) - values
             gathered = surprise + discount * settings.trace * np.where(over, 0.0, gathered)
             advantages.append(gathered.copy())
             after = values
@@ -214,23 +215,33 @@ def by_network(network: ViewpointNetwork) -> Chooser:
     return choose
 
 
-def by_feature(number: int) -> Chooser:
-    """The viewpoints with the largest value of one feature."""
+def by_feature(number: int, explored: float = EXPLORE_TIME) -> Chooser:
+    """Exploring up to `explored` s; then the viewpoints with the largest value of one feature."""
 
     def choose(patrols: Patrols) -> np.ndarray:
-        return np.where(patrols.fit, patrols.features[..., number], -np.inf).argmax(axis=1)
+        best = np.where(patrols.fit, patrols.features[..., number], -np.inf)[:, :EXPLORE]
+        return np.where(_explores(patrols, explored), EXPLORE, best.argmax(axis=1))
 
     return choose
 
 
-def by_policies(policies: list[ViewpointPolicy]) -> Chooser:
-    """The viewpoints that policies choose, one of each patrol."""
+def by_policies(policies: list[ViewpointPolicy], explored: float = EXPLORE_TIME) -> Chooser:
+    """Exploring up to `explored` s; then the viewpoints that policies choose, one of each
+    patrol."""
 
     def choose(patrols: Patrols) -> np.ndarray:
-        rows = enumerate(policies)
-        return np.array([policy.choose(patrols.situation(i)) for i, policy in rows])
+        first, chosen = _explores(patrols, explored), np.full(len(policies), EXPLORE)
+        for i in np.flatnonzero(~first):
+            chosen[i] = policies[i].choose(patrols.situation(int(i)))
+        return chosen
 
     return choose
+
+
+def _explores(patrols: Patrols, explored: float) -> np.ndarray:
+    """(n,) whether patrols that explore first still do."""
+    fit, early = patrols.fit, patrols.state.time < explored
+    return fit[:, EXPLORE] & (early | ~fit[:, :EXPLORE].any(axis=1))
 
 
 def scores(floors: Floors, choose: Chooser, seed: int, episodes: int = 1) -> np.ndarray:
@@ -244,6 +255,6 @@ def scores(floors: Floors, choose: Chooser, seed: int, episodes: int = 1) -> np.
     while np.isnan(found).any():
         over = patrols.step(choose(patrols))[2] & np.isnan(found)
         state = patrols.state
-        found[over] = state.error[over] / (state.time - state.begun)[over]
+        found[over] = state.error[over] / BUDGET
         patrols.look()
     return found

@@ -20,12 +20,14 @@ class DoorRows(NamedTuple):
 
     closed  (d,)
     age     (d,) s; inf if never seen
+    leaf    (d,) whether a leaf was seen
     stale   (d, HORIZONS)
     fresh   (d, HORIZONS)
     """
 
     closed: Array
     age: Array
+    leaf: Bools
     stale: Array
     fresh: Array
 
@@ -36,7 +38,8 @@ class DoorRows(NamedTuple):
                        for name in ("closed", "age"))  # fmt: skip
         stale, fresh = (np.array([getattr(one, name) for one in beliefs]).reshape(-1, len(HORIZONS))
                         for name in ("stale", "fresh"))  # fmt: skip
-        return DoorRows(closed, age, stale, fresh)
+        leaf = np.array([one.leaf for one in beliefs], dtype=np.bool_)
+        return DoorRows(closed, age, leaf, stale, fresh)
 
 
 class Situation:
@@ -48,18 +51,26 @@ class Situation:
     then     (v, v, d) whether a doorway is seen on that way or there
     doors    the beliefs
     last     the viewpoint where the robot is; -1 at none
+    time     s since the episode began
+    frontier s to where exploring leads; inf: nowhere
     """
 
     def __init__(
-        self, times: Array, sees: Bools, between: Array, then: Bools, doors: DoorRows, last: int
-    ):
+        self, times: Array, sees: Bools, between: Array, then: Bools, doors: DoorRows, last: int,
+        time: float = 0.0, frontier: float = np.inf,
+    ):  # fmt: skip
         self.times, self.sees, self.between, self.then = times, sees, between, then
-        self.doors, self.last = doors, last
+        self.doors, self.last, self.time, self.frontier = doors, last, time, frontier
 
     @property
     def around(self) -> Bools:
         """(v, d) whether a doorway is seen from a viewpoint."""
         return self.then[np.arange(len(self.times)), np.arange(len(self.times))]
+
+    @property
+    def reach(self) -> Array:
+        """(v, d) s from a viewpoint until a doorway is seen."""
+        return reach(self.between, self.then)
 
     @cached_property
     def stale(self) -> Array:
@@ -77,8 +88,15 @@ class ViewpointPolicy(Protocol):
     """A way to choose viewpoints; one object per episode."""
 
     def choose(self, situation: Situation) -> int:
-        """The next viewpoint, one that can be reached; the present one to look around again."""
+        """The next viewpoint, one that can be reached; the present one to look around again; their
+        number, to explore. It is asked only if a viewpoint can be reached."""
         ...
+
+
+def reach(between: Array, then: Bools) -> Array:
+    """(v, d) s from a viewpoint until a doorway is seen, by a table; inf if no viewpoint shows
+    it."""
+    return np.where(then, between[..., None], np.inf).min(axis=1, initial=np.inf)
 
 
 def summed(errors: Array) -> Array:

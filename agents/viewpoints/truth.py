@@ -43,4 +43,5 @@ class TrueBeliefs:
         unknown = np.full(len(HORIZONS), UNKNOWN_ERROR)
         stale, fresh = (near[0].stale, near[0].fresh) if near else (unknown, 0.0 * unknown)
         stale = stale + (error - stale[0]) * np.exp(-HORIZONS / FADING)
-        return DoorBelief(place, p, near[0].age if near else math.inf, stale, fresh)
+        age = near[0].age if near else math.inf
+        return DoorBelief(place, p, age, True, stale, fresh)

@@ -18,6 +18,7 @@ class DoorBelief(NamedTuple):
     place   (4,) x, y of its middle, m; direction of the wall, rad; width, m
     closed  P(closed now)
     age     s since it was last seen; inf if never
+    leaf    whether its leaf was seen
     stale   (HORIZONS,) expected squared error of P(closed) at each of HORIZONS from now, if the
             door is not looked at: p (1 - p)
     fresh   (HORIZONS,) the same after a look now, expected over what the look shows
@@ -26,6 +27,7 @@ class DoorBelief(NamedTuple):
     place: Array
     closed: float
     age: float
+    leaf: bool
     stale: Array
     fresh: Array
 

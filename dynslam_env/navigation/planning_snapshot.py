@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ class PlanningSnapshot(NamedTuple):
 
     time        s since the episode began
     covariance  (3, 3) of the pose: x, y in m, theta in rad
-    doors       what is believed of each suspected doorway
+    read_doors  returns what is believed of each suspected doorway
     """
 
     time: float
@@ -29,7 +29,7 @@ class PlanningSnapshot(NamedTuple):
     beliefs: Beliefs
     costmap: Costmap
     plan: Plan
-    doors: Sequence[DoorBelief] = ()
+    read_doors: Callable[[], Sequence[DoorBelief]] = tuple
 
     @property
     def position(self) -> tuple[float, float]:
@@ -54,5 +54,5 @@ def planning_snapshot(
         beliefs,
         costs,
         plan(costs, pose),
-        snapshot.read_doors(),
+        snapshot.read_doors,
     )

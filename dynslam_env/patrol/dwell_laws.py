@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 from scipy.linalg import expm
 
+from dynslam_env.navigation.door_belief import HORIZONS
 from slam.geometry import Array
 from slam.kernel import kernel
 
@@ -32,6 +33,7 @@ class DwellLaws:
     """The laws that are compared, h of them; the last: no flip ever.
 
     steps  (h, DOUBLINGS, 2 PHASES, 2 PHASES) transition probabilities over TICK * 2 ** j s
+    ahead  (h, HORIZONS, 2 PHASES) P(closed) at each of HORIZONS from each phase
     begin  (h, 2 PHASES) stationary distribution; phases 0 to PHASES - 1 are open, the rest closed
     prior  (h,) weights of the laws of doors that flip, before any look; 0 for the last
     """
@@ -43,7 +45,8 @@ class DwellLaws:
         doubled = [step]
         for _ in range(DOUBLINGS - 1):
             doubled.append(doubled[-1] @ doubled[-1])
-        self.steps = np.ascontiguousarray(np.stack(doubled, axis=1))
+        self.steps: Array = np.ascontiguousarray(np.stack(doubled, axis=1), dtype=np.float64)
+        self.ahead = _ahead(self.steps)
         self.begin = np.array([*begins, _begin(1, 1.0, 1.0)])
         i, j = np.indices((len(MEAN_DWELLS),) * 2)
         weights = np.tile(UNEQUAL ** abs(i - j).ravel(), len(SHAPES))
@@ -72,6 +75,18 @@ def _begin(shape: int, mean_open: float, mean_closed: float) -> Array:
     begin[:shape] = mean_open
     begin[PHASES : PHASES + shape] = mean_closed
     return begin / begin.sum()
+
+
+def _ahead(steps: Array) -> Array:
+    """(h, HORIZONS, 2 PHASES) P(closed) at each of HORIZONS from each phase."""
+    closed = np.repeat([[0.0, 1.0]], PHASES, axis=1).reshape(1, 2 * PHASES, 1)
+    found = []
+    for ticks in np.round(HORIZONS / TICK).astype(np.int64):
+        after = np.broadcast_to(closed, (len(steps), 2 * PHASES, 1))
+        for j in range(DOUBLINGS):
+            after = steps[:, j] @ after if ticks >> j & 1 else after
+        found.append(after[..., 0])
+    return np.ascontiguousarray(np.stack(found, axis=1))
 
 
 class DoorFilter:
@@ -111,6 +126,10 @@ class DoorFilter:
     def closed(self, time: float) -> Array:
         """(h,) P(closed at `time`) by each law."""
         return _closed(self.phases, self._laws.steps, self._ticks(time))
+
+    def forecast(self, time: float) -> Array:
+        """(h, HORIZONS) P(closed) at each of HORIZONS after `time`, s, by each law."""
+        return _forecast(self.phases, self._laws.steps, self._ticks(time), self._laws.ahead)
 
     def _ticks(self, time: float) -> int:
         gone = 0.0 if self.time is None else time - self.time
@@ -168,4 +187,14 @@ def _closed(phases, steps, ticks):
     for h in range(len(phases)):
         _advance(phases[h], steps[h], ticks, row)
         found[h] = row[half:].sum()
+    return found
+
+
+@kernel
+def _forecast(phases, steps, ticks, ahead):
+    found, row = np.empty(ahead.shape[:2]), np.empty(phases.shape[1])
+    for h in range(len(phases)):
+        _advance(phases[h], steps[h], ticks, row)
+        for t in range(ahead.shape[1]):
+            found[h, t] = (row * ahead[h, t]).sum()
     return found

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from dynslam_env.navigation.door_belief import HORIZONS, DoorBelief, spread
+from dynslam_env.navigation.door_belief import DoorBelief, spread
 from dynslam_env.patrol.door_shapes import looked, suspects
 from dynslam_env.patrol.dwell_laws import (
     PRIOR_WEIGHT,
@@ -139,12 +139,12 @@ class PlaceDoors:
         stale = spread(self._forecast(door.filter, door, time))
         stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
         age = math.inf if door.filter.time is None else time - door.filter.time
-        return DoorBelief(door.place.copy(), closed, age, stale, fresh)
+        return DoorBelief(door.place.copy(), closed, age, door.has_leaf, stale, fresh)
 
     def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
         """(HORIZONS,) P(closed) from `time`, s, on."""
         own = responsibilities(doors.evidence, self._prior(door))
-        return np.array([own @ doors.closed(time + ahead) for ahead in HORIZONS])
+        return own @ doors.forecast(time)
 
     def drifted(self, closed: Array, ages: Array, time: float) -> Array:
         """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were

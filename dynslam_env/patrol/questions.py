@@ -10,6 +10,7 @@ doors is Papadimitriou and Yannakakis's Canadian traveller (1991). Doors stand s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -33,10 +34,9 @@ MAX_DETOUR = 60.0  # m, of a door without a way around it
 MAX_DRAWS = 10  # of two places with a way between them
 
 
-def floor_costmap(layout: Layout, radius: float, shut: bool = True) -> Costmap:
-    """The costmap of a floor for a robot of `radius` m, with all doors closed, or without them."""
-    leaves = [leaf(door, 0.0) for door in layout.doors] if shut else []
-    solids = np.concatenate([layout.walls, *leaves])
+def floor_costmap(layout: Layout, radius: float, closed: Sequence[Door]) -> Costmap:
+    """The costmap of a floor for a robot of `radius` m, with only these doors, which are closed."""
+    solids = np.concatenate([layout.walls, *(leaf(door, 0.0) for door in closed)])
     ends = solids.reshape(-1, 2)
     low, high = ends.min(axis=0), ends.max(axis=0)
     spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), CELL)
@@ -61,8 +61,8 @@ class Questions:
 
     def __init__(self, layout: Layout, radius: float, rng: np.random.Generator):
         self._rng, self._doors = rng, len(layout.doors)
-        costs = floor_costmap(layout, radius)
-        open_plan = plan(floor_costmap(layout, radius, shut=False), layout.start)
+        costs = floor_costmap(layout, radius, layout.doors)
+        open_plan = plan(floor_costmap(layout, radius, closed=()), layout.start)
         sides = [_sides(door, costs) for door in layout.doors]
         wide = (costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & open_plan.reached
         cells = np.argwhere(wide if wide.any() else open_plan.reached)

@@ -17,8 +17,8 @@ from agents.viewpoints import train as training
 from agents.viewpoints.features import SHORT_SIGHTED, features
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.learned import Learned, load_network, save_network
-from agents.viewpoints.network import ViewpointNetwork
-from agents.viewpoints.patrols import Patrols
+from agents.viewpoints.network import EXPLORED, ViewpointNetwork
+from agents.viewpoints.patrols import BUDGET, EXPLORE, Patrols
 from agents.viewpoints.policies.stand import Stand
 from agents.viewpoints.ppo import (
     Learner,
@@ -35,9 +35,11 @@ from slam.errors import InputError
 SMALL = Settings(patrols=4, length=4, updates=2, batch=8, judging=16)
 
 
-def test_a_new_network_chooses_by_saved_error(floors: Floors) -> None:
+def test_a_new_network_explores_and_then_chooses_by_saved_error(floors: Floors) -> None:
+    tenth = EXPLORED[0] + EXPLORED[1] * 0.1
+    assert tenth == pytest.approx(1.0)  # as much as the best viewpoint
     both = [scores(floors, choose, seed=3) for choose in
-            (by_network(ViewpointNetwork()), by_feature(SHORT_SIGHTED))]  # fmt: skip
+            (by_network(ViewpointNetwork()), by_feature(SHORT_SIGHTED, 0.1 * BUDGET))]  # fmt: skip
     assert both[0] == pytest.approx(both[1])
     assert (both[0] > 0.0).all()
     assert (both[0] < 0.3).all()
@@ -82,9 +84,15 @@ def test_it_learns_to_stay_where_that_pays(floors: Floors) -> None:
 
 def test_a_learned_policy_chooses_as_its_network(floors: Floors, tmp_path: Path) -> None:
     save_network(ViewpointNetwork(), tmp_path / "best.npz")
-    situation = Patrols(floors, 1, np.random.default_rng(0)).situation(0)
-    expected = features(situation)[:, SHORT_SIGHTED].argmax()
-    assert Learned(tmp_path / "best.npz").choose(situation) == expected
+    patrols = Patrols(floors, 1, np.random.default_rng(0))
+    for _ in range(10):
+        patrols.step(np.array([EXPLORE]))
+    patrols.look()
+    situation, learned = patrols.situation(0), Learned(tmp_path / "best.npz")
+    situation.time = 0.0
+    assert learned.choose(situation) == len(situation.times)  # to explore
+    situation.time = BUDGET
+    assert learned.choose(situation) == features(situation)[:, SHORT_SIGHTED].argmax()
 
 
 class Interrupted(Reporter):

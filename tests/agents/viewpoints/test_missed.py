@@ -17,7 +17,8 @@ def after_a_look(ages: tuple[float, float]) -> Missed:
     """A look around at the first viewpoint from 90 s to 100 s; the doors' ages after it."""
     known = np.zeros(len(HORIZONS))
     beliefs = [
-        DoorBelief(place, 0.5, age, known, known) for place, age in zip(DOORS, ages, strict=True)
+        DoorBelief(place, 0.5, age, True, known, known)
+        for place, age in zip(DOORS, ages, strict=True)
     ]
     missed = Missed()
     missed.compare(POINTS[0], DOORS, beliefs, 100.0, 90.0)
@@ -49,7 +50,8 @@ def test_a_doorway_that_became_known_meanwhile_changes_no_pairs() -> None:
     known = np.zeros(len(HORIZONS))
     places, ages = [np.array([9.0, 9.0, 0.0, 0.9]), *DOORS], (np.inf, 50.0, 0.0)
     beliefs = [
-        DoorBelief(place, 0.5, age, known, known) for place, age in zip(places, ages, strict=True)
+        DoorBelief(place, 0.5, age, True, known, known)
+        for place, age in zip(places, ages, strict=True)
     ]
     missed = Missed()
     missed.compare(POINTS[0], DOORS[1:], beliefs, 100.0, 90.0)

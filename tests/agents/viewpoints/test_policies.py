@@ -31,7 +31,8 @@ def doors(ages: list[float], bare: tuple[int, ...] = ()) -> DoorRows:
     stale = error(np.minimum(age[:, None], 1e4) + HORIZONS)
     fresh = error(np.broadcast_to(HORIZONS, stale.shape))
     closed = 0.5 - np.sqrt(np.maximum(0.25 - stale[:, 0], 0.0))
-    return DoorRows(closed, age, stale, fresh)
+    leaf = np.array([d not in bare for d in range(len(ages))])
+    return DoorRows(closed, age, leaf, stale, fresh)
 
 
 def star(shown: list[list[int]], rows: DoorRows, last: int = 0) -> Situation:

@@ -50,15 +50,16 @@ def test_walls_and_flat_angles_hide_a_door() -> None:
     layout = hall()
     doors = np.array([[1.95, 0.0, 0.0, 0.9]])
     points = np.array([[1.95, 2.0], [4.0, 2.0], [6.5, 0.8]])
-    costs = floor_costmap(layout, RADIUS)
+    costs = floor_costmap(layout, RADIUS, layout.doors)
     assert visible(costs, points, doors)[:, 0].tolist() == [True, True, False]
     screen = np.array([[0.5, 1.0, 3.0, 1.0]])
     hidden = Layout(np.vstack([layout.walls, screen]), layout.doors, layout.start, layout.path)
-    assert not visible(floor_costmap(hidden, RADIUS), points[:1], doors).any()
+    assert not visible(floor_costmap(hidden, RADIUS, hidden.doors), points[:1], doors).any()
 
 
 def test_a_robot_sees_a_door_when_it_comes_near_and_all_around_when_it_turns() -> None:
-    layout, costs = hall(), floor_costmap(hall(), RADIUS)
+    layout = hall()
+    costs = floor_costmap(layout, RADIUS, layout.doors)
     points, doors = np.array([[10.0, 2.0], [2.5, 2.0]]), doorways(layout)
     plans = plans_from(costs, points)
     found = sights(costs, table_of(costs, points, doors, plans), plans)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from dynslam_env.navigation.door_belief import HORIZONS
 from dynslam_env.patrol.dwell_laws import (
     MEAN_DWELLS,
     TICK,
@@ -83,3 +84,11 @@ def test_a_look_decides_now_and_less_later():
     assert p[0] > 0.99
     assert p == sorted(p, reverse=True)
     assert p[-1] > 0.5
+
+
+def test_a_forecast_is_what_is_believed_at_each_horizon():
+    door = DoorFilter(DwellLaws())
+    door.look(1.0, True)
+    door.look(30.0, False)
+    expected = np.stack([door.closed(47.3 + ahead) for ahead in HORIZONS], axis=1)
+    assert door.forecast(47.3) == pytest.approx(expected)
