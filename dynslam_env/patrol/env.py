@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Unpack
 
 import gymnasium as gym
@@ -128,26 +129,27 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         """What the robot knows now; its maps must be read before the next step."""
         patroller, scan = self.patroller, self.place.scan
 
-        def check_current() -> None:
-            if self._patroller is not patroller or self.time != scan.time:
-                raise RuntimeError("a snapshot's maps must be read before the environment's step")
-
         def read_map() -> OccupancyGrid:
-            check_current()
+            self._check_current(patroller, scan.time)
             return self.slam.map()
 
         def read_beliefs() -> Beliefs:
-            check_current()
+            self._check_current(patroller, scan.time)
             return patroller.memory.beliefs(scan.time)
 
-        def read_doors() -> list[DoorBelief]:
-            check_current()
-            return patroller.memory.door_beliefs(scan.time)
-
+        read_doors = partial(self._read_doors, patroller, scan.time)  # kept: it can be copied
         return PatrolSnapshot(
             scan.time, Pose2.of(self.slam.pose), patroller.estimate.covariance, scan,
             self.robot, self.limits, self.period, read_map, read_beliefs, read_doors,
         )  # fmt: skip
+
+    def _read_doors(self, patroller: Patroller, time: float) -> list[DoorBelief]:
+        self._check_current(patroller, time)
+        return patroller.memory.door_beliefs(time)
+
+    def _check_current(self, patroller: Patroller, time: float) -> None:
+        if self._patroller is not patroller or self.time != time:
+            raise RuntimeError("a snapshot's maps must be read before the environment's step")
 
     def door_beliefs(self) -> list[DoorBelief]:
         """What the robot believes now of each doorway that it suspects; none with `DynamicMap`."""

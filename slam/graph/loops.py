@@ -37,6 +37,7 @@ class Match(NamedTuple):
     contradicted  share of the echoes in free cells
     innovation    distance of the pose from its prediction, in standard deviations of both errors
                   (Mahalanobis)
+    off           m, distance of its position from the predicted one
     """
 
     pose: Pose2
@@ -44,6 +45,7 @@ class Match(NamedTuple):
     explained: float
     contradicted: float
     innovation: float
+    off: float
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,10 @@ class Loops:
                   covariance (on aces three closed the loop from 3 of 8 starts, seven from all)
     least         m, m, rad: minimum half width of the search window
     farthest      m, m, rad: maximum half width of the search window
-    innovation    maximum innovation, in standard deviations: true loops had at most 8.5 (aces), and
-                  those with a room that looks alike, after a gap in the scans, 9.7 and more
+    innovation    maximum innovation, in standard deviations, of a pose farther than `near` from its
+                  prediction: true loops had at most 8.5 (aces), and those with a room that looks
+                  alike, after a gap in the scans, 9.7 and more
+    near          m; a room that looks alike is farther away
     explained     minimum share of the echoes that the other local map must explain
     contradicted  maximum share of the echoes in its free space: doors move
     floor         m, m, rad: standard deviations of the errors that a match's information lacks
@@ -67,18 +71,19 @@ class Loops:
     least: tuple[float, float, float] = (0.15, 0.15, math.radians(2.0))
     farthest: tuple[float, float, float] = (8.0, 8.0, math.radians(45.0))
     innovation: float = 9.0
+    near: float = 1.0
     explained: float = 0.45
     contradicted: float = 0.2
     floor: tuple[float, float, float] = (0.02, 0.02, math.radians(0.3))
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
 
     def __post_init__(self) -> None:
-        positive(self, "sigmas", "innovation", "explained", "contradicted")
+        positive(self, "sigmas", "innovation", "near", "explained", "contradicted")
 
     def accepts(self, match: Match) -> bool:
         """Whether the match is accepted as a loop."""
         agrees = match.explained >= self.explained and match.contradicted <= self.contradicted
-        return agrees and match.innovation <= self.innovation
+        return agrees and (match.innovation <= self.innovation or match.off <= self.near)
 
 
 class UnpackedMap:
@@ -172,9 +177,8 @@ class Matcher:
         information = cautious(wide_information(unpacked.endpoint, scan, pose))
         information = tempered(information, pose.theta, loops.floor)
         shares = unpacked.endpoint.shares(scan.points, pose)
-        return Match(
-            pose, information, *shares, _innovation(pose, information, predicted, covariance)
-        )
+        innovation = _innovation(pose, information, predicted, covariance)
+        return Match(pose, information, *shares, innovation, math.dist(pose[:2], predicted[:2]))
 
 
 def tempered(information: Array, heading: float, floor: tuple[float, float, float]) -> Array:

@@ -80,19 +80,19 @@ def test_another_room_is_not_believed(walls, deviations) -> None:
 
 
 @pytest.mark.parametrize(
-    ("explained", "contradicted", "innovation", "believed"),
+    ("explained", "contradicted", "innovation", "off", "believed"),
     [
-        (0.45, 0.2, 9.0, True),
-        (0.44, 0.2, 0.0, False),
-        (0.55, 0.21, 0.0, False),
-        (0.9, 0.0, 9.1, False),
-        (0.9, 0.0, 0.0, True),
+        (0.45, 0.2, 9.0, 5.0, True),
+        (0.44, 0.2, 0.0, 0.0, False),
+        (0.55, 0.21, 0.0, 0.0, False),
+        (0.9, 0.0, 9.1, 1.1, False),
+        (0.9, 0.0, 9.1, 1.0, True),
     ],
 )
 def test_the_limits_of_belief(
-    explained: float, contradicted: float, innovation: float, believed: bool
+    explained: float, contradicted: float, innovation: float, off: float, believed: bool
 ) -> None:
-    match = Match(Pose2(), np.eye(3), explained, contradicted, innovation)
+    match = Match(Pose2(), np.eye(3), explained, contradicted, innovation, off)
     assert Loops().accepts(match) == believed
 
 
@@ -108,6 +108,7 @@ def test_the_same_room_far_from_where_it_was_expected_is_another_one() -> None:
     assert likely.innovation == pytest.approx(1.3 * math.sqrt(2.0) / 0.5, rel=0.02)
     assert Loops().accepts(likely)
     assert unlikely.innovation > 9.0
+    assert unlikely.off == pytest.approx(1.3 * math.sqrt(2.0), abs=0.02)
     assert not Loops().accepts(unlikely)
 
 
