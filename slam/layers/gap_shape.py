@@ -8,6 +8,7 @@ import numpy as np
 
 from slam.geometry import Array
 from slam.grid import GridSpec
+from slam.kernel import kernel
 from slam.layers.classification import CHANGING, FREE
 from slam.layers.surface import SurfaceCells
 
@@ -75,11 +76,16 @@ def shape_of(
     return shape, ends + depth * normal
 
 
-def _covered(along: Array, begin: float, end: float) -> float:
+@kernel(error_model="numpy")
+def _covered(along, begin, end):
     """Share of the LENGTHs from `begin` to `end`, m, in which there is one of `along` (n,)."""
     parts = max(round((end - begin) / LENGTH), 1)
-    part = np.floor((along - begin) / (end - begin) * parts)
-    return len(np.unique(part[(part >= 0) & (part < parts)])) / parts
+    there = np.zeros(parts, np.bool_)
+    for one in along:
+        part = np.floor((one - begin) / (end - begin) * parts)
+        if 0 <= part < parts:
+            there[int(part)] = True
+    return there.sum() / parts
 
 
 def _flank(solid: Array, width: float, end: int) -> float:
@@ -115,20 +121,24 @@ def _closed_leaf(
     return (best, depth) if best >= MIN_COVER else (0.0, 0.0)
 
 
-def _open_leaf(solid: Array, width: float) -> float:
+@kernel(error_model="numpy")
+def _open_leaf(solid, width):
     """Share of an open leaf that stands at one of the ends, at the angle at which there is most; a
     wall that goes on beyond a leaf's length is none."""
-    best = 0.0
+    best, on = 0.0, np.empty(len(solid))
     for end, inward in ((0.0, 1.0), (width, -1.0)):
         for side in (1.0, -1.0):
             for hinge in HINGES:
-                away = solid - (end + 0.03 * inward, side * hinge)
+                x, y = end + 0.03 * inward, side * hinge
                 for angle in ANGLES:
-                    leaf = np.array([inward * np.cos(angle), side * np.sin(angle)])
-                    far = away @ leaf
-                    on = far[np.abs(away @ (-leaf[1], leaf[0])) < LEAF_THICK]
-                    low, high = width + BEYOND[0], width + BEYOND[1]
-                    more = ((on > low) & (on < high)).sum() / MANY_BEYOND
-                    share = _covered(on, LEAF_FROM, width - LEAF_TO) * (1 - min(more, 1.0))
-                    best = max(best, share)
+                    c, s = inward * np.cos(angle), side * np.sin(angle)
+                    n, more = 0, 0
+                    for k in range(len(solid)):
+                        dx, dy = solid[k, 0] - x, solid[k, 1] - y
+                        if abs(c * dy - s * dx) < LEAF_THICK:
+                            on[n] = c * dx + s * dy
+                            more += width + BEYOND[0] < on[n] < width + BEYOND[1]
+                            n += 1
+                    share = _covered(on[:n], LEAF_FROM, width - LEAF_TO)
+                    best = max(best, share * (1.0 - min(more / MANY_BEYOND, 1.0)))
     return best
