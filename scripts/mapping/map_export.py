@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -12,14 +11,12 @@ from typing import Any
 import numpy as np
 
 from slam.errors import InputError
-from slam.io.files import replacing
 from slam.io.kitti import write_kitti
-from slam.io.layers import picture, write_doors, write_layers
+from slam.io.layers import picture
 from slam.io.ros_map import write_ros_map
 from slam.io.tum import write_tum
 from slam.layers import Layers
 from slam.layers.classification import DOOR_LEAF, GLASS, SEEN_IN_PART, SEEN_ONCE, WENT_AWAY
-from slam.sessions.door_memory import remembered, with_remembered
 from slam.sessions.pruning import grown
 from slam.sessions.session import Session, session_of
 from slam.trajectory import Trajectory
@@ -27,20 +24,18 @@ from slam.trajectory import Trajectory
 from ..console.output import write_json, write_png
 from ..console.process_memory import peak_mb
 from ..console.progress import progress_bar
-from ..figures.doors_figure import doors_picture
 from ..figures.film import suffix
-from ..figures.layers_figure import layers_figure
 from ..figures.lost_course import LostCourse
 from ..figures.map_figure import map_figure
 from ..figures.map_film import write_map_film
 from ..map_page.write import write_page
 from .drawing import USUAL, Drawing
 from .lasers import Lasers
+from .layer_files import write_layer_files
 from .lost_file import write_lost
 from .mapping_run import MappingRun
 from .nav2_files import write_nav2
 from .run_clock import RunClock
-from .weeks_picture import write_weeks
 
 SKIPPABLE = ("mcap", "rrd")  # parts that can be left out
 SNAPSHOTS = {"film": 150, "mcap": 4, "rrd": 4}  # maps of the run that a part shows, at most
@@ -142,27 +137,10 @@ class MapExport:
     def _layers(self) -> list[str]:
         lasers = Lasers.of_episode(self.episode)
         made = self.drawing.layers(self.session, self.run.grid, lasers, self.variant)
-        doors = remembered(self.session, made.doors)
-        made, weeks = with_remembered(made, doors)
-        if doors or self.session.doors:  # else it is saved as it is
-            self.session = replace(self.session, doors=doors)
-            self._session()
-        self.layers = made
-        write_ros_map(self.drawing.standing(made), self.out / "map.yaml")
-        write_png(layers_figure(made, self.title), self.out / "layers.png")
-        write_layers(made, self.out / "layers.npz")
-        write_doors(made, self.out / "doors.geojson", weeks)
-        names = ["map.yaml", "map.pgm", "layers.png", "layers.npz", "doors.geojson"]
-        return [*names, *self._doors(made), *write_weeks(made.doors, weeks, self.out)]
-
-    def _doors(self, made: Layers) -> list[str]:
-        """A picture of each door; none of an earlier run is left where there are no doors."""
-        (self.out / "doors.png").unlink(missing_ok=True)
-        if not made.doors:
-            return []
-        with replacing(self.out / "doors.png") as file:
-            doors_picture(made).save(file, "PNG")
-        return ["doors.png"]
+        self.session, self.layers, names = write_layer_files(
+            made, self.session, self.drawing, self.title, self.out
+        )
+        return names
 
     def _nav2(self) -> list[str]:
         if self.layers is None:

@@ -5,14 +5,11 @@ from __future__ import annotations
 import json
 import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slam.io.layers import write_doors, write_layers
 from slam.io.ros_map import write_ros_map
 from slam.sessions.continuation import empty
-from slam.sessions.door_memory import remembered, with_remembered
 from slam.sessions.merging import Merger, merged
 from slam.sessions.redrawing import redrawn
 from slam.sessions.session import Session
@@ -20,10 +17,10 @@ from slam.sessions.session import Session
 from ..console.compiling import compiling_told
 from ..console.output import own_directory, write_json, write_png
 from ..console.selection import check_variant
-from ..figures.layers_figure import layers_figure
 from ..figures.map_figure import map_figure
 from .drawing import CELL, USUAL
 from .lasers import Lasers
+from .layer_files import write_layer_files
 from .nav2_files import write_nav2
 from .start import parsed_pose
 
@@ -59,18 +56,10 @@ def _write(session: Session, variant: str, title: str, out: Path) -> list[str]:
     grid = redrawn(session, variant, CELL)
     write_ros_map(grid, out / "belief.yaml")
     made = USUAL.layers(session, grid, Lasers(()), variant)
-    doors = remembered(session, made.doors)
-    made, weeks = with_remembered(made, doors)
-    replace(session, doors=doors).save(out / "session.npz")
-    standing = USUAL.standing(made)
-    write_ros_map(standing, out / "map.yaml")
-    write_layers(made, out / "layers.npz")
-    write_doors(made, out / "doors.geojson", weeks)
-    write_png(layers_figure(made, title), out / "layers.png")
-    write_png(map_figure(standing, title=title), out / "map.png")
-    files = "session.npz", "belief.yaml", "belief.pgm", "map.yaml", "map.pgm", "layers.npz"
-    pictures = "doors.geojson", "layers.png", "map.png"
-    return [*files, *pictures, *write_nav2(made, USUAL, session.poses, out)]
+    session, made, names = write_layer_files(made, session, USUAL, title, out)
+    write_png(map_figure(USUAL.standing(made), title=title), out / "map.png")
+    files = "session.npz", "belief.yaml", "belief.pgm", "map.png"
+    return [*files, *names, *write_nav2(made, USUAL, session.poses, out)]
 
 
 def _told(options: MergeCommand, result: Merger) -> str:

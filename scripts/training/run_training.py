@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,10 +16,10 @@ from dynslam_env.simulation.find_world import find_world
 from slam.errors import InputError
 from slam.validation import number, one_of, whole_number
 
-from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..trials.jobs import file_name
+from .interruption import interrupted
 from .train import TrainCommand
 from .worlds import LONG_PATROL
 
@@ -61,12 +60,7 @@ def run_training(command: TrainCommand) -> int:
         try:
             train(training, out, resume=command.resume, workers=command.workers, report=report)
         except KeyboardInterrupt:
-            print(
-                "train: interrupted; the same command with --resume continues from the last "
-                "evaluation",
-                file=sys.stderr,
-            )
-            return EXIT_INTERRUPTED
+            return interrupted()
     print(f"look at {out}")
     if command.env == "DoorPatrol-v0":
         print(f"compare it: dynslam evaluate {out / 'best.zip'} nearest-frontier")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +11,10 @@ from dynslam_env.simulation.find_world import find_world
 from slam.errors import InputError
 from slam.validation import whole_number
 
-from ..console.exits import EXIT_INTERRUPTED
 from ..console.output import own_directory
 from ..console.progress import progress_bar
 from ..trials.jobs import file_name
+from .interruption import interrupted
 from .train import TrainCommand
 from .worlds import LONG_PATROL
 
@@ -63,12 +62,7 @@ def run_viewpoint_training(command: TrainCommand) -> int:
         try:
             train(ViewpointTraining(name, command.seed, steps), out, command.resume, Shown(bar))
         except KeyboardInterrupt:
-            print(
-                "train: interrupted; the same command with --resume continues from the last "
-                "evaluation",
-                file=sys.stderr,
-            )
-            return EXIT_INTERRUPTED
+            return interrupted()
     print(f"compare it: dynslam evaluate {out / 'best.npz'} greedy --env {LONG_PATROL} "
           "--worlds office --split test")  # fmt: skip
     return 0
