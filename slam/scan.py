@@ -70,7 +70,7 @@ class Scan:
 
     def bare(self) -> Scan:
         """The same scan without what was computed of it so far; not validated again."""
-        scan = object.__new__(Scan)
+        scan = object.__new__(type(self))
         vars(scan).update({name: getattr(self, name) for name in self.__dataclass_fields__})
         return scan
 
@@ -97,6 +97,11 @@ class Scan:
     def points(self) -> Array:
         """(hits, 2) end points of the beams with an echo, m, in the robot's frame."""
         return _points(self.ranges, self.directions, self.hit, self.mount.x, self.mount.y)
+
+    @cached_property
+    def views(self) -> Array:
+        """(hits, 2) unit vectors from the laser to the echoes, in the robot's frame."""
+        return self.directions[self.hit]
 
     @cached_property
     def pieces(self) -> Array:

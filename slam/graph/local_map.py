@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -80,17 +82,34 @@ class LocalMap:
         chosen = np.linspace(0, last, min(int(self.length / PATH_STEP) + 1, last) + 1)
         return np.array([self.keyframes[k].pose for k in chosen.round().astype(int).tolist()])
 
-    def panorama(self) -> Scan:
+    def panorama(self) -> Panorama:
         """The echoes of its own keyframes, subsampled evenly, as one scan taken at the origin."""
         return panorama(self.keyframes)
 
 
-def panorama(keyframes: Sequence[Keyframe]) -> Scan:
+@dataclass(frozen=True)
+class Panorama(Scan):
+    """Echoes of several keyframes as one scan, each seen from where its keyframe was.
+
+    seen  (beams, 2) unit vectors from the laser to the echoes
+    """
+
+    seen: Array = field(kw_only=True)
+
+    @cached_property
+    def views(self) -> Array:
+        """(hits, 2) of `seen`, those of beams with an echo."""
+        return self.seen[self.hit]
+
+
+def panorama(keyframes: Sequence[Keyframe]) -> Panorama:
     """The echoes of keyframes, subsampled evenly, as one scan taken at the origin."""
     points = np.concatenate([transform_points(one.pose, one.scan.points) for one in keyframes])
+    views = [transform_points(Pose2(theta=one.pose.theta), one.scan.views) for one in keyframes]
     col, row = np.floor(points / PANORAMA_CELL).astype(np.int64).T
     _, kept = np.unique(col * MAX_ROWS + row, return_index=True)
-    chosen = np.linspace(0, len(kept) - 1, min(len(kept), PANORAMA_SIZE)).astype(np.int64)
-    x, y = points[kept[chosen]].T
+    chosen = kept[np.linspace(0, len(kept) - 1, min(len(kept), PANORAMA_SIZE)).astype(np.int64)]
+    x, y = points[chosen].T
     ranges = np.hypot(x, y)
-    return Scan(ranges, np.arctan2(y, x), max_range=float(ranges.max(initial=0.0)) + 1.0)
+    farthest = float(ranges.max(initial=0.0)) + 1.0
+    return Panorama(ranges, np.arctan2(y, x), farthest, seen=np.concatenate(views)[chosen])

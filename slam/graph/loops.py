@@ -12,11 +12,10 @@ import numpy as np
 from slam.geometry import Array, Pose2, turned, wrap_angle
 from slam.graph.covariance import MIN_INFORMATION
 from slam.graph.global_search import GlobalSearch
-from slam.graph.local_map import LocalMap
+from slam.graph.local_map import LocalMap, Panorama
 from slam.interface import Posterior
 from slam.maps.static import Static
 from slam.motion.gaussian import Prediction
-from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
 from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
@@ -25,6 +24,7 @@ from slam.validation import positive
 MAX_CACHE_BYTES = 40_000_000  # of the unpacked local maps, the last one aside
 CORRIDOR_RATIO = 0.3  # of the information along to that across, below which a place is a corridor
 CORRIDOR_STD = 0.3  # m, standard deviation along a corridor
+LITTLE_BEHIND = 0.02  # share of the echoes behind a wall at true matches: 99 % of 150 in an office
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 
 
@@ -33,19 +33,23 @@ class Match(NamedTuple):
 
     pose          of the panorama's frame
     information   (3, 3) about the pose, in the panorama's frame
-    explained     share of the echoes in occupied cells of the local map
-    contradicted  share of the echoes in free cells
+    explained     share of the echoes in occupied cells of the local map, not behind a wall
+    contradicted  share of the echoes in free cells, or behind a wall
+    behind        share of the echoes behind a wall (see `Endpoint.behind`)
     innovation    distance of the pose from its prediction, in standard deviations of both errors
                   (Mahalanobis)
     off           m, distance of its position from the predicted one
+    value         log posterior, nats; an echo behind a wall counts as one in a free cell
     """
 
     pose: Pose2
     information: Array
     explained: float
     contradicted: float
+    behind: float
     innovation: float
     off: float
+    value: float
 
 
 @dataclass(frozen=True)
@@ -165,20 +169,41 @@ class Matcher:
             self._unpacked.popitem(last=False)
         return self._unpacked[place]
 
-    def match(self, place: LocalMap, scan: Scan, predicted: Pose2, covariance: Array) -> Match:
-        """Match a panorama `scan` around its `predicted` pose, known with (3, 3) `covariance`."""
+    def match(self, place: LocalMap, scan: Panorama, predicted: Pose2, covariance: Array) -> Match:
+        """Match a panorama `scan` around its `predicted` pose, known with (3, 3) `covariance`.
+
+        Where the best match of the window has echoes behind walls, the one near the prediction is
+        taken if it is likelier: the two sides of a wall look alike.
+        """
         loops = self._loops
         reach = loops.sigmas * np.sqrt(np.diag(covariance))
         reach = np.clip(reach, loops.least, loops.farthest)
         unpacked = self._unpacked_map(place)
         start = unpacked.search.best(scan.points, predicted, reach)
-        posterior = Posterior(unpacked.endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
-        pose = loops.refine.climb(posterior, start)
-        information = cautious(wide_information(unpacked.endpoint, scan, pose))
-        information = tempered(information, pose.theta, loops.floor)
-        shares = unpacked.endpoint.shares(scan.points, pose)
+        match = self._at(unpacked.endpoint, scan, start, predicted, covariance)
+        if match.behind > LITTLE_BEHIND:
+            near = self._at(unpacked.endpoint, scan, predicted, predicted, covariance)
+            return max(match, near, key=lambda one: one.value)
+        return match
+
+    def _at(
+        self, endpoint: Endpoint, scan: Panorama, start: Pose2, predicted: Pose2, covariance: Array
+    ) -> Match:
+        """The match at the local maximum near `start`."""
+        posterior = Posterior(endpoint, scan, Prediction(start, Pose2(), WEAK_PRIOR))
+        pose = self._loops.refine.climb(posterior, start)
+        information = cautious(wide_information(endpoint, scan, pose))
+        information = tempered(information, pose.theta, self._loops.floor)
+        explained, contradicted = endpoint.shares(scan.points, pose)
+        behind = endpoint.behind(scan.points, scan.views, pose)
         innovation = _innovation(pose, information, predicted, covariance)
-        return Match(pose, information, *shares, innovation, math.dist(pose[:2], predicted[:2]))
+        likelihood = float(endpoint.log_likelihood(scan, np.array([pose]))[0])
+        through = behind * len(scan.points) * (endpoint.top - endpoint.nothing)
+        return Match(
+            pose, information, explained - behind, contradicted + behind, behind, innovation,
+            math.dist(pose[:2], predicted[:2]),
+            likelihood - endpoint.beta * through - 0.5 * innovation**2,
+        )  # fmt: skip
 
 
 def tempered(information: Array, heading: float, floor: tuple[float, float, float]) -> Array:

@@ -21,6 +21,7 @@ from slam.validation import positive
 ROUNDING = 1e-6
 # F above which an echo is explained and below which it is contradicted; the prior lies between
 EXPLAINED_F, CONTRADICTED_F = 0.4, 0.1
+SIDE = 0.15  # m before and beyond an echo, where it is told from which side a wall is known
 TABLE_SIZE = 4096  # values of the logarithm that are tabulated
 Samples = tuple[np.ndarray, np.ndarray, tuple[float, float], float, float, float, float]
 Reading = tuple[np.ndarray, Array, tuple[float, float], float, int, float]  # see `field.slope`
@@ -145,6 +146,16 @@ class Endpoint:
         )  # fmt: skip
         n = max(len(points), 1)
         return above / n, below / n
+
+    def behind(self, points: Array, views: Array, pose: Pose2) -> float:
+        """Share of echoes (n, 2), seen along unit vectors `views` (n, 2), on the far side of a wall
+        that the map knows from that side alone: the robot would have seen through it."""
+        tiles = self.tiles
+        number = field.behind(
+            tuple(pose), points, SIDE * views, tiles.index, self._field.flat, tiles.origin,
+            tiles.resolution, self.free, self._explained,
+        )  # fmt: skip
+        return number / max(len(points), 1)
 
     def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
         """(n,) upper bound of the log-likelihood over all poses within `reach` m, in x and in y, of

@@ -220,20 +220,39 @@ def _row(index, field, i, j, u0, u1, u2):
 def counts(x, y, theta, points, index, field, origin, resolution, low, high):
     """Numbers of points, given in the frame of a robot at (x, y, theta), in cells where the field
     is above `high`, and below `low`."""
-    scale = 1.0 / resolution
-    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    c, s = np.cos(theta) * scale, np.sin(theta) * scale
-    x0, y0 = (x - origin[0]) * scale, (y - origin[1]) * scale
+    c, s = np.cos(theta), np.sin(theta)
     above = below = 0
     for k in range(len(points)):
-        col = x0 + c * points[k, 0] - s * points[k, 1]
-        row = y0 + s * points[k, 0] + c * points[k, 1]
-        value = field[0]
-        if 0.0 <= col < cols and 0.0 <= row < rows:
-            value = field[cell_at(index, int(row), int(col))]
+        px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
+        value = _value(px, py, index, field, origin, resolution)
         above += value > high
         below += value < low
     return above, below
+
+
+@kernel
+def behind(pose, points, views, index, field, origin, resolution, low, high):
+    """The number of points, given in the frame of a robot at `pose` (x, y, theta), where the field
+    is above `high`, and by `views` (n, 2), m, beyond them below `low`, but not before them."""
+    x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
+    number = 0
+    for k in range(len(points)):
+        px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
+        if _value(px, py, index, field, origin, resolution) > high:
+            vx, vy = c * views[k, 0] - s * views[k, 1], s * views[k, 0] + c * views[k, 1]
+            if _value(px + vx, py + vy, index, field, origin, resolution) < low:
+                number += _value(px - vx, py - vy, index, field, origin, resolution) >= low
+    return number
+
+
+@kernel
+def _value(x, y, index, field, origin, resolution):
+    """The field of the cell at (x, y), m."""
+    col, row = (x - origin[0]) / resolution, (y - origin[1]) / resolution
+    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    if 0.0 <= col < cols and 0.0 <= row < rows:
+        return field[cell_at(index, int(row), int(col))]
+    return field[0]
 
 
 @kernel

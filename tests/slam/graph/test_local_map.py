@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.local_map import PANORAMA_CELL, PANORAMA_SIZE, LocalMap
+from slam.graph.local_map import PANORAMA_CELL, PANORAMA_SIZE, Keyframe, LocalMap, panorama
 from slam.scan import Scan
 from tests.slam.worlds import FAN, beam, scan_at
 
@@ -123,3 +123,17 @@ def test_a_panorama_of_nothing_has_no_points(fill: float) -> None:
     place.add(Scan(np.full(len(FAN), fill), FAN, 6.0), Pose2(0.1))
     assert place.panorama().points.shape == (0, 2)
     assert len(LocalMap((), scan_at(Pose2())).panorama().points) > 50
+
+
+def test_a_panorama_knows_from_where_each_echo_was_seen() -> None:
+    mount = Pose2(0.2, 0.1, 0.3)
+    poses = [Pose2(), Pose2(1.0, -0.5, 2.0)]
+    seen = [Keyframe(scan_at(pose, mount=mount), pose) for pose in poses]
+    found = panorama(seen)
+    assert len(found.views) == len(found.points) > 100
+    eyes = np.array([(pose @ mount)[:2] for pose in poses])
+    away = found.points[:, None] - eyes
+    along = np.abs(np.einsum("nkd,nd->nk", away, found.views) - np.hypot(*away.transpose(2, 0, 1)))
+    assert along.min(axis=1).max() < 1e-9
+    assert {0, 1} == set(along.argmin(axis=1).tolist())
+    np.testing.assert_array_equal(found.bare().views, found.views)

@@ -92,7 +92,7 @@ def test_another_room_is_not_believed(walls, deviations) -> None:
 def test_the_limits_of_belief(
     explained: float, contradicted: float, innovation: float, off: float, believed: bool
 ) -> None:
-    match = Match(Pose2(), np.eye(3), explained, contradicted, innovation, off)
+    match = Match(Pose2(), np.eye(3), explained, contradicted, 0.0, innovation, off, 0.0)
     assert Loops().accepts(match) == believed
 
 
@@ -110,6 +110,21 @@ def test_the_same_room_far_from_where_it_was_expected_is_another_one() -> None:
     assert unlikely.innovation > 9.0
     assert unlikely.off == pytest.approx(1.3 * math.sqrt(2.0), abs=0.02)
     assert not Loops().accepts(unlikely)
+
+
+def test_the_two_sides_of_a_wall_are_not_taken_for_one() -> None:
+    """A hall with piers, and in it a wall 0.3 m thick: its left side was mapped, its right one is
+    seen."""
+    wall = np.array([(-0.15, -1.5, -0.15, 0.6), (-0.15, 0.6, 0.15, 0.6), (0.15, 0.6, 0.15, -1.5)])
+    piers = np.array([(x, 1.5, x, 1.2) for x in (0.9, 1.6, 2.3, 3.0)])
+    hall = np.vstack([(-9.0, -1.5, 9.0, -1.5), (-9.0, 1.5, 9.0, 1.5), wall, piers])
+    left = [Pose2(-2.0 + 0.1 * k, 0.9, 0.0) for k in range(15)]
+    right = [Pose2(2.0 - 0.1 * k, -0.5, math.pi) for k in range(12)]
+    panorama = mapped(right, hall, seed=1).panorama()
+    truth, covariance = left[0].between(right[0]), about((0.1, 0.1, 0.01))
+    match = Matcher(Loops()).match(mapped(left, hall), panorama, truth, covariance)
+    assert math.dist(match.pose[:2], truth[:2]) < 0.05
+    assert match.behind == 0.0
 
 
 def of_a_corridor(step: float, turn: float) -> tuple[float, float, np.ndarray]:

@@ -170,25 +170,37 @@ def test_two_thousand_beams_and_one() -> None:
     assert len(FAN) < 2000
 
 
-def test_shares_are_those_of_echoes_near_something_and_of_echoes_where_it_is_free() -> None:
+def test_shares_are_those_of_echoes_near_something_and_where_it_is_free_or_behind_a_wall() -> None:
     grid, endpoint = mapped(Static(), Endpoint(), loop(8))
     tiles, scan = grid.cells.tiles, scan_at(Pose2(0.3, 0.1, 0.4), mount=Pose2(0.2, 0.05, 0.1))
     field = tiles.dense(endpoint.field(0))
     rows, cols = field.shape
+
+    def value(point) -> float:
+        row, col = naive.cell(point - tiles.origin, 0.05)
+        inside = 0 <= row < rows and 0 <= col < cols
+        return field[row, col] if inside else math.log(0.9 * 0.2 + 0.1)
+
     found = []
+    occupied, empty = math.log(0.9 * 0.4 + 0.1), math.log(0.9 * 0.1 + 0.1)
     for pose in [(0.3, 0.1, 0.4), *np.random.default_rng(2).normal(size=(20, 3))]:
-        near = free = 0
-        for point in transform_points(Pose2.of(pose), scan.points):
-            row, col = naive.cell(point - tiles.origin, 0.05)
-            inside = 0 <= row < rows and 0 <= col < cols
-            value = field[row, col] if inside else math.log(0.9 * 0.2 + 0.1)
-            near += value > math.log(0.9 * 0.4 + 0.1)
-            free += value < math.log(0.9 * 0.1 + 0.1)
+        near = free = behind = 0
+        views = 0.15 * transform_points(Pose2(theta=pose[2]), scan.views)
+        for point, view in zip(transform_points(Pose2.of(pose), scan.points), views, strict=True):
+            near += value(point) > occupied
+            free += value(point) < empty
+            behind += value(point) > occupied and value(point - view) >= empty > value(point + view)
         n = len(scan.points)
         found.append(endpoint.shares(scan.points, Pose2.of(pose)))
         assert found[-1] == pytest.approx((near / n, free / n))
+        beyond = endpoint.behind(scan.points, scan.views, Pose2.of(pose))
+        assert beyond == pytest.approx(behind / n)
     assert found[0][0] > 0.95
     assert found[0][1] < 0.02
     assert max(free for _, free in found) > 0.3
+    assert endpoint.behind(scan.points, -scan.views, Pose2(0.3, 0.1, 0.4)) > 0.9
     assert endpoint.shares(scan.points, Pose2(500.0)) == (0.0, 0.0)
-    assert endpoint.shares(beam(math.nan).points, Pose2()) == (0.0, 0.0)
+    assert endpoint.behind(scan.points, scan.views, Pose2(500.0)) == 0.0
+    nothing = beam(math.nan)
+    assert endpoint.shares(nothing.points, Pose2()) == (0.0, 0.0)
+    assert endpoint.behind(nothing.points, nothing.views, Pose2()) == 0.0
