@@ -77,6 +77,7 @@ INTERNAL = {  # what a SLAM makes for itself, by class: no parts that are chosen
     "slam.graph.edges.Edges": "the edges of a pose graph",
     "slam.graph.global_search.GlobalSearch": "a map prepared for a search",
     "slam.graph.local_map.LocalMap": "a local map",
+    "slam.graph.local_map.Panorama": "the echoes of a local map as one scan",
     "slam.graph.pose_graph.PoseGraph": "the graph that GraphSlam makes",
     "slam.graph.system.System": "a system of equations",
     "slam.graph.whole_map.WholeMap": "the global map that GraphSlam makes",
