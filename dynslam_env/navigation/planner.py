@@ -61,7 +61,7 @@ def plan(costmap: Costmap, pose: Pose2) -> Plan:
 
 
 def reached(costmap: Costmap, pose: Pose2) -> NDArray[np.bool_]:
-    """(rows, cols) the `reached` cells of `plan`, by a flood without costs, in a fifth of the time."""
+    """(rows, cols) the cells that `plan` reaches, by a flood without costs."""
     spec = costmap.spec
     row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
     found = np.zeros(spec.shape, dtype=np.bool_)

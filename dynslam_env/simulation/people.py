@@ -67,11 +67,12 @@ class Walkers:
         self._people, self._rng = people, rng
         self._routes = np.zeros((count, longest, 2))
         self._gates = np.full((count, longest - 1), -1, dtype=np.int64)
-        leaves = _closed(layout.doors, LEAF_OVERLAP)
+        doors = layout.doors if count else ()
+        leaves = _closed(doors, LEAF_OVERLAP)
         for i, route in enumerate(layout.routes):
             self._routes[i, : len(route)] = route
             self._gates[i, : len(route) - 1] = first_crossed(legs(route), leaves)
-        self._other_leaf = other_leaves(_closed(layout.doors, 0.0))
+        self._other_leaf = other_leaves(_closed(doors, 0.0))
         lengths = [len(route) for route in layout.routes]
         self._lengths = np.array(lengths, dtype=np.int64)
         self._state = np.zeros(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -112,25 +112,20 @@ class Layout:
         """Return itself: the same layout in every episode."""
         return self
 
-    def turned(self, angle: float) -> Layout:
-        """The same world turned about the origin by `angle` rad, counter-clockwise."""
-        walls = _turned(self.walls.reshape(-1, 2), angle).reshape(-1, 4)
-        (x, y), theta = _turned(np.array([self.start[:2]]), angle)[0].tolist(), self.start.theta
-        start = Pose2(x, y, float(wrap_angle(theta + angle)))
-        routes = tuple(_turned(route, angle) for route in self.routes)
-        hinges = _turned(np.array([door.hinge for door in self.doors]).reshape(-1, 2), angle)
+    def turned(self, angle: float, to: Array | None = None) -> Layout:
+        """The same world turned about the origin by `angle` rad, counter-clockwise; then moved so
+        that the origin comes `to` (2,), m, if given."""
+        walls = _turned(self.walls.reshape(-1, 2), angle, to).reshape(-1, 4)
+        x, y = _turned(np.array([self.start[:2]]), angle, to)[0].tolist()
+        start = Pose2(x, y, float(wrap_angle(self.start.theta + angle)))
+        routes = tuple(_turned(route, angle, to) for route in self.routes)
+        hinges = _turned(np.array([door.hinge for door in self.doors]).reshape(-1, 2), angle, to)
         closed = wrap_angle([door.closed + angle for door in self.doors]).tolist()
-        doors = _moved(self.doors, hinges, closed)
-        return Layout.known(walls, doors, start, _turned(self.path, angle), routes)
-
-    def shifted(self, x: float, y: float) -> Layout:
-        """The same world moved by `x` and `y` m."""
-        by = np.array([x, y])
-        hinges = by + np.array([door.hinge for door in self.doors]).reshape(-1, 2)
-        doors = _moved(self.doors, hinges, [door.closed for door in self.doors])
-        start = Pose2(self.start.x + x, self.start.y + y, self.start.theta)
-        routes = tuple(route + by for route in self.routes)
-        return Layout.known(self.walls + np.tile(by, 2), doors, start, self.path + by, routes)
+        doors = tuple(
+            Door((x, y), direction, *door[2:])
+            for door, (x, y), direction in zip(self.doors, hinges.tolist(), closed, strict=True)
+        )
+        return Layout.known(walls, doors, start, _turned(self.path, angle, to), routes)
 
     @staticmethod
     def known(
@@ -171,19 +166,12 @@ class Layout:
             raise InputError(f"{path}: {error}") from None
 
 
-def _turned(points: Array, angle: float) -> Array:
+def _turned(points: Array, angle: float, to: Array | None) -> Array:
     """Points (n, 2) turned about the origin; bit for bit the same wherever a point stands."""
-    c, s = math.cos(angle), math.sin(angle)
+    c, s, turned = math.cos(angle), math.sin(angle), np.empty_like(points)
     x, y = points.T
-    return np.column_stack([c * x - s * y, s * x + c * y])
-
-
-def _moved(doors: Sequence[Door], hinges: Array, closed: Sequence[float]) -> tuple[Door, ...]:
-    """The doors with these hinges (d, 2), m, and directions (d,), rad."""
-    return tuple(
-        Door((x, y), direction, *door[2:])
-        for door, (x, y), direction in zip(doors, hinges.tolist(), closed, strict=True)
-    )
+    turned[:, 0], turned[:, 1] = c * x - s * y, s * x + c * y
+    return turned if to is None else turned + to
 
 
 def _plain(door: Door) -> dict[str, Any]:

@@ -63,7 +63,7 @@ def narrowed(plan: FloorPlan, least: float, rng: np.random.Generator) -> FloorPl
         if doorway.opens_to is not None:
             width = doorway.width * share
             shift = 0.0 if doorway.at_start else doorway.width - width
-            doorway = doorway._replace(start=doorway.start + shift, width=width)
+            doorway = Doorway(doorway.spaces, doorway.start + shift, width, *doorway[3:])
         doorways.append(doorway)
     return plan.with_doorways(doorways)
 

@@ -115,8 +115,7 @@ class Wings:
 
 def _wing(part: Layout, place: _Place) -> _Wing:
     """The corridor `part` at its place."""
-    x, y = place.start.tolist()
-    return _Wing(part.turned(place.heading).shifted(x, y), place.start, place.end)
+    return _Wing(part.turned(place.heading, place.start), place.start, place.end)
 
 
 def _apart(outlines: list[Array]) -> bool:
