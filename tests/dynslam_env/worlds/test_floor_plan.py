@@ -94,9 +94,11 @@ def test_a_leaf_thicker_than_its_wall_is_refused():
 def test_other_doorways_in_the_same_spaces():
     first, second = Doorway((0, 1), 1.0, 0.9, 1), Doorway((0, 2), 2.0, 0.8, 2, slides=True)
     changed, built = plan(first).with_doorways((first, second)), plan(first, second)
-    assert changed.doors == built.doors and len(built.doors) == 2
+    assert changed.doors == built.doors
+    assert len(built.doors) == 2
     np.testing.assert_array_equal(changed.walls, built.walls)
-    assert changed.spaces == built.spaces and changed.door_thickness == built.door_thickness
+    assert changed.spaces == built.spaces
+    assert changed.door_thickness == built.door_thickness
 
 
 @given(
