@@ -8,6 +8,7 @@ import pytest
 import dynslam_env
 from dynslam_env import Door, Layout
 from dynslam_env.simulation.contacts import CONTACT_COLUMNS
+from slam import Pose2
 
 ROOM = [(0, 0, 4, 0), (4, 0, 4, 3), (4, 3, 0, 3), (0, 3, 0, 0)]
 LEAF = Door((3.0, 1.0), np.pi / 2, 1, 0.9, 0.04)  # closed: across the way along y = 1.5
@@ -17,7 +18,7 @@ NOTHING = dict.fromkeys(CONTACT_COLUMNS, False) | {"impulse": 0.0}
 
 def driven(y, doors=(), steps=60):
     """Infos of a drive along x against what is there, for `steps`, and back again."""
-    world = Layout(ROOM, doors, (1.5, y, 0.0), [(1.0, y)])
+    world = Layout(np.array(ROOM), doors, Pose2(1.5, y, 0.0), np.array([(1.0, y)]))
     law = dynslam_env.Doors(law=dynslam_env.Fixed(), open_share=0.0)
     env = gym.make("DoorCorridor-v0", world=world, doors=law)
     env.reset(seed=0)

@@ -93,4 +93,5 @@ def test_turned_and_moved():
     (door,) = moved.doors
     assert door.hinge == pytest.approx(expected([DOOR.hinge])[0].tolist())
     assert (door.closed, door[2:]) == (pytest.approx(0.3), DOOR[2:])
-    assert Layout(**moved.plain() | {"doors": moved.doors}).plain() == moved.plain()
+    again = Layout(moved.walls, moved.doors, moved.start, moved.path, moved.routes)  # all checks
+    assert again.plain() == moved.plain()
