@@ -26,6 +26,7 @@ REWARD_THRESHOLDS = {
     "DoorWings-v0": 62.2,
     "DoorPatrol-v0": 61.8,
     "DoorPatrolGoals-v0": 40.4,
+    "DoorPatrol-v1": 260.9,
 }
 """Return from which an environment counts as solved: the lower end of the 95 % interval of the
 median over test episodes, of worlds for the path driven by the true pose, of patrols the highest
@@ -57,7 +58,10 @@ gymnasium.register(
     reward_threshold=REWARD_THRESHOLDS[PATROLS[1]],
 )
 gymnasium.register(
-    id=PATROLS[2], entry_point="dynslam_env.patrol.long_env:LongPatrolEnv", max_episode_steps=1500
+    id=PATROLS[2],
+    entry_point="dynslam_env.patrol.long_env:LongPatrolEnv",
+    max_episode_steps=1500,
+    reward_threshold=REWARD_THRESHOLDS[PATROLS[2]],
 )
 
 # DoorPatrol-v1 is another task, with slower doors; Gymnasium would say that it replaces v0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict, Unpack
@@ -19,6 +20,7 @@ from dynslam_env.env import DoorWorldEnv, Observation
 from dynslam_env.faults.episode_faults import names_of
 from dynslam_env.reset_options import EpisodeOptions, options_of_each
 from dynslam_env.simulation.config import WorldConfig, WorldKeywords, check_keywords, split_keywords
+from dynslam_env.simulation.pointers import addresses_of, copy_doubles
 from dynslam_env.simulation.world import CONTROL_DT, World
 from dynslam_env.simulation.world_batch import Rows, WorldBatch, actions_of
 from dynslam_env.simulation.world_view import WorldView
@@ -29,6 +31,7 @@ from slam.validation import one_of, whole_number
 Bools = NDArray[np.bool_]
 Infos = dict[str, Any]
 Stepped = tuple[Observation, NDArray[np.float64], Bools, Bools, Infos]
+NOWHERE = np.zeros(0, dtype=np.int64)
 AUTORESET_MODES = tuple(mode.value for mode in AutoresetMode)
 
 
@@ -120,7 +123,8 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         self._openings, self._people = _RowStack(num_envs), _RowStack(num_envs)
         self._rngs: list[np.random.Generator | None] = [None] * num_envs
         self._seeds: list[int | None] = [None] * num_envs
-        self._asked = [EpisodeOptions()] * num_envs
+        self._asked, self._in_split = [EpisodeOptions()] * num_envs, np.zeros(num_envs, np.bool_)
+        self._faults = names_of(self.world_config.faults)
         self._viewers: list[Viewer] = []
 
     @property
@@ -220,6 +224,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
     def _reset(self, i: int, asked: EpisodeOptions | None = None) -> None:
         self._asked[i] = asked = asked or EpisodeOptions()
+        self._in_split[i] = asked.place is not None
         try:
             rng, place = asked.rng(self._rng(i)), self.world_config.place(asked.difficulty)
             self._batch.reset(i, rng, asked.start, place)
@@ -313,7 +318,7 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
     def _split_infos(self, mask: Bools) -> Infos:
         """Split and index of those of worlds `mask` that have them; empty if none has."""
-        has = np.array([asked.place is not None for asked in self._asked]) & mask
+        has = self._in_split & mask
         if not has.any():
             return {}
         splits, indices = np.full(self.num_envs, None, dtype=object), np.zeros_like(self._all)
@@ -324,13 +329,14 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
     def _contact_infos(self, mask: Bools) -> Infos:
         """What the robots of worlds `mask` touched."""
         columns = self._batch.contact_columns()
-        for rows in columns.values():
-            rows[~mask] = 0
+        if not mask.all():
+            for rows in columns.values():
+                rows[~mask] = 0
         return masked({"contact": masked(columns, mask)}, mask)
 
     def _fault_infos(self, mask: Bools) -> Infos:
         """The infos of the faults of worlds `mask`; empty in environments without faults."""
-        names = names_of(self.world_config.faults)
+        names = self._faults
         if not names:
             return {}
         active = np.zeros((len(names), self.num_envs), dtype=np.bool_)
@@ -368,31 +374,43 @@ def columns_of(rows: Sequence[dict[str, Any] | None], mask: Bools) -> Infos:
 
 def masked(infos: Infos, mask: Bools) -> Infos:
     """The infos with a mask `_key` for each key, as in Gymnasium: for which worlds it is valid."""
-    return infos | {f"_{key}": mask.copy() for key in infos}
+    masks = np.repeat(mask[None], len(infos), axis=0)
+    return infos | {f"_{key}": row for key, row in zip(infos, masks, strict=True)}
 
 
 class _RowStack:
     """Rows of n worlds, which the worlds change in place."""
 
     def __init__(self, n: int):
-        self._rows: list[NDArray[Any]] = [np.empty(0)] * n
-        self._known: set[int] = set()
+        self._rows: list[NDArray[np.float64] | None] = [None] * n
+        self._sources: list[NDArray[np.int64]] = [NOWHERE] * n
+        self._stack, self._between = np.empty((n, 0)), (NOWHERE, NOWHERE)
+        self._arranged = False
 
-    def put(self, i: int, row: NDArray[Any]) -> None:
+    def __reduce__(self) -> tuple[type[_RowStack], tuple[int]]:
+        """A copy's rows lie elsewhere: its owner puts them in."""
+        return _RowStack, (len(self._rows),)
+
+    def put(self, i: int, row: NDArray[np.float64]) -> None:
         """Set the row of world `i`."""
-        if not self._known - {i}:
-            self._rows = [np.zeros_like(row)] * len(self._rows)
-        self._rows[i] = row
-        self._known.add(i)
+        self._rows[i], self._sources[i], self._arranged = row, addresses_of(row), False
 
-    def array(self) -> NDArray[Any]:
+    def array(self) -> NDArray[np.float64]:
         """(n, k, ...) current values; zero for a world without an episode. Shorter rows end in
         NaN."""
-        longest = max(len(row) for row in self._rows)
-        shape = len(self._rows), longest, *self._rows[0].shape[1:]
-        if all(len(row) == longest for row in self._rows):
-            return np.concatenate(self._rows).reshape(shape)
-        stacked = np.full(shape, np.nan)
+        if not self._arranged:
+            self._arrange()
+        copy_doubles(*self._between)
+        return self._stack.copy()
+
+    def _arrange(self) -> None:
+        known = [row for row in self._rows if row is not None]
+        shape = len(self._rows), max(map(len, known)), *known[0].shape[1:]
+        self._stack, targets = np.zeros(shape), []
         for i, row in enumerate(self._rows):
-            stacked[i, : len(row)] = row
-        return stacked
+            if row is not None:
+                self._stack[i, len(row) :] = np.nan
+                targets.append(np.arange(row.size) + i * math.prod(shape[1:]))
+        first = self._stack.__array_interface__["data"][0]
+        there = first + self._stack.itemsize * np.concatenate(targets)
+        self._between, self._arranged = (np.concatenate(self._sources), there), True

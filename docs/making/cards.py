@@ -43,11 +43,11 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
   results, bit for bit, as single environments, if the card says *many at once: yes*; otherwise
   `gym.make_vec` uses Gymnasium's own vector environments.
 * **Speed.** A step of `DoorCorridor-v0` takes 18 to 23 us of processor time alone (`gym.make`), and
-  13 to 16 us in a vector of 64: 0.78 to 0.86 and 0.54 to 0.60 times the ten physics steps of pymunk
+  13 to 16 us in a vector of 64: 0.79 to 0.83 and 0.55 to 0.59 times the ten physics steps of pymunk
   that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). Where the robot touches
   something, 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode takes
-  1 ms more, which these figures leave out. A reset takes 1.5 ms, in other worlds 2 to 8, of patrols
-  5 to 13 (medians, [more](accuracy.md#what-a-step-of-a-world-costs)).
+  1 ms more, which these figures leave out. A reset takes 0.8 to 2.5 ms, of patrols 5 to 10
+  (medians, [more](accuracy.md#what-a-step-of-a-world-costs)).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
   worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.

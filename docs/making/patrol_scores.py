@@ -14,6 +14,7 @@ from typing import Any
 from slam.benchmark.statistics import median
 
 COLUMNS = {"reward": ("return", 1.0, ".1f"), "door_brier": ("Brier of doors", 1.0, ".3f"),
+           "regret_s": ("regret, s", 1.0, ".2f"),  # of DoorPatrol-v1 only
            "coverage": ("seen", 100.0, ".0f"), "contact": ("contact, s", 1.0, ".1f"),
            "ate": ("ATE, mm", 1000.0, ".0f")}  # fmt: skip
 
@@ -27,10 +28,12 @@ def table(folder: Path) -> Iterator[str]:
             by_agent.setdefault(row["variant"], {})[row["seed"]] = row
     shared = sorted(set.intersection(*(set(rows) for rows in by_agent.values())))
     yield f"Test episodes {shared[0]} to {shared[-1]}, {len(shared)} of them:\n"
-    yield "| agent | " + " | ".join(name for name, _, _ in COLUMNS.values()) + " |"
-    yield "|---" * (1 + len(COLUMNS)) + "|"
+    scored = {key for rows in by_agent.values() for i in shared for key in rows[i]}
+    columns = {key: column for key, column in COLUMNS.items() if key in scored}
+    yield "| agent | " + " | ".join(name for name, _, _ in columns.values()) + " |"
+    yield "|---" * (1 + len(columns)) + "|"
     for agent, rows in by_agent.items():
-        cells = [_cell([rows[i][key] for i in shared], *COLUMNS[key][1:]) for key in COLUMNS]
+        cells = [_cell([rows[i][key] for i in shared], *columns[key][1:]) for key in columns]
         yield f"| {agent} | " + " | ".join(cells) + " |"
 
 

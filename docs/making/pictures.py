@@ -26,6 +26,7 @@ import slam
 from agents import ScriptedPath, record_path
 from docs.examples import map_a_log
 from docs.making.cards import ids
+from docs.making.effect_film import effect_film
 from docs.making.films import FILMS
 from docs.making.sensor_picture import sensors
 from docs.making.split_pictures import test_worlds
@@ -99,6 +100,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "lost-map.png": lost_map,
     "map-a-log.png": map_without_doors,
     "sensors.png": sensors,
+    "effects.gif": effect_film,
     **{name: partial(draw, driver) for name, draw in FILMS.items()},
     **{f"worlds-{level}.png": partial(test_worlds, level) for level in DIFFICULTIES},
 }

@@ -1,6 +1,7 @@
 """`python -m docs.making.reference_scores [EPISODES [ID ...]]`: reference scores of docs/splits.md.
 
-Drives the first test episodes of each world by chance and along its path, by the true pose.
+Drives the first test episodes of each world by chance, along walls by the laser and the odometry,
+and along its path by the true pose.
 """
 
 from __future__ import annotations
@@ -13,12 +14,17 @@ from typing import Any, NamedTuple
 
 import gymnasium as gym
 import joblib
+import numpy as np
 
 from agents import RandomAgent, ScriptedPath
+from agents.wall_follower import WallFollower
 from dynslam_env import WORLDS, DoorWorldEnv
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.record import Driver
 from dynslam_env.reset_options import DIFFICULTIES
+from dynslam_env.simulation.world import CONTROL_DT
 from slam.benchmark.statistics import Interval, median, share
+from slam.geometry import Pose2
 
 EPISODES = 30
 LEVELS = (None, *DIFFICULTIES)  # None: the world as it is registered
@@ -45,8 +51,36 @@ def by_chance(env: DoorWorldEnv, index: int) -> Driver:
     return RandomAgent(env.action_space, seed=index)
 
 
+def along_walls(env: DoorWorldEnv, index: int) -> Driver:
+    """Follows walls by the scans; knows whether it is stuck by the odometry."""
+    return WallFollower(DeadReckoning(env), seed=index)
+
+
+class DeadReckoning:
+    """A world as an agent without maps sees it: `PatrolView`, once in each step."""
+
+    def __init__(self, env: DoorWorldEnv):
+        self._env, self._pose = env, Pose2()
+        self._limits = env.robot.max_speed, env.robot.max_turn
+
+    def snapshot(self) -> PatrolSnapshot:
+        """What the robot knows now: the scan, and where the odometry says that it is."""
+        env = self._env
+        self._pose = self._pose @ env.displacement
+        scan = env.scan
+        return PatrolSnapshot(
+            scan.time, self._pose, np.zeros((3, 3)), scan, env.robot, self._limits, CONTROL_DT,
+            _no_map, _no_map,
+        )  # fmt: skip
+
+
+def _no_map() -> Any:
+    raise RuntimeError("there is no map without a SLAM")
+
+
 AGENTS: dict[str, Callable[[DoorWorldEnv, int], Driver]] = {
     "random": by_chance,
+    "wall follower": along_walls,
     "scripted path": scripted,
 }
 

@@ -59,7 +59,11 @@ def sensors(path: Path) -> None:
     figure = blank_figure(11.0, 6.2)
     axes = figure.subplots(2, 3)
     for axis, (title, laser) in zip(axes.flat, PANELS.items(), strict=True):
-        _panel(axis, _env_with(laser))
+        env = _env_with(laser)
+        draw_world(axis, env)
+        draw_scan(axis, env)
+        x, y, _ = env.pose
+        axis.set(xlim=(x - 1.5, x + 8.5), ylim=(y - 3.5, y + 3.5))
         axis.set_title(title, fontsize=MEDIUM, color=INK)
     figure.savefig(path, dpi=80)
 
@@ -73,16 +77,24 @@ def _env_with(laser: Laser | str) -> DoorWorldEnv:
     return env
 
 
-def _panel(axis: Axes, env: DoorWorldEnv) -> None:
-    scan, physics = env.scan, env.physics
-    walls, edges = physics.segments[: physics.first_edge], env.outline()
-    _lines(axis, walls, INK, 1.2)
-    _lines(axis, edges, DOORS, 1.5)
-    scanner = env.scanner
+def draw_world(axis: Axes, env: DoorWorldEnv) -> None:
+    """Walls, panels of glass and dark ones, leaves, and the robot."""
+    physics, scanner = env.physics, env.scanner
+    _lines(axis, physics.segments[: physics.first_edge], INK, 1.2)
+    _lines(axis, env.outline(), DOORS, 1.5)
     if isinstance(scanner, EffectScanner) and scanner.panels is not None:
         panels = scanner.panels
         _lines(axis, panels.segments[panels.codes == GLASS], WALLS, 3.5)
         _lines(axis, panels.segments[panels.codes == DARK], INK, 3.5)
+    x, y, theta = env.pose
+    axis.plot(x, y, "o", color=INK, markersize=6)
+    axis.plot([x, x + 0.5 * math.cos(theta)], [y, y + 0.5 * math.sin(theta)], color=INK)
+    axis.set(aspect="equal", xticks=[], yticks=[])
+
+
+def draw_scan(axis: Axes, env: DoorWorldEnv) -> None:
+    """The last scan: right echoes, wrong ones, and beams without an echo."""
+    scan, physics = env.scan, env.physics
     laser, place = env.world_config.laser, env.pose @ scan.mount
     truth = Scanner(laser, np.random.default_rng(0)).exact(env.pose, physics.segments)
     turned = place.theta + scan.angles
@@ -96,11 +108,6 @@ def _panel(axis: Axes, env: DoorWorldEnv) -> None:
     far = np.column_stack([place.x + 8 * np.cos(turned), place.y + 8 * np.sin(turned)])[silent]
     starts = np.tile([place.x, place.y], (len(far), 1))
     _lines(axis, np.hstack([starts, far]), FAINT, 0.4)
-    nose = math.cos(place.theta), math.sin(place.theta)
-    axis.plot(place.x, place.y, "o", color=INK, markersize=6)
-    axis.plot([place.x, place.x + 0.5 * nose[0]], [place.y, place.y + 0.5 * nose[1]], color=INK)
-    axis.set(xlim=(place.x - 1.5, place.x + 8.5), ylim=(place.y - 3.5, place.y + 3.5),
-             aspect="equal", xticks=[], yticks=[])  # fmt: skip
 
 
 def _lines(axis: Axes, segments: Array, colour: str, width: float) -> None:

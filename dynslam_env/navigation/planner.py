@@ -60,6 +60,36 @@ def plan(costmap: Costmap, pose: Pose2) -> Plan:
     return Plan(spec, cost, length, parent)
 
 
+def reached(costmap: Costmap, pose: Pose2) -> NDArray[np.bool_]:
+    """(rows, cols) the cells that `plan` reaches, by a flood without costs."""
+    spec = costmap.spec
+    row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
+    found = np.zeros(spec.shape, dtype=np.bool_)
+    if 0 <= row < spec.rows and 0 <= col < spec.cols:
+        _flood(row, col, costmap.kinds, found)
+    return found
+
+
+@kernel
+def _flood(row, col, kinds, found):
+    """Mark the cells to which the moves of `plan` lead."""
+    rows, cols = kinds.shape
+    stack = np.empty(rows * cols, dtype=np.int32)
+    stack[0], size = row * cols + col, 1
+    found[row, col] = True
+    while size:
+        size -= 1
+        r, c = stack[size] // cols, stack[size] % cols
+        tight = kinds[r, c] != OPEN
+        for i in range(max(r - 1, 0), min(r + 2, rows)):
+            for j in range(max(c - 1, 0), min(c + 2, cols)):
+                enters = kinds[i, j] == OPEN or (tight and kinds[i, j] == TIGHT)
+                if enters and not found[i, j]:
+                    found[i, j] = True
+                    stack[size] = i * cols + j
+                    size += 1
+
+
 @kernel
 def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
     """Write cost, length and parent (rows, cols) of all cells that can be reached."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -184,13 +185,21 @@ class PlaceDoors:
 
     def _drifts(self) -> Array:
         """(2, a) P(closed) of a new door, DRIFT_AGES s after it was seen open, and closed."""
-        found = np.empty((2, len(DRIFT_AGES)))
-        for closed in (False, True):
-            door = DoorFilter(self.laws)
-            door.look(0.0, closed)
-            own = responsibilities(door.evidence, with_still(self.weights, STILL_WITH_LEAF))
-            found[int(closed)] = [own @ door.closed(age) for age in DRIFT_AGES]
+        found, weights = np.empty((2, len(DRIFT_AGES))), with_still(self.weights, STILL_WITH_LEAF)
+        for row, (evidence, later) in zip(found, _seen_once(), strict=True):
+            own = responsibilities(evidence, weights)
+            row[:] = [own @ closed for closed in later]
         return found
+
+
+@cache
+def _seen_once() -> list[tuple[Array, Array]]:
+    """Of a new door that was seen open, and of one seen closed: evidence (h,), and (a, h) P(closed)
+    DRIFT_AGES s later, by each law; the same for all places."""
+    doors = [DoorFilter(dwell_laws()) for _ in range(2)]
+    for door, closed in zip(doors, (False, True), strict=True):
+        door.look(0.0, closed)
+    return [(door.evidence, np.array([door.closed(a) for a in DRIFT_AGES])) for door in doors]
 
 
 def _turn(a: float, b: float) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
 from dynslam_env.navigation.costmap import OPEN, Costmap, inflated
-from dynslam_env.navigation.planner import plan
+from dynslam_env.navigation.planner import plan, reached
 from dynslam_env.simulation.laws import Bools
 from dynslam_env.worlds.clearance import leaf
 from dynslam_env.worlds.layout import Door, Layout
@@ -62,10 +62,10 @@ class Questions:
     def __init__(self, layout: Layout, radius: float, rng: np.random.Generator):
         self._rng, self._doors = rng, len(layout.doors)
         costs = floor_costmap(layout, radius, layout.doors)
-        open_plan = plan(floor_costmap(layout, radius, closed=()), layout.start)
+        there = reached(floor_costmap(layout, radius, closed=()), layout.start)
         sides = [_sides(door, costs) for door in layout.doors]
-        wide = (costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & open_plan.reached
-        cells = np.argwhere(wide if wide.any() else open_plan.reached)
+        wide = (costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & there
+        cells = np.argwhere(wide if wide.any() else there)
         self._places = min(MAX_PLACES, len(cells))
         places = costs.spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])
         nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])

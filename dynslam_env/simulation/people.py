@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynslam_env.simulation.walking import Routes, WalkState, steer
-from dynslam_env.worlds.clearance import any_crossing
+from dynslam_env.worlds.clearance import first_crossed, legs
 from dynslam_env.worlds.layout import LATCH_GAP, Door, Layout
 from slam.errors import InputError
 from slam.geometry import Array
+from slam.kernel import kernel
 from slam.validation import positive, within
 
 PASSABLE_SHARE = 0.75  # of a door's opening angle, from which people walk through
@@ -68,12 +67,12 @@ class Walkers:
         self._people, self._rng = people, rng
         self._routes = np.zeros((count, longest, 2))
         self._gates = np.full((count, longest - 1), -1, dtype=np.int64)
+        doors = layout.doors if count else ()
+        leaves = _closed(doors, LEAF_OVERLAP)
         for i, route in enumerate(layout.routes):
             self._routes[i, : len(route)] = route
-            self._gates[i, : len(route) - 1] = [
-                _door_between(a, b, layout) for a, b in pairwise(route)
-            ]
-        self._other_leaf = _other_leaves(layout.doors)
+            self._gates[i, : len(route) - 1] = first_crossed(legs(route), leaves)
+        self._other_leaf = other_leaves(_closed(doors, 0.0))
         lengths = [len(route) for route in layout.routes]
         self._lengths = np.array(lengths, dtype=np.int64)
         self._state = np.zeros(
@@ -127,30 +126,27 @@ class Walkers:
         return self._rng.uniform(low, high, (len(self._routes), 1))
 
 
-def _door_between(a: Array, b: Array, layout: Layout) -> int:
-    """Index of the door through which the leg from `a` to `b` leads; -1 for none."""
-    leg = np.array([(*a, *b)])
-    for number, door in enumerate(layout.doors):
-        x, y = door.hinge
-        if any_crossing(leg, np.array([(x, y, *_free_edge(door, LEAF_OVERLAP))])):
-            return number
-    return -1
+def _closed(doors: tuple[Door, ...], beyond: float) -> Array:
+    """(d, 4) m, segments from the hinges to the free edges of the closed leaves, or to points so
+    far beyond these."""
+    return np.array([(*door.hinge, *_free_edge(door, beyond)) for door in doors]).reshape(-1, 4)
 
 
-def _free_edge(door: Door, beyond: float = 0.0) -> tuple[float, float]:
-    """m, where the free edge of the closed leaf is, or a point so far beyond it."""
+def _free_edge(door: Door, beyond: float) -> tuple[float, float]:
     reach = door.width + beyond
     return door.hinge[0] + reach * math.cos(door.closed), (
         door.hinge[1] + reach * math.sin(door.closed)
     )
 
 
-def _other_leaves(doors: tuple[Door, ...]) -> NDArray[np.int64]:
-    """(d,) for each leaf of a double door the other one, for others itself."""
-    other = np.arange(len(doors))
-    edges = [_free_edge(door) for door in doors]
-    for i, one in enumerate(edges):
+@kernel
+def other_leaves(leaves):
+    """(d,) for each of the closed `leaves` (d, 4) of a double door the other one, for others
+    itself."""
+    other = np.arange(len(leaves))
+    for i in range(len(leaves)):
         for j in range(i):
-            if math.dist(one, edges[j]) < 3 * LATCH_GAP:
+            apart = math.hypot(leaves[i, 2] - leaves[j, 2], leaves[i, 3] - leaves[j, 3])
+            if apart < 3 * LATCH_GAP:
                 other[i], other[j] = j, i
     return other

@@ -38,8 +38,15 @@ def _pointer(array: NDArray[np.generic]) -> tuple[int, int, int, int]:
 
 def doubles_of(arrays: Iterable[NDArray[np.float64]]) -> NDArray[np.int64]:
     """Addresses of all elements of the arrays, one array after the other; the caller keeps them."""
-    firsts = [(array.__array_interface__["data"][0], array.size) for array in arrays]
-    return np.array([at + 8 * k for at, size in firsts for k in range(size)], dtype=np.int64)
+    return np.concatenate([addresses_of(array) for array in arrays])
+
+
+def addresses_of(array: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(size,) addresses of all elements of an array, row by row; the caller keeps it."""
+    found = np.array([array.__array_interface__["data"][0]], dtype=np.int64)
+    for length, stride in zip(array.shape, array.strides, strict=True):
+        found = np.add.outer(found, stride * np.arange(length)).reshape(-1)
+    return found
 
 
 @intrinsic

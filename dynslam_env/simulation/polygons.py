@@ -14,15 +14,15 @@ from slam.kernel import kernel
 class Polygons:
     """The outlines of bodies, in the order of the bodies.
 
-    shapes   corners (k, 2) of each polygon, m, in the frame of its body
-    corners  (count, 2) m, of all
+    corners  (count, 2) m, of all, in the frames of their bodies
     first    (m + 1,) index of the first corner of each
     """
 
     def __init__(self, shapes: Sequence[Array]):
-        self.shapes = [_counter_clockwise(np.asarray(shape)) for shape in shapes]
-        self.corners = np.concatenate([np.empty((0, 2)), *self.shapes])
-        self.first = np.cumsum([0, *(len(shape) for shape in self.shapes)])
+        """`shapes`: corners (k, 2) of each polygon, m, in the frame of its body."""
+        self.corners = np.concatenate([np.empty((0, 2)), *shapes])
+        self.first = np.cumsum([0, *map(len, shapes)])
+        _turn_counter_clockwise(self.first, self.corners)
 
     @property
     def count(self) -> int:
@@ -43,11 +43,16 @@ def regular(radius: float, corners: int) -> Array:
     return radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def _counter_clockwise(shape: Array) -> Array:
-    """The same polygon in counter-clockwise order, with the same first edge."""
-    following = np.roll(shape, -1, axis=0)
-    twice_area = (shape[:, 0] * following[:, 1] - following[:, 0] * shape[:, 1]).sum()
-    return shape if twice_area > 0 else np.concatenate([shape[1::-1], shape[:1:-1]])
+@kernel
+def _turn_counter_clockwise(first, corners):
+    """Put the corners of each polygon in counter-clockwise order, with the same first edge."""
+    for i in range(len(first) - 1):
+        shape = corners[first[i] : first[i + 1]]
+        twice_area = 0.0
+        for k in range(len(shape)):
+            twice_area += shape[k - 1, 0] * shape[k, 1] - shape[k, 0] * shape[k - 1, 1]
+        if twice_area <= 0.0:
+            shape[:] = np.concatenate((shape[1::-1], shape[:1:-1]))
 
 
 @kernel

@@ -12,6 +12,7 @@ from dynslam_env.simulation.bodies import (
     body_memory,
 )
 from dynslam_env.simulation.columns import (
+    COUNT,
     INVERSE_INERTIA,
     INVERSE_MASS,
     MARGIN,
@@ -105,8 +106,7 @@ class Solids:
         rows[1 : 1 + d, :3] = self.leaves[:d]
         rows[1 + d : wheels, :2] = rows[wheels + 1 : wheels + 1 + p, :2] = places
         parts = [self._robot_part(), *map(self._leaf_part, self.hung), *[self._person_part()] * p]
-        for row, part in zip(table, parts, strict=True):
-            row[list(part)] = list(part.values())
+        table[:] = [[part.get(column, 0.0) for column in range(COUNT)] for part in parts]
         fixed = len(self.layout.walls) + sum(len(door.corners) for door in self.immovable)
         memory[FIXTURES], memory[FIXTURE_MARGIN] = fixed, self._margin(0.0)
         memory[STOP_BIAS] = 1.0 - math.pow(LEFT_PER_SECOND, self._dt)

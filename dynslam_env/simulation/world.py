@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from array import array
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from dynslam_env.simulation.bodies import (
 )
 from dynslam_env.simulation.contacts import Contacts
 from dynslam_env.simulation.doors import DoorMotors, Doors
+from dynslam_env.simulation.generator_state import GeneratorState
 from dynslam_env.simulation.mechanics import Mechanics
 from dynslam_env.simulation.people import People, Walkers
 from dynslam_env.simulation.polygons import Polygons
@@ -68,8 +68,8 @@ class World:
         door_rng: np.random.Generator,
         people_rng: np.random.Generator,
     ):
-        generators = copy.deepcopy((door_rng, people_rng))  # as they are before the first draw
-        self._begun = layout, robot, doors, people, *generators
+        self._begun = layout, robot, doors, people
+        self._streams = GeneratorState(door_rng), GeneratorState(people_rng)
         self._commands, self._put_down = array("d"), {}
         count = len(layout.doors)
         is_open = doors.law.initial_states(door_rng.random(count) < doors.open_share, door_rng)
@@ -188,7 +188,8 @@ class World:
         """A copy is what the same calls give."""
         kept = self.mechanics.bodies.commands[: self.steps % MOST_COMMANDS]
         commands = self._commands + array("d", kept.flat)
-        return _replayed, (self._begun, commands, self._put_down)
+        generators = [stream.generator() for stream in self._streams]
+        return _replayed, ((*self._begun, *generators), commands, self._put_down)
 
     def _control(self) -> None:
         """Set the commands of doors that flip, and of people."""

@@ -133,9 +133,8 @@ class WorldBatch:
 
     def contact_columns(self) -> dict[str, NDArray[Any]]:
         """(n,) columns of `contacts` by name: bool, and the impulse in N s."""
-        *flags, impulses = self.contacts.T
-        columns = {name: flag > 0.0 for name, flag in zip(CONTACT_COLUMNS, flags, strict=False)}
-        return columns | {"impulse": impulses.copy()}
+        flags, impulses = self.contacts.T[:-1] > 0.0, self.contacts[:, -1].copy()
+        return dict(zip(CONTACT_COLUMNS, (*flags, impulses), strict=True))
 
     def scan_arrived(self, i: int) -> bool:
         """Whether a scan of world `i` arrived in the last step; false only by a fault."""

@@ -33,15 +33,31 @@ def sweep(door: Door, angle: float = math.pi / 2) -> Array:
     that slides the part in its doorway."""
     if door.slides:
         return leaf(door, 0.0)
-    behind = math.atan2(door.thickness, door.width)  # the outer corner of the closed leaf
+    x, y = door.hinge
+    return _sweep(x, y, door.closed, door.swing, door.width, door.thickness, angle)
+
+
+@kernel(nogil=True)
+def _sweep(x, y, closed, swing, width, thickness, angle):
+    """See `sweep`: from the leaf's outer corner at the hinge along an arc back to the hinge."""
+    behind = math.atan2(thickness, width)  # the outer corner of the closed leaf
     step = (angle + behind) / ARC_STEPS
-    radius = math.hypot(door.width, door.thickness) / math.cos(
-        step / 2
-    )  # the outline encloses the arc
-    turned = door.swing * (step * np.arange(ARC_STEPS + 1) - behind)
-    arc = radius * np.column_stack([np.cos(turned), np.sin(turned)])
-    corners = np.vstack([door.corners[3:], arc, door.corners[:1]])
-    return edges(_at(door.hinge, corners, door.closed))
+    radius = math.hypot(width, thickness) / math.cos(step / 2)  # the outline encloses the arc
+    corners = np.zeros((ARC_STEPS + 3, 2))
+    corners[0, 1] = -swing * thickness
+    for k in range(ARC_STEPS + 1):
+        turned = swing * (step * k - behind)
+        corners[k + 1] = radius * math.cos(turned), radius * math.sin(turned)
+    c, s, n = math.cos(closed), math.sin(closed), len(corners)
+    outline = np.empty((n, 4))
+    for k in range(n):
+        px, py = (
+            x + (c * corners[k, 0] - s * corners[k, 1]),
+            (y + (s * corners[k, 0] + c * corners[k, 1])),
+        )
+        outline[k, 0] = outline[k - 1, 2] = px
+        outline[k, 1] = outline[k - 1, 3] = py
+    return outline
 
 
 def _at(place: tuple[float, float], points: Array, angle: float) -> Array:
@@ -49,24 +65,11 @@ def _at(place: tuple[float, float], points: Array, angle: float) -> Array:
     return place + points @ np.array([(c, s), (-s, c)])
 
 
-def clear(outline: Array, others: Array, distance: float) -> bool:
-    """Whether two outlines are at least `distance` m apart, and neither is inside the other."""
-    if gap(outline, others) < distance:
-        return False
-    return not (inside(outline, others[0, 0], others[0, 1])
-                or inside(others, outline[0, 0], outline[0, 1]))  # fmt: skip
-
-
-def clear_of_legs(outline: Array, legs: Array, distance: float) -> bool:
-    """Whether all legs (n, 4), m, are outside the outline and at least `distance` > 0 m away."""
-    if not len(legs) or not len(outline):
-        return True
-    return gap(outline, legs) >= distance and not any_inside(outline, legs)
-
-
 def legs(points: Array) -> Array:
     """(n - 1, 4) segments from each of the points (n, 2) to the next."""
-    return np.hstack([points[:-1], points[1:]])
+    both = np.empty((len(points) - 1, 4))
+    both[:, :2], both[:, 2:] = points[:-1], points[1:]
+    return both
 
 
 @kernel(nogil=True)
@@ -80,6 +83,58 @@ def gap(these, those):
 
 
 @kernel(nogil=True)
+def clear(outline, others, distance):
+    """Whether two outlines are at least `distance` m apart, and neither is inside the other."""
+    return farther(outline, others, distance) and not (
+        inside(outline, others[0, 0], others[0, 1]) or inside(others, outline[0, 0], outline[0, 1])
+    )
+
+
+@kernel(nogil=True)
+def clear_of_legs(outline, legs, distance):
+    """Whether all legs (n, 4), m, are outside the outline and at least `distance` > 0 m away."""
+    return farther(outline, legs, distance) and not any_inside(outline, legs)
+
+
+@kernel(nogil=True)
+def farther(these, those, distance):
+    """Whether all segments of `these` are at least `distance` m from all of `those`."""
+    if not len(these) or not len(those):
+        return True
+    left, bottom, right, top = _box(those)
+    for i in range(len(these)):
+        one = these[i]
+        if _beside(one, left, bottom, right, top) > distance:
+            continue
+        for j in range(len(those)):
+            x1, y1, x2, y2 = those[j]
+            left2, right2, bottom2, top2 = min(x1, x2), max(x1, x2), min(y1, y2), max(y1, y2)
+            if _beside(one, left2, bottom2, right2, top2) > distance:
+                continue
+            if math.sqrt(_gap2(one, those[j])) < distance:
+                return False
+    return True
+
+
+@kernel(nogil=True)
+def _beside(segment, left, bottom, right, top):
+    """A lower bound of the distance of a segment from what is in a box, m."""
+    x1, y1, x2, y2 = segment
+    return max(left - max(x1, x2), min(x1, x2) - right, bottom - max(y1, y2), min(y1, y2) - top)
+
+
+@kernel(nogil=True)
+def _box(segments):
+    """Left, bottom, right and top of some segments, m."""
+    left, bottom, right, top = math.inf, math.inf, -math.inf, -math.inf
+    for k in range(len(segments)):
+        x1, y1, x2, y2 = segments[k]
+        left, right = min(left, x1, x2), max(right, x1, x2)
+        bottom, top = min(bottom, y1, y2), max(top, y1, y2)
+    return left, bottom, right, top
+
+
+@kernel(nogil=True)
 def any_crossing(these, those):
     """Whether a segment of `these` (n, 4) crosses one of `those` (m, 4)."""
     crosses = False
@@ -87,6 +142,18 @@ def any_crossing(these, those):
         for j in range(len(those)):
             crosses = crosses or _cross(these[i], those[j])
     return crosses
+
+
+@kernel(nogil=True)
+def first_crossed(these, those):
+    """(n,) for each segment of `these` (n, 4) the first of `those` (m, 4) that it crosses, or
+    -1."""
+    crossed = np.full(len(these), -1)
+    for i in range(len(these)):
+        for j in range(len(those) - 1, -1, -1):
+            if _cross(these[i], those[j]):
+                crossed[i] = j
+    return crossed
 
 
 @kernel(nogil=True)

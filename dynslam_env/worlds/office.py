@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -124,4 +124,4 @@ class Office:
     def _with_doors(self, plan: FloorPlan) -> FloorPlan:
         """The plan with `doors` doors; its open doorways come first."""
         kept = plan.doorways[: len(plan.doorways) - len(plan.doors) + self.doors]
-        return replace(plan, doorways=kept)
+        return plan.with_doorways(kept)

@@ -64,7 +64,7 @@ def draw_floor(dimensions: FloorDimensions, rng: np.random.Generator) -> OfficeF
     path = np.array(tour(joined, int(rng.integers(len(rooms)))))
     others = {pair: walls[pair] for pair in pairs if pair not in tree}
     doors = _place_doors(joined, others, legs(path), dimensions, rng)
-    return OfficeFloor(FloorPlan(joined.spaces, (*ways, *doors), dimensions.door_thickness), path)
+    return OfficeFloor(joined.with_doorways((*ways, *doors)), path)
 
 
 def _place_doors(

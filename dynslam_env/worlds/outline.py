@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.geometry import Array
+from slam.kernel import kernel
 
 
 class Rect(NamedTuple):
@@ -25,25 +26,36 @@ def outline(rects: Sequence[Rect]) -> Array:
     The edges of all rectangles divide the plane into cells that are entirely free or solid. Runs of
     edges between free and solid cells are joined.
     """
-    edges = np.array(rects)
-    xs, columns = np.unique(edges[:, 0::2], return_inverse=True)
-    ys, rows = np.unique(edges[:, 1::2], return_inverse=True)
+    return _outline(np.array(rects, dtype=np.float64))
+
+
+@kernel
+def _outline(rects):
+    """See `outline`; `rects` (r, 4)."""
+    xs, ys = np.unique(rects[:, ::2].copy().ravel()), np.unique(rects[:, 1::2].copy().ravel())
     free = np.zeros((len(xs) + 1, len(ys) + 1), dtype=np.int8)  # with a border of solid cells
-    spans = np.hstack([columns.reshape(-1, 2), rows.reshape(-1, 2)]).tolist()
-    for left, right, bottom, top in spans:
-        free[left + 1 : right + 1, bottom + 1 : top + 1] = 1
-    x, y1, y2 = _runs(np.diff(free, axis=0)[:, 1:-1])
-    y, x1, x2 = _runs(np.diff(free, axis=1).T[:, 1:-1])
-    upright = np.column_stack([xs[x], ys[y1], xs[x], ys[y2]])
-    level = np.column_stack([xs[x1], ys[y], xs[x2], ys[y]])
-    return np.vstack([upright, level])
-
-
-def _runs(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Runs of one kind of step in each row of `steps` (-1, 0, 1): row, first, one past the last."""
-    padded = np.pad(steps, ((0, 0), (1, 1)))
-    before, after = padded[:, :-1], padded[:, 1:]
-    change = before != after
-    row, first = np.nonzero(change & (after != 0))
-    _, end = np.nonzero(change & (before != 0))
-    return row, first, end
+    for left, bottom, right, top in rects:
+        first, last = np.searchsorted(xs, left), np.searchsorted(xs, right)
+        low, high = np.searchsorted(ys, bottom), np.searchsorted(ys, top)
+        free[first + 1 : last + 1, low + 1 : high + 1] = 1
+    edges = np.empty((2 * len(xs) * len(ys), 4))
+    count = 0
+    for i in range(len(xs)):
+        begun, before = 0, 0
+        for j in range(len(ys)):  # the last row is the border
+            step = free[i + 1, j + 1] - free[i, j + 1]
+            if step != before:
+                if before != 0:
+                    edges[count] = xs[i], ys[begun], xs[i], ys[j]
+                    count += 1
+                begun, before = j, step
+    for j in range(len(ys)):
+        begun, before = 0, 0
+        for i in range(len(xs)):
+            step = free[i + 1, j + 1] - free[i + 1, j]
+            if step != before:
+                if before != 0:
+                    edges[count] = xs[begun], ys[j], xs[i], ys[j]
+                    count += 1
+                begun, before = i, step
+    return edges[:count].copy()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -63,9 +63,9 @@ def narrowed(plan: FloorPlan, least: float, rng: np.random.Generator) -> FloorPl
         if doorway.opens_to is not None:
             width = doorway.width * share
             shift = 0.0 if doorway.at_start else doorway.width - width
-            doorway = doorway._replace(start=doorway.start + shift, width=width)
+            doorway = Doorway(doorway.spaces, doorway.start + shift, width, *doorway[3:])
         doorways.append(doorway)
-    return replace(plan, doorways=tuple(doorways))
+    return plan.with_doorways(doorways)
 
 
 def doubled(plan: FloorPlan, share: float, path: Array, rng: np.random.Generator) -> FloorPlan:
@@ -76,13 +76,16 @@ def doubled(plan: FloorPlan, share: float, path: Array, rng: np.random.Generator
     """
     if share == 0.0:
         return plan
-    for i, draw in enumerate(rng.random(len(plan.doorways)).tolist()):
-        if plan.doorways[i].opens_to is not None and draw < share:
-            changed = plan.doorways[i]._replace(double=True)
-            if _swings_clear(plan, i, changed, path):
-                before, after = plan.doorways[:i], plan.doorways[i + 1 :]
-                plan = replace(plan, doorways=(*before, changed, *after))
-    return plan
+    doorways, way = list(plan.doorways), legs(path)
+    swept = [[sweep(leaf) for leaf in plan.leaves(each)] for each in doorways]
+    for i, draw in enumerate(rng.random(len(doorways)).tolist()):
+        if doorways[i].opens_to is not None and draw < share:
+            changed = doorways[i]._replace(double=True)
+            sweeps = [sweep(leaf) for leaf in plan.leaves(changed)]
+            others = [each for k, other in enumerate(swept) if k != i for each in other]
+            if _swing_clear(sweeps, way, others):
+                doorways[i], swept[i] = changed, sweeps
+    return plan.with_doorways(doorways)
 
 
 def sliding(plan: FloorPlan, share: float, rng: np.random.Generator) -> FloorPlan:
@@ -93,26 +96,26 @@ def sliding(plan: FloorPlan, share: float, rng: np.random.Generator) -> FloorPla
     """
     if share == 0.0:
         return plan
-    doorways = list(plan.doorways)
+    doorways, openings = list(plan.doorways), [plan.opening(each) for each in plan.doorways]
     for i, draw in enumerate(rng.random(len(doorways)).tolist()):
         if doorways[i].opens_to is not None and draw < share:
             slides = doorways[i]._replace(slides=True)
             turned = slides._replace(at_start=not slides.at_start)
-            fitting = [each for each in (slides, turned) if _has_pockets(plan, i, each)]
-            doorways[i] = (fitting or [doorways[i]])[0]
-    return replace(plan, doorways=tuple(doorways))
+            taken = [*plan.spaces, *openings[:i], *openings[i + 1 :]]
+            fitting = (each for each in (slides, turned) if _has_pockets(plan, each, taken))
+            doorways[i] = next(fitting, doorways[i])
+    return plan.with_doorways(doorways)
 
 
-def _has_pockets(plan: FloorPlan, i: int, changed: Doorway) -> bool:
-    """Whether the open leaves of doorway `i`, when it has `changed`, lie within its wall."""
+def _has_pockets(plan: FloorPlan, changed: Doorway, taken: Sequence[Rect]) -> bool:
+    """Whether the open leaves of a doorway lie within its wall, and in no area that is `taken`."""
     wall, spaces = plan.wall(changed), [plan.spaces[k] for k in changed.spaces]
     axis = 0 if wall.level else 1
     low, high = min(each[axis] for each in spaces), max(each[axis + 2] for each in spaces)
-    others = [plan.opening(each) for k, each in enumerate(plan.doorways) if k != i]
     for half in changed.halves():
         start = half.start - half.width if half.at_start else half.start + half.width
         pocket = plan.opening(half._replace(start=start))
-        if start < low or start + half.width > high or _overlaps(pocket, [*plan.spaces, *others]):
+        if start < low or start + half.width > high or _overlaps(pocket, taken):
             return False
     return True
 
@@ -125,14 +128,12 @@ def _overlaps(one: Rect, others: Sequence[Rect]) -> bool:
     )  # fmt: skip
 
 
-def _swings_clear(plan: FloorPlan, i: int, changed: Doorway, path: Array) -> bool:
-    """Whether the leaves of doorway `i`, when it has `changed`, keep clear of path and leaves."""
-    others = [each for k, each in enumerate(plan.doorways) if k != i]
-    near = [sweep(leaf) for each in others for leaf in plan.leaves(each)]
+def _swing_clear(sweeps: Sequence[Array], way: Array, others: Sequence[Array]) -> bool:
+    """Whether the areas that leaves sweep keep clear of the way (n, 4), m, and of other leaves."""
     return all(
-        clear_of_legs(swept, legs(path), FREE_WAY)
-        and all(clear(swept, other, SWEEP_CLEARANCE) for other in near)
-        for swept in map(sweep, plan.leaves(changed))
+        clear_of_legs(swept, way, FREE_WAY)
+        and all(clear(swept, other, SWEEP_CLEARANCE) for other in others)
+        for swept in sweeps
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -44,9 +45,10 @@ def draw_row(
     rng: np.random.Generator, length: float, count: int, dimensions: RoomDimensions
 ) -> RoomRow:
     """Rooms along a whole wall, with random door positions and sides of the hinges."""
-    gaps = dimensions.spare(length, count) * rng.dirichlet(np.full(count + 1, 2.0))[:count]
+    gaps = dimensions.spare(length, count) * rng.dirichlet((2.0,) * (count + 1))
     pitch = dimensions.door_width + 2 * dimensions.clearance
-    starts = (np.cumsum(gaps) + np.arange(count) * pitch + dimensions.clearance).tolist()
+    before = accumulate(gaps.tolist()[:count])
+    starts = [gap + k * pitch + dimensions.clearance for k, gap in enumerate(before)]
     at_start = (rng.random(count) < 0.5).tolist()
     stops = [start + dimensions.door_width for start in starts]
     middles = [(a + b) / 2 for a, b in zip(stops, starts[1:], strict=False)]

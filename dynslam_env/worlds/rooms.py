@@ -26,7 +26,7 @@ def split_into_rooms(whole: Rect, side: float, wall: float, rng: np.random.Gener
     if not axes or (max(sizes) < MAX_SIDE_RATIO * side and rng.random() < KEEP_PROBABILITY):
         return [whole]
     longer = 0 if sizes[0] > sizes[1] else 1
-    axis = int(rng.choice(axes))
+    axis = axes[int(rng.integers(len(axes)))]
     if longer in axes and sizes[longer] > MAX_ASPECT_RATIO * sizes[1 - longer]:
         axis = longer
     end = whole[axis] + rng.uniform(side, sizes[axis] - side - wall)
@@ -40,8 +40,12 @@ def split_into_rooms(whole: Rect, side: float, wall: float, rng: np.random.Gener
 
 def neighbours(rooms: Sequence[Rect], wall: float, shared: float) -> dict[Pair, Wall]:
     """The walls of `wall` m between pairs of rooms that share at least `shared` m of it."""
-    pairs = ((i, j) for j in range(len(rooms)) for i in range(j))
-    walls = {pair: wall_between(tuple(rooms), *pair) for pair in pairs}
+    all_rooms = tuple(rooms)
+    near = np.array(rooms) + (-2 * wall, -2 * wall, 2 * wall, 2 * wall)
+    left, bottom, right, top = near.T
+    beside = (left < right[:, None]) & (bottom < top[:, None])
+    pairs = np.argwhere(np.triu(beside & beside.T, 1).T)[:, ::-1].tolist()  # by the second room
+    walls = {(i, j): wall_between(all_rooms, i, j) for i, j in pairs}
     return {
         pair: each
         for pair, each in walls.items()

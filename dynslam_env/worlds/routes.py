@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from dynslam_env.worlds.clearance import clear_of_legs, legs, sweep
+from dynslam_env.worlds.clearance import clear_of_legs, sweep
 from dynslam_env.worlds.floor_plan import FloorPlan
 from slam.errors import InputError
 from slam.geometry import Array
@@ -109,15 +109,16 @@ class RoutePlanner:
                 yield other, space
 
     def _walkable(self, stop: Stop, onward: Stop) -> bool:
-        leg = [self._at[stop], self._at[onward]]
+        leg = self._at[stop], self._at[onward]
         crossed = stop[0] if stop[0] == onward[0] else None  # people wait until its leaf is open
-        return all(self.free(space, leg, crossed) for space in {stop[1], onward[1]})
+        return all(self.free(space, *leg, crossed) for space in {stop[1], onward[1]})
 
-    def free(self, space: int, points: Sequence[Point], crossed: int | None = None) -> bool:
-        """Whether the way along `points` keeps clear of solids and leaves in a space."""
+    def free(self, space: int, here: Point, there: Point, crossed: int | None = None) -> bool:
+        """Whether the straight way between two points keeps clear of solids and leaves in a space,
+        but for the leaf of the doorway that is `crossed`."""
         if not self._solids[space]:
             return True
-        way = legs(np.array(points))
+        way = np.array([(*here, *there)])
         return all(
             clear_of_legs(outline, way, PERSON_RADIUS + PERSON_CLEARANCE)
             for doorway, outline in self._solids[space]
@@ -137,7 +138,7 @@ class RoutePlanner:
         margin = PERSON_RADIUS + PERSON_CLEARANCE
         low, high = (left + margin, bottom + margin), (right - margin, top - margin)
         for x, y in rng.uniform(low, high, (MAX_ROUTE_TRIES, 2)).tolist():
-            if math.dist((x, y), before) > margin and self.free(space, [(x, y), before]):
+            if math.dist((x, y), before) > margin and self.free(space, (x, y), before):
                 return [(x, y)]
         return []
 

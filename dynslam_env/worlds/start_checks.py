@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dynslam_env.worlds.clearance import gap, inside, leaf, legs
+from dynslam_env.worlds.clearance import farther, gap, inside, leaf, legs
 from dynslam_env.worlds.layout import Layout
 from slam.errors import InputError
 from slam.geometry import Array, Pose2
@@ -45,7 +45,8 @@ def check_people(layout: Layout, places: Array, radius: float, robot: float) -> 
                 f"person {i} begins {away:.3g} m from there"
             )
         way = np.vstack([legs(route), legs(np.vstack([place, route[0]]))])
-        if len(layout.walls) and (space := gap(way, layout.walls)) < radius:
+        if not farther(way, layout.walls, radius):
+            space = gap(way, layout.walls)
             raise InputError(
                 f"person {i} of radius {radius:g} m does not fit: its route passes {space:.3g} m "
                 "from a wall"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from dynslam_env.worlds.clearance import clear, edges
 from dynslam_env.worlds.corridor import Corridor
 from dynslam_env.worlds.layout import Layout
 from slam.errors import InputError
-from slam.geometry import Array, Pose2
+from slam.geometry import Array
 from slam.validation import instance, number, whole, within
 
 MAX_TRIES = 100  # draws of the bends, until no wing lies over another
@@ -22,13 +22,22 @@ MAX_BEND = math.radians(75)
 ROUNDING_ERROR = 1e-6  # m
 
 
+class _Place(NamedTuple):
+    """Where a corridor with its rooms stands: `start` and `end` of its passage, m, its direction,
+    rad, and the outline of all, (4, 4) m."""
+
+    heading: float
+    start: Array
+    end: Array
+    outline: Array
+
+
 class _Wing(NamedTuple):
     """A corridor with its rooms, at its place: a straight part of the building."""
 
     layout: Layout
     start: Array
     end: Array
-    outline: Array
 
 
 @dataclass(frozen=True)
@@ -61,32 +70,31 @@ class Wings:
         for _ in range(MAX_TRIES):
             count = self.wings - 1
             bends = rng.uniform(self.least_bend, self.most_bend, count)
-            wings = self._placed(parts, bends * rng.choice((-1.0, 1.0), count))
-            if _apart([wing.outline for wing in wings]):
-                return self._joined(wings)
+            places = self._places(bends * rng.choice((-1.0, 1.0), count))
+            if _apart([place.outline for place in places]):
+                return self._joined([_wing(*both) for both in zip(parts, places, strict=True)])
         raise InputError(
             f"in {MAX_TRIES} draws some of {self.wings} wings lay over each other; take fewer, "
             f"longer corridors, or a smaller Wings.most_bend than {self.most_bend:g} rad"
         )
 
-    def _placed(self, parts: list[Layout], bends: Array) -> list[_Wing]:
-        """The wings at their places: the first along x, from the origin."""
-        corridor, wings = self.corridor, []
+    def _places(self, bends: Array) -> list[_Place]:
+        """The places of the wings: the first along x, from the origin."""
+        corridor, places = self.corridor, []
         half = corridor.width / 2 + corridor.wall_thickness + corridor.room_depth
         corners = np.array([(0.0, -half), (corridor.length, -half), (corridor.length, half),
                             (0.0, half)])  # fmt: skip
         place, heading = np.zeros(2), 0.0
-        for part, bend in zip(parts, [*bends.tolist(), 0.0], strict=True):
+        for bend in [*bends.tolist(), 0.0]:
             turn = np.array([(math.cos(heading), math.sin(heading)),
                              (-math.sin(heading), math.cos(heading))])  # fmt: skip
             end = place + corridor.length * turn[0]
-            moved = part.turned(heading).shifted(*place.tolist())
-            wings.append(_Wing(moved, place, end, edges(place + corners @ turn)))
+            places.append(_Place(heading, place, end, edges(place + corners @ turn)))
             joint = (half + APART) * math.tan(abs(bend) / 2)  # from the end to where the axes meet
             corner = end + joint * turn[0]
             heading += bend
             place = corner + joint * np.array((math.cos(heading), math.sin(heading)))
-        return wings
+        return places
 
     def _joined(self, wings: list[_Wing]) -> Layout:
         """One layout of all wings."""
@@ -102,8 +110,12 @@ class Wings:
         path = np.array([*there, *there[-2::-1]])
         doors = tuple(door for wing in wings for door in wing.layout.doors)
         routes = tuple(route for wing in wings for route in wing.layout.routes)
-        return replace(first, walls=np.vstack(walls), doors=doors, path=path, routes=routes,
-                       start=Pose2.of(first.start))  # fmt: skip
+        return Layout.known(np.vstack(walls), doors, first.start, path, routes)
+
+
+def _wing(part: Layout, place: _Place) -> _Wing:
+    """The corridor `part` at its place."""
+    return _Wing(part.turned(place.heading, place.start), place.start, place.end)
 
 
 def _apart(outlines: list[Array]) -> bool:

@@ -6,7 +6,7 @@ from scipy.sparse import lil_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from dynslam_env.navigation.costmap import OCCUPIED, OPEN, TIGHT, UNKNOWN, Inflation, inflated
-from dynslam_env.navigation.planner import TIGHT_COST_FACTOR, plan
+from dynslam_env.navigation.planner import TIGHT_COST_FACTOR, plan, reached
 from slam import Pose2
 from slam.grid import GridSpec
 from tests.dynslam_env.navigation.drawn import drawn
@@ -100,3 +100,20 @@ def test_where_no_way_leads_there_is_no_path():
 
 def test_outside_the_map_nothing_is_reached():
     assert not plan(drawn("..."), Pose2(5.0, 5.0, 0.0)).reached.any()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.03, 0.3))
+def test_a_flood_reaches_what_the_plan_reaches(seed, radius):
+    rng = np.random.default_rng(seed)
+    spec = GridSpec(0.1, -3, 5, 19, 23)
+    occupied, observed = rng.random(spec.shape) < 0.1, rng.random(spec.shape) < 0.95
+    none = np.zeros(spec.shape, dtype=np.bool_)
+    costmap = inflated(spec, occupied, observed, none, radius, Inflation(margin=0.0))
+    start = pose_at(spec, int(rng.integers(19)), int(rng.integers(23)))
+    np.testing.assert_array_equal(reached(costmap, start), plan(costmap, start).reached)
+
+
+def test_nothing_is_reached_from_outside():
+    costmap = drawn("...\n...")
+    assert not reached(costmap, Pose2(-5.0, 0.0, 0.0)).any()
+    assert reached(costmap, Pose2(0.05, 0.05, 0.0)).all()

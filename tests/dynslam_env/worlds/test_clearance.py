@@ -6,7 +6,19 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from dynslam_env import Door
-from dynslam_env.worlds.clearance import clear, clear_of_legs, edges, gap, inside, leaf, legs, sweep
+from dynslam_env.worlds.clearance import (
+    any_crossing,
+    clear,
+    clear_of_legs,
+    edges,
+    farther,
+    first_crossed,
+    gap,
+    inside,
+    leaf,
+    legs,
+    sweep,
+)
 from tests.dynslam_env import naive
 
 numbers = st.floats(-3.0, 3.0)
@@ -86,3 +98,24 @@ def test_clear_of_legs():
     assert clear_of_legs(SQUARE, beside, 0.5)
     assert not clear_of_legs(SQUARE, beside, 0.51)
     assert clear_of_legs(SQUARE, legs(np.array([(1.0, 1.0)])), 1.0)  # a way without legs
+
+
+@given(
+    st.lists(segments, min_size=1, max_size=5),
+    st.lists(segments, min_size=1, max_size=5),
+    st.floats(0.0, 3.0),
+)
+def test_farther_compares_the_gap(these, those, distance):
+    one, other = np.array(these), np.array(those)
+    assume(abs(gap(one, other) - distance) > 1e-9)
+    assert farther(one, other, distance) == (gap(one, other) >= distance)
+
+
+@given(st.lists(segments, max_size=6), st.lists(segments, max_size=6))
+def test_the_first_segment_that_is_crossed(these, those):
+    one, other = np.array(these).reshape(-1, 4), np.array(those).reshape(-1, 4)
+    expected = [
+        next((j for j in range(len(other)) if any_crossing(each[None], other[j : j + 1])), -1)
+        for each in one
+    ]
+    assert first_crossed(one, other).tolist() == expected

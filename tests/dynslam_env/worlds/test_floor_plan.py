@@ -2,6 +2,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.outline import Rect
@@ -87,3 +89,31 @@ def test_spaces_that_cannot_be_are_refused(spaces, message):
 def test_a_leaf_thicker_than_its_wall_is_refused():
     with pytest.raises(InputError, match=r"leaf of 0.3 m, thicker than its wall of 0.2 m"):
         FloorPlan(SPACES, (Doorway((0, 1), 1.0, 0.9, 1),), 0.3)
+
+
+def test_other_doorways_in_the_same_spaces():
+    first, second = Doorway((0, 1), 1.0, 0.9, 1), Doorway((0, 2), 2.0, 0.8, 2, slides=True)
+    changed, built = plan(first).with_doorways((first, second)), plan(first, second)
+    assert changed.doors == built.doors
+    assert len(built.doors) == 2
+    np.testing.assert_array_equal(changed.walls, built.walls)
+    assert changed.spaces == built.spaces
+    assert changed.door_thickness == built.door_thickness
+
+
+@given(
+    st.tuples(st.integers(-1, 3), st.integers(-1, 3)),
+    st.floats(-1.0, 5.0) | st.sampled_from([0.0, 3.1, math.nan, math.inf]),
+    st.floats(0.0, 5.0) | st.sampled_from([0.9, math.nan, 5e-324]),
+    st.sampled_from([None, 0, 1, 2]),
+)
+def test_the_short_check_of_a_doorway_says_what_the_long_one_says(pair, start, width, into):
+    doorway, place = Doorway(pair, start, width, into), plan()
+    try:
+        place._check_doorway("it", doorway)
+        right = True
+    except InputError:
+        right = False
+    assert place._plainly_fits(doorway) <= right
+    if right and width > 1e-9:
+        assert place._plainly_fits(doorway)

@@ -73,3 +73,25 @@ def test_what_was_given_is_copied():
 def test_what_cannot_be_is_refused(wrong, message):
     with pytest.raises(InputError, match=message):
         Layout(**{**GIVEN, **wrong})
+
+
+def test_turned_and_moved():
+    routes = [[(1.0, 1.5), (3.0, 1.5)]]
+    layout, to = Layout(**{**GIVEN, "routes": routes}), np.array([2.0, -1.0])
+    moved = layout.turned(0.3, to)
+    turn = np.array([(math.cos(0.3), math.sin(0.3)), (-math.sin(0.3), math.cos(0.3))])
+
+    def expected(points):
+        return np.reshape(points, (-1, 2)) @ turn + to
+
+    for name in ("walls", "path"):
+        at = expected(getattr(layout, name)).reshape(getattr(layout, name).shape)
+        np.testing.assert_allclose(getattr(moved, name), at, atol=1e-12)
+        assert not getattr(moved, name).flags.writeable
+    np.testing.assert_allclose(moved.routes[0], expected(routes[0]), atol=1e-12)
+    np.testing.assert_allclose(moved.start, (*expected([(1.0, 1.0)])[0], 0.3), atol=1e-12)
+    (door,) = moved.doors
+    assert door.hinge == pytest.approx(expected([DOOR.hinge])[0].tolist())
+    assert (door.closed, door[2:]) == (pytest.approx(0.3), DOOR[2:])
+    again = Layout(moved.walls, moved.doors, moved.start, moved.path, moved.routes)  # all checks
+    assert again.plain() == moved.plain()
