@@ -25,7 +25,7 @@ from slam.recovery.places import best_near, matched, near
 from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint
 from slam.sessions.door_memory import joined, moved_doors
-from slam.sessions.placing import check_certain, is_shown, not_enough, placed, proposal
+from slam.sessions.placing import check_certain, not_enough, placed, proposal, told
 from slam.sessions.pruning import pruned
 from slam.sessions.relocalisation import drawn
 from slam.sessions.session import Session, is_dated
@@ -133,7 +133,7 @@ def _tie(reading: Endpoint, part: Stretch, start: Pose2) -> tuple[Pose2, Array] 
     if not len(part.scan.points):
         return None
     found = matched(reading, part.scan, best_near(reading, part.scan, start, REACH))
-    if not is_shown(found) or not near(found.pose, start, REACH[0], REACH[2]):
+    if told(reading, part, found) < 1 or not near(found.pose, start, REACH[0], REACH[2]):
         return None
     information = cautious(wide_information(reading, part.scan, found.pose))
     return found.pose, tempered(information, found.pose.theta, FLOOR)

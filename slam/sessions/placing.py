@@ -39,7 +39,8 @@ def placed(reading: Endpoint, parts: Sequence[Stretch]) -> tuple[Proposal, Propo
     for part in parts:
         for found in places.all(part.scan, SHOWN):
             place = found.pose @ part.pose.inverse()
-            if is_shown(found) and not any(_same(place, one.place, [part]) for one in proposals):
+            new = not any(_same(place, one.place, [part]) for one in proposals)
+            if new and told(reading, part, found) == 1:
                 proposals.append(proposal(reading, parts, place))
     if not proposals:
         raise InputError(not_enough(len(parts), 0, LEAST_SHOWN))
@@ -69,9 +70,8 @@ def proposal(reading: Endpoint, parts: Sequence[Stretch], place: Pose2) -> Propo
     """How stretches agree with a place of the other session's frame; each is matched near by, since
     that map may be bent."""
     found = [matched(reading, part.scan, place @ part.pose) for part in parts]
-    contradicted = sum(one.agreement.contradicted > CONTRADICTED for one in found)
-    value = sum(one.value for one in found)
-    return Proposal(sum(map(is_shown, found)) - contradicted, value, place)
+    shown = [told(reading, part, one) for part, one in zip(parts, found, strict=True)]
+    return Proposal(sum(shown), sum(one.value for one in found), place)
 
 
 def _same(one: Pose2, other: Pose2, parts: Sequence[Stretch]) -> bool:
@@ -80,10 +80,16 @@ def _same(one: Pose2, other: Pose2, parts: Sequence[Stretch]) -> bool:
     return any(same_place(one @ part.pose, other @ part.pose) for part in parts)
 
 
-def is_shown(place: Place) -> bool:
-    """Whether the map shows a stretch at a place."""
+def told(reading: Endpoint, part: Stretch, place: Place) -> int:
+    """1 if the map shows a stretch at a place, -1 if it contradicts it, 0 if it tells nothing.
+
+    Echoes behind walls count as contradicted: the two sides of a wall look alike.
+    """
+    behind = reading.behind(part.scan.points, part.scan.views, place.pose)
     explained, contradicted = place.agreement
-    return explained >= SHOWN and contradicted <= CONTRADICTED
+    if contradicted + behind > CONTRADICTED:
+        return -1
+    return int(explained - behind >= SHOWN)
 
 
 def not_enough(searched: int, shown: int, needed: int) -> str:

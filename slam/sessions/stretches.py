@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.geometry import Pose2
-from slam.graph.local_map import Keyframe, panorama
-from slam.scan import Scan
+from slam.graph.local_map import Keyframe, Panorama, panorama
 from slam.sessions.session import Session
 
 LENGTH = 6.0  # m of path in a stretch
@@ -25,7 +24,7 @@ class Stretch(NamedTuple):
     """
 
     pose: Pose2
-    scan: Scan
+    scan: Panorama
     numbers: list[int]
 
 

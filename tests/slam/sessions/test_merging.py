@@ -13,8 +13,13 @@ from slam.forecast.door import DoorForecast
 from slam.geometry import Pose2, between, compose
 from slam.io.door_memory import RememberedDoor
 from slam.layers.doors import MappedDoor
+from slam.maps.clamped import Clamped
+from slam.recovery.places import at
 from slam.sessions.merging import merged
+from slam.sessions.placing import told
+from slam.sessions.relocalisation import drawn
 from slam.sessions.session import Session
+from slam.sessions.stretches import stretches
 from tests.slam.worlds import scan_at
 
 ANGLES = np.radians(np.arange(-180, 180, 4.0))
@@ -104,6 +109,18 @@ def test_maps_that_do_not_overlap_are_refused() -> None:
         merged(part(whole, 0, 60), part(whole, 110, 170))
     with pytest.raises(InputError, match="do not overlap enough"):
         merged(part(whole, 0, 60), part(whole, 0, 60), Pose2(30.0, 30.0))
+
+
+def test_a_stretch_that_was_seen_through_walls_is_contradicted() -> None:
+    first = part(drive(alike=False), 0, 100)
+    reading = drawn(first, Clamped())
+    for one in stretches(first):
+        here = at(reading, one.scan, one.pose)
+        assert told(reading, one, here) == 1
+        through = one._replace(scan=replace(one.scan, seen=-one.scan.seen))
+        assert told(reading, through, here) == -1
+    nowhere = at(reading, one.scan, Pose2(90.0, 90.0))
+    assert told(reading, one, nowhere) == 0
 
 
 def test_doors_move_with_their_map_and_the_one_seen_last_is_kept() -> None:
