@@ -85,7 +85,7 @@ def _medians(summary: Summary) -> Table:
 
 def _main_first(scores: Sequence[Score], main: Score | None) -> list[Score]:
     """The scores in an order in which a screen of 1,200 pixels shows those that matter most."""
-    first = [score for score in (main, *FOREMOST) if score in scores]
+    first = [score for score in (main, *FOREMOST) if score is not None and score in scores]
     return [*first, *(score for score in scores if score not in first)]
 
 
