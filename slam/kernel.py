@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from numba import config, njit
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Listener, register
 from numba.core.registry import CPUDispatcher
 
+from slam.compile_lock import compile_lock
 from slam.temporary import is_writable, own_folder, provide_home
 
 provide_home()
@@ -63,6 +65,7 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     index = _cache_index(compiled)
     if index is not None:
         index._source_stamp = (index._source_stamp, *_dependencies(function))
+        _compile_once(compiled, index)
     return compiled
 
 
@@ -94,6 +97,17 @@ def _move_cache() -> bool:
     )
     settings.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = folder
     return is_writable(Path(folder))
+
+
+def _compile_once(compiled: Any, index: Any) -> None:
+    """Let the kernel be compiled by one process at a time; the others then find it on the disk."""
+    of_numba = compiled.compile
+
+    def compile_signature(signature: Any) -> Any:
+        with global_compiler_lock, compile_lock(index._cache_path, index._index_name):
+            return of_numba(signature)
+
+    compiled.compile = compile_signature
 
 
 def _dependencies(function: Callable[..., Any]) -> Iterator[tuple[str, Any]]:

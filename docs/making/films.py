@@ -9,10 +9,11 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from dynslam_cli.figures.film import write_film  # pyright: ignore[reportMissingImports]
+from dynslam_cli.figures.film import Colours, write_film  # pyright: ignore[reportMissingImports]
 from PIL import Image
 
 from dynslam_env import PATROLS, WORLDS, EchoLoss, Laser, MixedPixels, Surfaces, Sweep
+from dynslam_env.drawing import colours
 
 SEED = 7  # of the drives
 FRAMES = 32
@@ -22,7 +23,13 @@ SECONDS_PER_FRAME = dict.fromkeys((*WORLDS, *PATROLS), 1.0) | {
 }  # fmt: skip
 FRAMES_PER_SECOND = 8.0
 LARGEST = (500, 320)  # pixels, of a frame
-COLOURS = 48  # of a frame; with 16, leaves and robot turn grey
+DRAWN = np.array([
+    colours.PAPER, colours.SOLID, colours.FACE, colours.INK, colours.FAINT, colours.GREY,
+    colours.UNKNOWN, colours.BLUE, colours.VERMILION, colours.ORANGE, colours.SKY, colours.GREEN,
+    colours.PURPLE, colours.LIT, colours.BEAM,
+])  # fmt: skip
+COLOURS = Colours(np.vstack([DRAWN, (DRAWN + 255) // 2]), mixed=24)  # pure, and on edges: with
+# mixed ones alone, leaves and robot turn grey
 REAL_LASER = Laser(
     sigma=0.02, effects=(MixedPixels(), EchoLoss(reach=8.0), Surfaces(glass=0.3), Sweep(0.1))
 )
@@ -50,13 +57,13 @@ def _film(
             frames.append(_small(env.render()))
         observation, _, _, _, info = env.step(action(observation))
     env.close()
-    write_film(frames, path, FRAMES_PER_SECOND, hold=1.0)
+    write_film(frames, path, FRAMES_PER_SECOND, 1.0, COLOURS)
 
 
 def _small(pixels: np.ndarray) -> Image.Image:
     picture = Image.fromarray(pixels)
     picture.thumbnail(LARGEST)
-    return picture.quantize(COLOURS, dither=Image.Dither.NONE).convert("RGB")
+    return picture
 
 
 FILMS = {f"worlds/{name}.gif": partial(film, name) for name in SECONDS_PER_FRAME} | {

@@ -15,7 +15,6 @@ from rich.progress import (
     Task,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 from rich.text import Text
 
@@ -45,8 +44,7 @@ def progress_bar() -> Progress:
         MofNCompleteColumn(),
         _RateColumn(),
         TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
+        _LeftColumn(),
     )
     if console.is_terminal:
         return Progress(*columns, console=console, transient=True, speed_estimate_period=RATE_OVER)
@@ -60,6 +58,13 @@ class _RateColumn(ProgressColumn):
 
     def render(self, task: Task) -> Text:
         return Text(rate(task))
+
+
+class _LeftColumn(ProgressColumn):
+    """The remaining time."""
+
+    def render(self, task: Task) -> Text:
+        return Text(left(task))
 
 
 class _Lines(Progress):
@@ -86,17 +91,30 @@ def line(task: Task) -> str:
     """A task in a line: how many of how many, the rate, the time left."""
     if task.total is None:
         return f"{task.description}: {task.elapsed or 0:.0f} s"
-    left = "" if task.time_remaining is None else f"{duration(task.time_remaining)} left"
     done = f"{task.description}: {task.completed:g} of {task.total:g}"
-    return ", ".join(part for part in (done, rate(task), left) if part)
+    return ", ".join(part for part in (done, rate(task), left(task)) if part)
 
 
 def rate(task: Task) -> str:
     """Items of a task a second, or a minute where that is less than one; empty if not known."""
-    speed = task.finished_speed or task.speed
+    speed = _speed(task)
     if not speed:
         return ""
     return f"{speed:.1f} a second" if speed >= SLOW else f"{60 * speed:.1f} a minute"
+
+
+def left(task: Task) -> str:
+    """The time that the rest of a task takes at its rate; empty if not known."""
+    speed = _speed(task)
+    if not speed or task.remaining is None:
+        return ""
+    return f"{duration(task.remaining / speed)} left"
+
+
+def _speed(task: Task) -> float:
+    """Items a second in the last RATE_OVER; since the begin where none was done in that time."""
+    since_begin = task.completed / task.elapsed if task.elapsed else 0.0
+    return task.finished_speed or task.speed or since_begin
 
 
 def duration(seconds: float) -> str:

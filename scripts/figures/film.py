@@ -13,7 +13,7 @@ from PIL import Image
 from slam.errors import InputError
 from slam.io.files import AnyPath, placing, replacing
 
-MAX_COLOURS = 256  # of a GIF
+MAX_COLOURS = 255  # of a GIF; one more place of its palette means "as in the frame before"
 MIN_COLOUR_DISTANCE = 8  # levels; Pillow confuses closer colours
 MP4_QUALITY = 7.0  # of 10: keeps thin lines and small letters sharp
 
@@ -67,7 +67,7 @@ def _write_gif(
     frames: Sequence[Image.Image], path: Path, fps: float, hold: float, colours: Colours
 ) -> None:
     palette = _palette(frames, colours)
-    indexed = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    indexed = _changes(frames, palette)
     durations = [round(1000 / fps)] * len(frames)
     durations[-1] += round(1000 * hold)
     with replacing(path) as file:
@@ -79,11 +79,34 @@ def _write_gif(
             duration=durations,
             loop=0,
             optimize=False,  # else each frame gets its own palette
+            transparency=_unchanged(palette),
+            disposal=1,  # a frame is drawn over the one before
         )
 
 
+def _changes(frames: Sequence[Image.Image], palette: Image.Image) -> Iterator[Image.Image]:
+    """Each frame in the colours of `palette`, transparent where it is as the one before: that is
+    half of the bytes, or less."""
+    before = None
+    for frame in frames:
+        indexed = frame.quantize(palette=palette, dither=Image.Dither.NONE)
+        colours = np.asarray(indexed)
+        if before is not None:
+            changed = np.where(colours == before, np.uint8(_unchanged(palette)), colours)
+            indexed = Image.fromarray(changed)
+        indexed.putpalette(palette.getpalette() or [])
+        before = colours
+        yield indexed
+
+
+def _unchanged(palette: Image.Image) -> int:
+    """The last place of the palette."""
+    return len(palette.getpalette() or []) // 3 - 1
+
+
 def _palette(frames: Sequence[Image.Image], colours: Colours) -> Image.Image:
-    """The exact and the mixed colours as a palette."""
+    """The exact and the mixed colours as a palette, and the first of them again: no pixel becomes
+    the second of two equal colours."""
     chosen = [frames[0], frames[len(frames) // 2], frames[-1]]
     sheet = Image.new("RGB", (chosen[0].width, chosen[0].height * len(chosen)))
     for number, frame in enumerate(chosen):
@@ -94,7 +117,7 @@ def _palette(frames: Sequence[Image.Image], colours: Colours) -> Image.Image:
         apart = np.abs(mixed[:, None] - colours.exact).max(axis=2).min(axis=1) > MIN_COLOUR_DISTANCE
         mixed = np.concatenate([colours.exact, mixed[apart]])[:MAX_COLOURS]
     palette = Image.new("P", (1, 1))
-    palette.putpalette(mixed.ravel().tolist())
+    palette.putpalette([*mixed.ravel().tolist(), *mixed[0].tolist()])
     return palette
 
 

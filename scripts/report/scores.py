@@ -86,6 +86,8 @@ QUALITY = (
 MEMORY = Score("memory_mb", "memory", 1.0, " MB", 1)
 THINKING = Score("ms_per_step", "agent's time per step", 1.0, " ms", 2)
 COST = (THINKING, TIME, MEMORY)
+FOREMOST = (F1_OVER_TIME, F1, BRIER, THINKING, TIME)
+"""Shown next to the main one."""
 
 
 def present(scores: Sequence[Score], rows: Sequence[Result]) -> list[Score]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from slam.benchmark.statistics import Interval
 
-from .scores import COST, QUALITY, Score, present
+from .scores import COST, FOREMOST, QUALITY, Score, present
 from .summary import Summary
 
 LATEX_ESCAPES = {character: f"\\{character}" for character in "&%$#_{}"} | {
@@ -60,22 +60,20 @@ def tables(summary: Summary) -> list[Table]:
 
 
 def _medians(summary: Summary) -> Table:
-    scores = present([*QUALITY, *COST], summary.rows)
+    scores = _main_first(present([*QUALITY, *COST], summary.rows), summary.main)
     headings = ["condition", summary.wording.compared, "runs", "lost, %"]
-    for score in scores:
-        headings.append(score.heading)
-        if score == summary.main:
-            headings.append(f"{score.name}, IQM")
+    headings += [score.heading for score in scores]
+    if summary.main:
+        headings.append(f"{summary.main.name}, IQM")
     rows = []
     for condition in summary.conditions:
         for group in summary.of(condition):
             failed = group.failed()
             row = [_word(str(condition)), _word(group.variant), _count(len(group.rows)),
                    _interval(failed, Score("", "", digits=0))]  # fmt: skip
-            for score in scores:
-                row.append(_interval(group.median(score), score))
-                if score == summary.main:
-                    row.append(_interval(group.interquartile_mean(score), score))
+            row += [_interval(group.median(score), score) for score in scores]
+            if summary.main:
+                row.append(_interval(group.interquartile_mean(summary.main), summary.main))
             rows.append(row)
     caption = (
         "Medians, and the interquartile mean (IQM), with bootstrap 95 % intervals; lost: ATE above "
@@ -83,6 +81,12 @@ def _medians(summary: Summary) -> Table:
         "bad."
     )
     return Table("summary", "Summary", caption, headings, rows)
+
+
+def _main_first(scores: Sequence[Score], main: Score | None) -> list[Score]:
+    """The scores in an order in which a screen of 1,200 pixels shows those that matter most."""
+    first = [score for score in (main, *FOREMOST) if score is not None and score in scores]
+    return [*first, *(score for score in scores if score not in first)]
 
 
 def _paired(summary: Summary) -> Table:

@@ -33,7 +33,8 @@ FIRST_VARIANT = "static-ml"  # shares most kernels with the others
 
 def warm_up_jobs(worlds: Sequence[str], variants: Sequence[str]) -> list[Job]:
     """Jobs that compile the kernels of worlds, scores and variants, in an order in which two
-    processes seldom compile the same: the simulator and the first variant have none in common."""
+    processes seldom wait for each other: the first variant takes as long as the simulator and the
+    search, with which it has hardly any in common."""
     drives = [
         Trial("warm-up", {}, SimulatedDrive(world, 0, {"max_episode_steps": STEPS}), "odometry",
               limit=LIMIT) for world in worlds

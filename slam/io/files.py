@@ -7,6 +7,8 @@ import os
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 from typing import IO
 
@@ -17,6 +19,7 @@ from slam.io.leftovers import temporary_file, temporary_folder
 AnyPath = str | os.PathLike[str]
 MAX_LINE = 1 << 20  # bytes; the rest of a longer line is left out
 MAX_TEXT_LINE = 1 << 26  # bytes; a file with a longer line is no text
+MAX_LISTED = 1000  # names of a folder that are compared with one that is not there
 LINE_BYTES = 100  # of memory that a line of a text may take, beside its bytes
 GZIP_MAGIC = b"\x1f\x8b"  # the first bytes of a gzip file
 ZIP_MAGIC = b"PK\x03\x04"
@@ -77,11 +80,22 @@ def reading(path: AnyPath) -> Iterator[IO[bytes]]:
         with path.open("rb") as file:
             yield file
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError(f"{path}: no such file{_near_names(Path(path))}") from None
     except IsADirectoryError:
         raise InputError(f"{path}: a file was expected, this is a directory") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _near_names(path: Path) -> str:
+    """Which files of the folder have a name like this one's; empty if none has."""
+    try:
+        with os.scandir(path.parent) as folder:
+            names = [one.name for one in islice(folder, MAX_LISTED)]
+    except OSError:
+        return ""
+    near = get_close_matches(path.name, names)
+    return f"; did you mean {', '.join(near)}?" if near else ""
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from slam.algorithms.variants import BUILDERS, MAPS
 from tests.docs.pages import DOCS, PAGES, ROOT
 
 LARGEST = 100_000  # bytes of a picture of a world
+LARGEST_FILM = 300_000
 
 
 def test_the_cards_are_those_of_the_classes():
@@ -22,6 +23,14 @@ def test_each_environment_has_a_picture():
     assert len(cards.ids()) == 9
     for name in cards.ids():
         assert (DOCS / "worlds" / f"{name}.png").stat().st_size < LARGEST
+
+
+def test_each_environment_has_a_film():
+    page = cards.PAGE.read_text(encoding="utf-8")
+    for name in cards.ids():
+        film = DOCS / "worlds" / f"{name}.gif"
+        assert 10_000 < film.stat().st_size <= LARGEST_FILM, name
+        assert f"](worlds/{name}.gif)" in page, name
 
 
 def test_each_picture_is_there_and_shown():

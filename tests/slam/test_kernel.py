@@ -79,6 +79,40 @@ def test_a_kernel_is_compiled_again_after_an_edit_in_another_file_and_only_then(
         assert called(tmp_path) == (result, False), after
 
 
+SHARED = """
+import sys
+import numpy as np
+from slam.kernel import kernel
+
+@kernel
+def summed(a):
+    return np.cumsum(a)
+
+print("ready", flush=True)
+sys.stdin.readline()
+assert summed(np.ones(2))[1] == 2.0
+print(sum(summed.stats.cache_misses.values()))
+"""
+
+
+def test_of_processes_that_begin_together_one_compiles_and_the_others_wait(tmp_path: Path) -> None:
+    """Each compiled for itself: after an installation, the demo took 15 s longer."""
+    (tmp_path / "shared.py").write_text(SHARED)
+    begun = [
+        subprocess.Popen([sys.executable, "-B", "shared.py"], cwd=tmp_path, text=True,
+                         stdin=subprocess.PIPE, stdout=subprocess.PIPE) for _ in range(2)
+    ]  # fmt: skip
+    for one in begun:
+        assert one.stdout is not None
+        assert one.stdout.readline() == "ready\n"
+    for one in begun:
+        assert one.stdin is not None
+        one.stdin.write("\n")
+        one.stdin.flush()
+    compiled = [int(one.communicate(timeout=100)[0]) for one in begun]
+    assert sorted(compiled) == [0, 1]
+
+
 def test_the_kernels_of_a_module_that_were_imported_are_known_to_all_of_its_own() -> None:
     own = rays._trace._cache._cache_file._source_stamp
     imported = tiles.next_slot._cache._cache_file._source_stamp

@@ -28,6 +28,23 @@ def test_a_line_now_and_then_tells_count_rate_and_time_left(hurried, capfd):
     assert lines[-1].endswith(" s left")
 
 
+def test_where_an_item_takes_longer_than_rates_are_measured_over_the_rate_is_that_of_all(
+    hurried, monkeypatch, capfd
+):
+    """`28 runs: 25 of 28` stood for half an hour, while one program ran."""
+    monkeypatch.setattr(progress, "RATE_OVER", 0.1)
+    with progress_bar() as bar:
+        task = bar.add_task("28 runs", total=28)
+        bar.update(task, advance=10)
+        time.sleep(0.3)
+        bar.update(task, advance=10)
+        time.sleep(0.25)
+    last = capfd.readouterr().err.splitlines()[-1]
+    assert last.startswith("28 runs: 20 of 28, ")
+    assert " a second, " in last
+    assert last.endswith(" s left")
+
+
 def test_of_what_has_no_end_the_time_is_told(hurried, capfd):
     with progress_bar() as bar:
         bar.add_task("report", total=None)

@@ -38,6 +38,24 @@ def test_a_gif_has_all_frames_holds_the_last_and_keeps_exact_colours(
         assert picture.getpixel((25, 5 * k + 5)) == RED
 
 
+def test_what_does_not_change_is_stored_once(tmp_path: Path) -> None:
+    """Every frame was stored whole: the films of the worlds were a third larger."""
+    noise = np.random.default_rng(0).integers(0, 256, (60, 80, 1), np.uint8).repeat(3, axis=2)
+    made = []
+    for k in range(20):
+        pixels = noise.copy()
+        pixels[:4, k], pixels[-4:, -1 - k] = RED, RED  # in two corners
+        made.append(Image.fromarray(pixels))
+    write_film(made[:1], tmp_path / "one.gif", 10.0)
+    write_film(made, tmp_path / "all.gif", 10.0)
+    sizes = [(tmp_path / name).stat().st_size for name in ("one.gif", "all.gif")]
+    assert sizes[1] < 4 * sizes[0]  # with the palette of each
+    with Image.open(tmp_path / "all.gif") as image:
+        for k, frame in enumerate(ImageSequence.Iterator(image)):
+            shown = np.asarray(frame.convert("RGB")).astype(int)
+            assert np.abs(shown - np.asarray(made[k])).max() < 12, k
+
+
 def test_the_same_frames_are_the_same_bytes(tmp_path: Path, frames: list[Image.Image]) -> None:
     for name in ("a.gif", "b.gif"):
         write_film(frames, tmp_path / name, 10.0)

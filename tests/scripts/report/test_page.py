@@ -139,6 +139,17 @@ def test_it_fits_the_width_of_a_phone(page, width):
     assert canvas["width"] <= width
 
 
+def test_the_summary_shows_its_main_columns_at_1200_pixels(page):
+    """F1, the doors and the time stood right of nine others, out of sight."""
+    page.set_viewport_size({"width": 1200, "height": 800})
+    edges = page.locator("#table-summary th").evaluate_all(
+        "all => all.map(one => [one.innerText, one.getBoundingClientRect().right])"
+    )
+    seen = [name for name, right in edges if right <= 1200]
+    assert seen[2:8] == ["runs", "lost, %", "ATE, mm", "F1", "Brier of doors",
+                         "time per matched scan, ms"]  # fmt: skip
+
+
 def test_a_figure_is_there_as_png_and_svg_and_a_table_as_markdown_and_latex(report):
     out = report.parent
     names = {path.stem for path in (out / "figures").iterdir()}
