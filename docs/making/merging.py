@@ -2,7 +2,7 @@
 
     python -m docs.making.merging FIRST LAST
 
-takes the seeds from FIRST to LAST; docs/saved-maps.md has the table of 61 to 66.
+takes the seeds from FIRST to LAST; docs/saved-maps.md has the table of 71 to 76.
 """
 
 from __future__ import annotations
