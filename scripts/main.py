@@ -167,7 +167,8 @@ def status(arguments: list[str] | None = None) -> int:
         where = f"{error.filename}: " if error.filename else ""
         print(f"dynslam: {where}{error.strerror or error}", file=sys.stderr)
     except MemoryError as error:
-        print(f"dynslam: out of memory ({error})", file=sys.stderr)
+        told = f" ({error})" if str(error) else ""  # numpy tells what it asked for
+        print(f"dynslam: out of memory{told}", file=sys.stderr)
     except KeyboardInterrupt:
         print("dynslam: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED

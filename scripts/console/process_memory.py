@@ -27,7 +27,11 @@ def peak_mb() -> float:
     status = PROCESS / "status"
     if not status.exists():
         return 0.0
-    peak = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
+    peak = next(
+        line
+        for line in status.read_text(errors="replace").splitlines()
+        if line.startswith("VmHWM:")
+    )
     return int(peak.split()[1]) * 1024 / 1e6
 
 

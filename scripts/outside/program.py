@@ -116,7 +116,7 @@ def _memory(pid: int) -> tuple[float, float]:
     resident = high = 0.0
     for one in _tree(pid):
         with suppress(OSError):
-            for line in Path(f"/proc/{one}/status").read_text().splitlines():
+            for line in Path(f"/proc/{one}/status").read_text(errors="replace").splitlines():
                 if line.startswith("VmRSS:"):
                     resident += int(line.split()[1]) * 1024 / 1e6
                 elif line.startswith("VmHWM:"):

@@ -19,6 +19,7 @@ import dynslam_env
 from agents import record_path
 from dynslam_env.simulation.config import WorldConfig
 from slam.episode import Episode, Truth
+from slam.io.files import reading
 from slam.io.formats import read_log
 from slam.preprocessing.clock import synchronised
 from slam.preprocessing.deskewing import deskewed
@@ -92,7 +93,8 @@ class LogFile(Source):
 
     def plain(self) -> dict[str, Any]:
         """Its name and a digest of its content."""
-        content = hashlib.sha256(self.path.read_bytes()).hexdigest()
+        with reading(self.path) as file:  # of any size
+            content = hashlib.file_digest(file, "sha256").hexdigest()  # pyright: ignore[reportArgumentType]
         return {"log": self.path.name, "sha256": content, "seed": self.seed, "clock": "auto"}
 
     def make(self) -> Episode:

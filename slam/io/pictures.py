@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import struct
 import warnings
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from slam.errors import InputError
+from slam.io.arrays import UNREADABLE
 from slam.io.files import reading
 from slam.io.guard import take
 from slam.io.one_line import one_line
@@ -39,10 +41,12 @@ def read_picture(path: Path) -> np.ndarray:
 def _edited(path: Path, kind: str) -> np.ndarray:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            warnings.simplefilter("ignore")  # of a large picture; of frames of an animation
             with Image.open(path, formats=(kind,)) as picture:
                 return _brightness(path, picture)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except InputError:
+        raise
+    except (*UNREADABLE, struct.error, Image.DecompressionBombError) as error:
         raise InputError(f"{path}: cannot be read as a picture ({one_line(error)})") from None
 
 

@@ -6,7 +6,7 @@
     python -m tests.day.day evaluations 1000
 
 After each tenth a line tells the resident memory and the rate. The exit status is 1 if memory has
-grown by more than FLAT_MB since the first tenth.
+grown by more than FLAT_MB since the first tenth, beside the path that a graph keeps as its result.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ from dynslam_env import WORLDS
 from scripts.console.process_memory import resident_mb
 from scripts.speed.long import Step, world
 from scripts.training.patrol_jobs import Patrol
+from slam.algorithms.graph_slam import GraphSlam
+from slam.graph.path import POSE_BYTES
 
 PARTS = 10
 FLAT_MB = 5.0  # that allocators may take and keep
@@ -39,25 +41,37 @@ PATROL_STEPS = 20  # of an evaluation, 0.4 s each
 
 
 class Part(NamedTuple):
-    """After a part of the work: units done, resident memory, MB, and units a CPU second."""
+    """After a part of the work.
+
+    done  units of it
+    mb    resident memory, MB
+    kept  MB of it that are results
+    rate  units a CPU second
+    """
 
     done: int
     mb: float
+    kept: float
     rate: float
 
+    def grown(self, first: Part) -> float:
+        """MB beside results that memory has grown by since the `first` part."""
+        return self.mb - self.kept - (first.mb - first.kept)
 
-def parts(work: Iterator[object], count: int) -> Iterator[Part]:
-    """Do `count` units of work; tells of each tenth."""
+
+def parts(work: Iterator[int], count: int) -> Iterator[Part]:
+    """Do `count` units of work, of which each gives the bytes of its result that are kept; tells of
+    each tenth."""
+    kept = 0
     for number in range(PARTS):
         first, last = (count * k // PARTS for k in (number, number + 1))
         begun = time.process_time()
-        for _ in itertools.islice(work, last - first):
-            pass
+        kept += sum(itertools.islice(work, last - first))
         took = time.process_time() - begun
-        yield Part(last, resident_mb(), (last - first) / max(took, 1e-9))
+        yield Part(last, resident_mb(), kept / 1e6, (last - first) / max(took, 1e-9))
 
 
-def scans(variant: str) -> Iterator[None]:
+def scans(variant: str) -> Iterator[int]:
     """A SLAM on five laps of a loop there and back, again and again, its stamps going on."""
     there = list(world(DRIVE_SCANS))
     back = [
@@ -65,15 +79,16 @@ def scans(variant: str) -> Iterator[None]:
         for step, later in zip(there[-2::-1], there[:0:-1], strict=True)
     ]
     robot = slam.make(variant, there[0].truth)
+    pose_bytes = POSE_BYTES if isinstance(robot, GraphSlam) else 0
     endless = itertools.chain(there[:1], itertools.cycle(there[1:] + back))
     for number, step in enumerate(endless):
         estimate = robot.update(step.displacement, replace(step.scan, time=PERIOD * number))
         error = math.dist(estimate.pose[:2], step.truth[:2])
         assert error < LOST_M, f"{error:.1f} m off at scan {number}"
-        yield
+        yield pose_bytes
 
 
-def steps() -> Iterator[None]:
+def steps() -> Iterator[int]:
     """Random actions in all worlds, episode after episode, one world after the other."""
     rng = np.random.default_rng(SEED)
     worlds = [gym.make(name) for name in WORLDS]
@@ -87,21 +102,21 @@ def steps() -> Iterator[None]:
             over = terminated or truncated
             assert math.isfinite(float(reward))
             assert all(np.isfinite(part).all() for part in observation.values())
-            yield
+            yield 0
             if over:
                 break
 
 
-def evaluations() -> Iterator[None]:
+def evaluations() -> Iterator[int]:
     """Episodes of `dynslam evaluate`."""
     for seed in itertools.count(SEED):
         agent = ("random", "wall-follower")[seed % 2]
         row = Patrol("corridor", "static-ml", agent, seed, PATROL_STEPS)().row
         assert row["error"] is None, row["error"]
-        yield
+        yield 0
 
 
-WORKS: dict[str, Callable[[], Iterator[object]]] = {"steps": steps, "evaluations": evaluations}
+WORKS: dict[str, Callable[[], Iterator[int]]] = {"steps": steps, "evaluations": evaluations}
 
 
 def main() -> int:
@@ -114,9 +129,13 @@ def main() -> int:
     begun, first, grown = time.monotonic(), None, 0.0
     for part in parts(work, given.count):
         first = first or part
-        grown = part.mb - first.mb
-        print(f"{part.done:>10,}  {part.mb:7.1f} MB  {grown:+6.1f}  {part.rate:9.0f} a CPU second  "
-              f"{time.monotonic() - begun:6.0f} s", flush=True)  # fmt: skip
+        grown = part.grown(first)
+        print(
+            f"{part.done:>10,}  {part.mb:7.1f} MB, {part.kept:4.1f} of results, "
+            f"{grown:+6.1f} beside them  {part.rate:9.0f} a CPU second  "
+            f"{time.monotonic() - begun:6.0f} s",
+            flush=True,
+        )
     return int(grown > FLAT_MB)
 
 

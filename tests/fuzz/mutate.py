@@ -8,7 +8,7 @@ import random
 import re
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -27,6 +27,11 @@ WORDS = (
 )  # fmt: skip
 TEXT = bytes(range(127))
 LONGEST = 60_000  # bytes of a mutation, or twice what was there
+PNG = b"\x89PNG\r\n\x1a\n"
+CHUNKS = (
+    b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"cHRM", b"sRGB", b"iCCP", b"pHYs", b"tEXt", b"zTXt",
+    b"iTXt", b"eXIf", b"acTL", b"fcTL", b"fdAT", b"IDAT", b"IEND", b"aaaa", b"AAAA",
+)  # fmt: skip
 PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_STORED, zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 VALUES = (0.0, -1.0, 1e300, -1e300, 1e10, 1e-300, np.nan, np.inf, -np.inf, 2.0**31, 2.0**63, 1e5)
 
@@ -45,6 +50,8 @@ def _changed(data: bytes, chance: random.Random) -> bytes:
         ways += [_in_gzip] * 3
     elif data.startswith(b"PK\x03\x04"):
         ways += [_in_zip] * 3
+    elif data.startswith(PNG):
+        ways += [_in_png] * 6
     elif data.startswith(b"\x93NUMPY"):
         ways += [_in_array] * 3
     elif len(data[:200].translate(None, TEXT)) < 10:
@@ -145,6 +152,39 @@ def _members(data: bytes) -> tuple[tuple[str, bytes], ...]:
             return tuple((one.filename, packed.read(one)) for one in packed.infolist())
     except Exception:
         return ()
+
+
+def _in_png(data: bytes, chance: random.Random) -> bytes:
+    """A chunk changed, left out, put in or renamed; the checksums are right."""
+    chunks = list(_chunks(data)) or [(b"IEND", b"")]
+    at, kind = chance.randrange(len(chunks)), chance.choice(CHUNKS)
+    name, content = chunks[at]
+    match chance.randrange(6):
+        case 0:
+            del chunks[at]
+        case 1:
+            chunks[at] = (kind, content)
+        case 2:
+            size = chance.choice([0, 1, 4, 8, 13, 26])
+            chunks.insert(at, (kind, chance.choice([bytes(size), chance.randbytes(size)])))
+        case _:
+            chunks[at] = (name, damaged(content, chance))
+    return PNG + b"".join(
+        len(content).to_bytes(4, "big")
+        + name
+        + content
+        + zlib.crc32(name + content).to_bytes(4, "big")
+        for name, content in chunks
+    )
+
+
+def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Names and contents, as far as they are whole."""
+    at = len(PNG)
+    while at + 12 <= len(data):
+        end = at + 8 + int.from_bytes(data[at : at + 4], "big")
+        yield data[at + 4 : at + 8], data[at + 8 : end]
+        at = end + 4
 
 
 def _in_array(data: bytes, chance: random.Random) -> bytes:

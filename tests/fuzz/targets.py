@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import tempfile
+import warnings
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
@@ -14,6 +16,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 import slam
 from agents.training.settings import arguments, read_settings
@@ -40,6 +44,7 @@ from slam.io.guard import guarded
 from slam.io.kitti import read_kitti, write_kitti
 from slam.io.layers import picture, read_layers, write_layers
 from slam.io.loaded_recording import LoadedRecording
+from slam.io.pictures import read_picture
 from slam.io.tum import read_tum, write_tum
 from slam.layers import Layers
 from slam.layers.doors import MappedDoor
@@ -144,6 +149,9 @@ def targets() -> dict[str, Target]:
         Target("session.npz", _file(lambda path: _session().save(path)), _read_session),
         Target("layers.npz", _file(lambda path: write_layers(doors(30, 60, 2), path)), _layers),
         Target("forecast.npz", _file(_write_forecast), _forecast),
+        Target("plain.pgm", _picture("PPM"), _read_picture),
+        Target("map.png", _picture("PNG"), _read_picture),
+        Target("map.bmp", _picture("BMP"), _read_picture),
         Target("some.kitti", _file(_write_kitti), _kitti),
         Target("runs.csv", b"begin_s,end_s,state\n0,600,1\n900,1500.5,0\n", read_door_runs),
         Target("run.npz", _file(_write_run), _run),
@@ -239,6 +247,29 @@ def _session() -> Session:
     door = MappedDoor(np.array([[0.0, 0.0], [0.9, 0.0]]), 0.5, 1, 9.0, 0, 9, 9, 9, 0.95)
     known = session_of(drive, np.zeros((len(drive.scans), 3)))
     return replace(known, doors=(RememberedDoor(door, forecast, 120.0),))
+
+
+def _picture(kind: str) -> bytes:
+    """A map as picture editors write it."""
+    cells = np.random.default_rng(0).choice(np.array([0, 205, 254], np.uint8), (12, 17))
+    if kind == "PPM":  # as text
+        return b"P2\n# by hand\n17 12\n255\n" + b" ".join(b"%d" % cell for cell in cells.flat)
+    file = io.BytesIO()
+    told = PngInfo()
+    told.add_text("Comment", "by hand", zip=True)
+    told.add_itxt("Title", "hall", zip=True)
+    others = {"transparency": 0, "dpi": (72, 72), "pnginfo": told} if kind == "PNG" else {}
+    Image.fromarray(cells).save(file, kind, **others)
+    return file.getvalue()
+
+
+def _read_picture(path: Path) -> object:
+    with guarded(path), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = read_picture(path)
+    assert found.ndim == 2
+    assert found.dtype == np.uint8
+    return found
 
 
 def _layers(path: Path) -> object:

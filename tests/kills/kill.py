@@ -48,15 +48,25 @@ variants = ["odometry", "static-ml"]
 seeds = 2
 [[case]]
 env = "DoorCorridor-v0"
-max_episode_steps = 60
+max_episode_steps = 20
+"""
+SHORT_PATROL = """
+import gymnasium
+from dynslam_env import Corridor
+
+gymnasium.register(
+    "ShortPatrol-v0",
+    vector_entry_point="dynslam_env.patrol.vector:DoorPatrolVectorEnv",
+    max_episode_steps=20,  # DoorPatrol-v0 has 250, which an evaluation drives
+)
 """
 SETTINGS = """
-DoorPatrol-v0:
+ShortPatrol-v0:
   policy: MultiInputPolicy
   n_envs: 2
-  n_steps: 16
-  n_timesteps: 1600
-  batch_size: 16
+  n_steps: 2
+  n_timesteps: 320
+  batch_size: 4
   n_epochs: 1
   policy_kwargs: "dict(net_arch=[8])"
 """
@@ -65,36 +75,23 @@ DoorPatrol-v0:
 class Command(NamedTuple):
     """Arguments of a `dynslam` command that writes to --out, and whether it can go on."""
 
-    arguments: tuple[str, ...]
+    arguments: str
     resumes: bool = False
 
 
 COMMANDS = {
-    "bench": Command(("bench", "suite.toml", "--jobs", "2"), resumes=True),
-    "map": Command(("map", "drive.csv", "--slam", "static-ml", "--skip", "all")),
-    "run": Command(("run", "drive.csv", "--slam", "static-ml")),
-    "record": Command(("record", "DoorCorridor-v0", "--seeds", "5000-5001")),
+    "bench": Command("bench suite.toml --jobs 2", resumes=True),
+    "map": Command("map drive.csv --slam static-ml --skip all"),
+    "run": Command("run drive.csv --slam static-ml"),
+    "record": Command("record DoorCorridor-v0 --seeds 5000-5001"),
     "train": Command(
-        ("train", "--slam", "odometry", "--hyperparameters", "settings.yml", "--workers", "1"),
+        "train --env ShortPatrol-v0 --world short.py:Corridor --slam odometry "
+        "--hyperparameters settings.yml --workers 1",
         resumes=True,
     ),
     "evaluate": Command(
-        (
-            "evaluate",
-            "random",
-            "wall-follower",
-            "--worlds",
-            "corridor",
-            "--slam",
-            "odometry",
-            "--episodes",
-            "2",
-            "--steps",
-            "20",
-            "--no-films",
-            "--jobs",
-            "2",
-        ),
+        "evaluate random wall-follower --worlds corridor --slam odometry --episodes 2 --steps 8 "
+        "--no-films --jobs 2",
         resumes=True,
     ),
 }
@@ -184,7 +181,7 @@ def environment(work: Path) -> dict[str, str]:
 def words(command: Command, work: Path, out: str) -> list[str]:
     """Of the command line, in the folder `work`."""
     resume = ["--resume"] if command.resumes and (work / out).exists() else []
-    return [*command.arguments, "--out", out, *resume]
+    return [*command.arguments.split(), "--out", out, *resume]
 
 
 def finish(command: Command, work: Path, out: str, start: Start) -> float:
@@ -246,6 +243,7 @@ def prepare(work: Path) -> None:
 
     (work / "suite.toml").write_text(SUITE)
     (work / "settings.yml").write_text(SETTINGS)
+    (work / "short.py").write_text(SHORT_PATROL)
     write_log(small_drive(scans=400, beams=40), work / "drive.csv")
 
 

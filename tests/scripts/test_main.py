@@ -65,6 +65,16 @@ def test_interrupt_is_no_traceback(capsys, monkeypatch):
     assert capsys.readouterr().err == "dynslam: interrupted\n"
 
 
+@pytest.mark.parametrize(("error", "told"), [(MemoryError(), ""), (MemoryError("9 GB"), " (9 GB)")])
+def test_too_little_memory_is_told_in_one_line(capsys, monkeypatch, error, told):
+    def fail(arguments):
+        raise error
+
+    monkeypatch.setattr(main, "_run", fail)
+    assert main.status(["map", "drive.csv"]) == 2
+    assert capsys.readouterr().err == f"dynslam: out of memory{told}\n"
+
+
 def test_somebody_elses_package_of_our_name_is_told(tmp_path):
     (tmp_path / "slam").mkdir()
     (tmp_path / "slam" / "__init__.py").touch()

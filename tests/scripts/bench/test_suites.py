@@ -1,6 +1,8 @@
 # pyright: reportMissingImports=false
+import hashlib
 import importlib
 import sys
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -504,3 +506,18 @@ def test_a_suite_runs_no_commands_of_a_file_that_it_names(tmp_path, name):
     path.write_text(f'variants = ["{name}"]\n[[case]]\nenv = "DoorCorridor-v0"\n')
     with pytest.raises(InputError, match=r"'outside:evil\.toml' runs the commands in that file"):
         read_suite(path)
+
+
+def test_a_recording_of_any_size_is_told_apart_in_little_memory(tmp_path):
+    """All of it was held in memory for its digest."""
+    path = tmp_path / "large.log"
+    with path.open("wb") as file:
+        file.truncate(64_000_000)
+    tracemalloc.start()
+    try:
+        told = LogFile(path).plain()["sha256"]
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert told == hashlib.sha256(bytes(64_000_000)).hexdigest()
+    assert peak < 4_000_000

@@ -1,6 +1,8 @@
 # pyright: reportMissingImports=false
 """Limits and measures of a program, against what it really takes."""
 
+import os
+import shutil
 import sys
 import time
 
@@ -32,6 +34,14 @@ def test_a_small_program_is_not_charged_for_the_process_that_started_it(tmp_path
     spent = run_programs([python("import time; time.sleep(0.2)")], tmp_path, 60, 200)
     assert 2 < spent.memory < 60
     assert len(here) == 300_000_000
+
+
+def test_a_program_may_have_a_name_of_any_bytes(tmp_path):
+    """Its name stands in the file that its memory is read from."""
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/sl\xfcmber")
+    shutil.copy("/bin/sleep", name)
+    spent = run_programs([[name, "0.2"]], tmp_path, 60, 1000)
+    assert spent.memory > 0.5
 
 
 @pytest.mark.parametrize(

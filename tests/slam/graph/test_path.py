@@ -56,3 +56,25 @@ def test_a_part_given_to_a_new_frame_stays_where_it_is(seed: int, since: int) ->
     path.rebase(since, 1, frame)
     frames = np.array([(1.0, -2.0, 0.3), compose((1.0, -2.0, 0.3), frame)])
     same(path.poses(frames), compose(frames[0], within))
+
+
+@given(seeds, st.integers(1, 60))
+def test_whatever_is_forgotten_while_it_grows_every_pose_stays_where_it_was(
+    seed: int, updates: int
+) -> None:
+    """A local map that poses were given to has several runs of them."""
+    rng = np.random.default_rng(seed)
+    path, frames, expected = Path(), rng.uniform(-3, 3, (1, 3)), []
+    for _ in range(updates):
+        within = rng.uniform(-3, 3, 3)
+        path.append(len(frames) - 1, Pose2.of(within))
+        expected.append(compose(frames[-1], within))
+        if rng.random() < 0.4:
+            frames = np.vstack([frames, rng.uniform(-3, 3, 3)])
+        elif len(frames) > 2 and rng.random() < 0.5:
+            number, into = rng.choice(len(frames) - 1, 2, replace=False).tolist()
+            moved = Pose2.of(frames[into]).between(Pose2.of(frames[number]))
+            path.forget(number, into, moved)
+            frames = np.delete(frames, number, axis=0)
+        same(path.poses(frames), np.array(expected))
+        same(np.array(path.last(frames)), expected[-1])
