@@ -112,7 +112,7 @@ def builder_of(name: str) -> AgentBuilder:
         return _patrol(lambda rng: _learned().Learned(path), explored=0.0)
     if path.is_file():
         return lambda env, seed: _training().Trained(path, env)
-    raise InputError(f"{unknown_name('agent', name, names())}; {FORMS}")
+    raise InputError(f"{unknown_name('agent', name, names())} ({FORMS})")
 
 
 @cache
