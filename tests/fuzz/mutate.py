@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import math
 import random
 import re
 import zipfile
@@ -27,6 +28,7 @@ WORDS = (
 )  # fmt: skip
 TEXT = bytes(range(127))
 LONGEST = 60_000  # bytes of a mutation, or twice what was there
+MOST_VALUES = 1_000_000  # of an array whose shape is changed
 PNG = b"\x89PNG\r\n\x1a\n"
 CHUNKS = (
     b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"cHRM", b"sRGB", b"iCCP", b"pHYs", b"tEXt", b"zTXt",
@@ -195,7 +197,8 @@ def _in_array(data: bytes, chance: random.Random) -> bytes:
         return damaged(data, chance)
     match chance.randrange(5):
         case 0:
-            array = np.resize(array, [chance.choice([0, 1, 2, 3, 100]) for _ in range(array.ndim)])
+            shape = [chance.choice([0, 1, 2, 3, 100]) for _ in range(array.ndim)]
+            array = np.resize(array, shape if math.prod(shape) <= MOST_VALUES else [0])
         case 1:
             kind = chance.choice(["i8", "u1", "f4", "f8", "U5", "S3", "?", "c16", "m8[s]", "u8"])
             with np.errstate(all="ignore"):
