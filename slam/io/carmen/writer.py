@@ -5,7 +5,9 @@ from __future__ import annotations
 import gzip
 import math
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -29,14 +31,15 @@ def write_carmen(episode: Episode, path: AnyPath) -> None:
     decimals. The truth, which a CARMEN log cannot hold, is left out.
     """
     plain = all(_fits_flaser(scan, episode.scans[0].max_range) for scan in episode.scans)
-    with replacing(path) as file:
-        packed = Path(path).suffix == ".gz"
-        # no name and no time in the header: the same episode gives the same bytes
-        out = gzip.GzipFile("", "wb", compresslevel=6, fileobj=file, mtime=0) if packed else file
+    packed = Path(path).suffix == ".gz"
+    with replacing(path) as file, _compressed(file) if packed else nullcontext(file) as out:
         for line in _lines(episode, plain):
             out.write(line.encode() + b"\n")
-        if packed:
-            out.close()
+
+
+def _compressed(file: IO[bytes]) -> gzip.GzipFile:
+    """With no name and no time in its header: the same episode gives the same bytes."""
+    return gzip.GzipFile("", "wb", compresslevel=6, fileobj=file, mtime=0)
 
 
 def _fits_flaser(scan: Scan, max_range: float) -> bool:

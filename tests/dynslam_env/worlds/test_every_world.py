@@ -69,7 +69,7 @@ def test_walls_close_and_every_place_is_reached(world, seed):
 @often
 def test_no_wall_twice_and_none_without_length(world, seed):
     walls = drawn(world, seed).walls
-    assert np.hypot(*(walls[:, 2:] - walls[:, :2]).T).min() > 1e-3
+    assert np.hypot(*(walls[:, 2:] - walls[:, :2]).T).min() > 1e-4  # cut corners may be that short
     ends = {tuple(sorted([(a, b), (c, d)])) for a, b, c, d in walls.tolist()}
     assert len(ends) == len(walls)
 
