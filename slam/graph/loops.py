@@ -39,7 +39,6 @@ class Match(NamedTuple):
     innovation    distance of the pose from its prediction, in standard deviations of both errors
                   (Mahalanobis)
     off           m, distance of its position from the predicted one
-    value         log posterior, nats; an echo behind a wall counts as one in a free cell
     """
 
     pose: Pose2
@@ -49,7 +48,6 @@ class Match(NamedTuple):
     behind: float
     innovation: float
     off: float
-    value: float
 
 
 @dataclass(frozen=True)
@@ -183,7 +181,7 @@ class Matcher:
         match = self._at(unpacked.endpoint, scan, start, predicted, covariance)
         if match.behind > LITTLE_BEHIND:
             near = self._at(unpacked.endpoint, scan, predicted, predicted, covariance)
-            return max(match, near, key=lambda one: one.value)
+            return max(match, near, key=lambda one: _log_posterior(unpacked.endpoint, scan, one))
         return match
 
     def _at(
@@ -197,13 +195,17 @@ class Matcher:
         explained, contradicted = endpoint.shares(scan.points, pose)
         behind = endpoint.behind(scan.points, scan.views, pose)
         innovation = _innovation(pose, information, predicted, covariance)
-        likelihood = float(endpoint.log_likelihood(scan, np.array([pose]))[0])
-        through = behind * len(scan.points) * (endpoint.top - endpoint.nothing)
         return Match(
             pose, information, explained - behind, contradicted + behind, behind, innovation,
             math.dist(pose[:2], predicted[:2]),
-            likelihood - endpoint.beta * through - 0.5 * innovation**2,
         )  # fmt: skip
+
+
+def _log_posterior(endpoint: Endpoint, scan: Panorama, match: Match) -> float:
+    """Nats; an echo behind a wall counts as one in a free cell."""
+    likelihood = float(endpoint.log_likelihood(scan, np.array([match.pose]))[0])
+    through = match.behind * len(scan.points) * (endpoint.top - endpoint.nothing)
+    return likelihood - endpoint.beta * through - 0.5 * match.innovation**2
 
 
 def tempered(information: Array, heading: float, floor: tuple[float, float, float]) -> Array:

@@ -92,7 +92,7 @@ def test_another_room_is_not_believed(walls, deviations) -> None:
 def test_the_limits_of_belief(
     explained: float, contradicted: float, innovation: float, off: float, believed: bool
 ) -> None:
-    match = Match(Pose2(), np.eye(3), explained, contradicted, 0.0, innovation, off, 0.0)
+    match = Match(Pose2(), np.eye(3), explained, contradicted, 0.0, innovation, off)
     assert Loops().accepts(match) == believed
 
 
