@@ -18,10 +18,10 @@ from dynslam_cli.figures.style import (  # pyright: ignore[reportMissingImports]
     TRUTH,
     WALLS,
     blank_figure,
+    rendered,
 )
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from PIL import Image
 
 from docs.making.sensor_picture import FANS, draw_scan, draw_world
@@ -100,7 +100,7 @@ def _drawn(envs: list[DoorWorldEnv], ways: list[list[tuple[Pose2, Pose2]]]) -> I
             _draw_ways(axis, way)
         axis.set_title(panel.title, fontsize=MEDIUM, color=INK)
         axis.set(xlim=VIEW[:2], ylim=VIEW[2:])
-    return _picture(figure)
+    return rendered(figure)
 
 
 def _draw_ways(axis: Axes, way: list[tuple[Pose2, Pose2]]) -> None:
@@ -108,9 +108,3 @@ def _draw_ways(axis: Axes, way: list[tuple[Pose2, Pose2]]) -> None:
     for poses, colour in zip(zip(*way, strict=True), (TRUTH, ESTIMATE), strict=True):
         axis.plot(*np.array(poses)[:, :2].T, color=colour, linewidth=2.0)
         axis.plot(*poses[-1][:2], "o", color=colour, markersize=5)
-
-
-def _picture(figure: Figure) -> Image.Image:
-    canvas: Any = figure.canvas
-    canvas.draw()
-    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())

@@ -98,9 +98,9 @@ def draw_scan(axis: Axes, env: DoorWorldEnv) -> None:
     laser, place = env.world_config.laser, env.pose @ scan.mount
     truth = Scanner(laser, np.random.default_rng(0)).exact(env.pose, physics.segments)
     turned = place.theta + scan.angles
-    ends = np.column_stack([place.x + scan.ranges * np.cos(turned),
-                            place.y + scan.ranges * np.sin(turned)])  # fmt: skip
     with np.errstate(invalid="ignore"):
+        ends = np.column_stack([place.x + scan.ranges * np.cos(turned),
+                                place.y + scan.ranges * np.sin(turned)])  # fmt: skip
         wrong = np.abs(scan.ranges - truth) > WRONG
     for which, colour in ((~wrong & scan.hit, TRUTH), (wrong & scan.hit, ESTIMATE)):
         axis.plot(*ends[which].T, ".", color=colour, markersize=3.5)

@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from dynslam_cli.figures.film import write_film  # pyright: ignore[reportMissingImports]
 from dynslam_cli.figures.layer_cells import (  # pyright: ignore[reportMissingImports]
     palette,
     ranked,
 )
+from dynslam_cli.figures.style import rendered  # pyright: ignore[reportMissingImports]
 from dynslam_cli.figures.week_figure import COLOUR_MAP, DAYS  # pyright: ignore[reportMissingImports]
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from PIL import Image
@@ -116,7 +115,7 @@ def frame(day: Day, truths: Sequence[Array]) -> Image.Image:
     for k, middle in enumerate(truths):
         axes = figure.add_subplot(grid[k % rows, 1 + k // rows])
         _draw_learned(axes, remembered_at(day, middle), f"door {k + 1}: P(open), learned")
-    return _picture(figure)
+    return rendered(figure)
 
 
 def calendar(day: Day, truths: Sequence[Array]) -> Image.Image:
@@ -127,7 +126,7 @@ def calendar(day: Day, truths: Sequence[Array]) -> Image.Image:
         one, truth = remembered_at(day, middle), true_week(k)
         _draw_week(axes[k, 0], truth, f"door {k + 1}: share of the time open, truth")
         _draw_learned(axes[k, 1], one, _compared(one, truth))
-    return _picture(figure)
+    return rendered(figure)
 
 
 def _compared(one: RememberedDoor | None, truth: Array) -> str:
@@ -172,16 +171,3 @@ def _draw_week(axes: Axes, rate: Array, title: str) -> None:
     axes.set_yticks(np.arange(7) + 0.5, [day[:2] for day in DAYS])
     axes.tick_params(labelsize=6)
     axes.set_title(title, fontsize=8)
-
-
-def _picture(figure: Figure) -> Image.Image:
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3].copy())
-
-
-if __name__ == "__main__":
-    DAYS_MAPPED, TRUTHS = list(visits()), list(middles())
-    FILM = [frame(day, TRUTHS).quantize(64).convert("RGB") for day in DAYS_MAPPED]
-    write_film(FILM, DOCS / "weeks.gif", FRAMES_PER_SECOND, hold=HOLD)
-    calendar(DAYS_MAPPED[-1], TRUTHS).save(DOCS / "weeks-doors.png", optimize=True)

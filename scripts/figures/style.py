@@ -5,9 +5,11 @@ Figures are made without pyplot, so that they share no state and need no display
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 PAPER, INK, FAINT = "#FFFFFF", "#282A30", "#B0B4BC"
 UNKNOWN = "#C8D1DE"  # no beam has reached it: bluish, unlike the grey of a half occupied cell
@@ -27,6 +29,13 @@ def blank_figure(width: float, height: float, dpi: float = DPI, arrange: bool = 
     if arrange:
         figure.set_layout_engine("compressed", h_pad=0.08)
     return figure
+
+
+def rendered(figure: Figure) -> Image.Image:
+    """The figure as a picture in RGB, a frame of a film."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
 
 
 def plain_axes(axes: Axes) -> None:
