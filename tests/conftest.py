@@ -7,14 +7,11 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.one_process import compile_each_kernel_once
-
 # torch's idle threads sleep, not spin: several processes share the cores (7 times faster then)
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
-compile_each_kernel_once()
-
-settings.register_profile("dynslam", deadline=None)
+# every run tries the same examples; new ones: pytest --hypothesis-profile=default
+settings.register_profile("dynslam", deadline=None, derandomize=True)
 settings.load_profile("dynslam")
 
 

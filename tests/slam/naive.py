@@ -162,10 +162,13 @@ STEPS = 2**24
 
 
 class Chain:
-    """A cell of `maps.hmm`: states are 0 free and 1 occupied; None: not decided."""
+    """A cell of `maps.hmm`: states are 0 free and 1 occupied; None: not decided.
+
+    margin  how close any decision so far was: rounding decides one that is too close
+    """
 
     def __init__(self, changes: float, dwell: float, prior: float):
-        self.p, self.at, self.state = prior, None, None
+        self.p, self.at, self.state, self.margin = prior, None, None, math.inf
         self.seconds = [(1 - prior) * dwell, prior * dwell]
         self.changed = [changes, changes]  # closings, while free; openings, while occupied
 
@@ -176,7 +179,9 @@ class Chain:
         distribution = np.array([1 - self.p, self.p]) @ np.linalg.matrix_power(step, STEPS)
         likelihood = np.array([1.0, ratio])
         self.p = (distribution * likelihood / (distribution @ likelihood))[1]
-        if gone * (closing + opening) >= 1:
+        forgotten = gone * (closing + opening)
+        self.margin = min(self.margin, abs(self.p - 0.8), abs(self.p - 0.2), abs(forgotten - 1))
+        if forgotten >= 1:
             self.state = None
         before, self.at = self.state, time
         if self.p > 0.8:
