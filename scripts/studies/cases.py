@@ -182,6 +182,17 @@ def long() -> list[StudyCase]:
     return [StudyCase(name, named(name), "5-20 s", world, "DoorLoop-v0") for name in names]
 
 
+def covariance() -> list[StudyCase]:
+    """Every kind of SLAM in every world, with the paper's odometry and with a good one."""
+    good = Odometry(bias=0.02, alpha1=0.0004, alpha2=0.0001, alpha3=0.0004, alpha4=0.0001)
+    return [
+        StudyCase(f"{world}, {name}{much}", named(name), "5-20 s", odometry, f"Door{world}-v0")
+        for world in ("Corridor", "Loop", "Office", "Crowd", "Wings")
+        for much, odometry in (("", ()), (", good odometry", (("odometry", good),)))
+        for name in ("static-ml", "dynamic-ml", "dynamic-graph", "dynamic-pf")
+    ]
+
+
 STUDIES: dict[str, Callable[[], list[StudyCase]]] = {
     "models": models,
     "accuracy": accuracy,
@@ -190,4 +201,5 @@ STUDIES: dict[str, Callable[[], list[StudyCase]]] = {
     "windows": windows,
     "loops": loops,
     "long": long,
+    "covariance": covariance,
 }

@@ -18,8 +18,9 @@ class StudyCommand:
     name: tyro.conf.Positional[str]
     """models: every map model; accuracy: sources of the error; readings: sensor model x map;
     rates: how often doors move x map x beta; windows: the histogram's delta_t and bins; loops:
-    particle filters and graphs, three laps of DoorLoop-v0; long: graphs on a loop of 210 m. All
-    others: in DoorCorridor-v0."""
+    particle filters and graphs, three laps of DoorLoop-v0; long: graphs on a loop of 210 m;
+    covariance: whether errors are as large as claimed, in every world. All others: in
+    DoorCorridor-v0."""
     seeds: int = 30
     """Number of drives."""
     first: int = 3000

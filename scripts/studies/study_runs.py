@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from .study import StudyCommand
 
 FIRST_NEES_SCAN = 20  # before, the pose is still known exactly
+REGION = 7.815  # squared error, normalised, of the region that holds 95 % of poses (chi^2, 3)
 HEADINGS = ("case", "doors flip", "ATE, mm", "online", "along / across, mm", "minus the first, mm",
-            "F1", "Brier of doors", "NEES / 3", "failed", "ms")  # fmt: skip
+            "F1", "Brier of doors", "NEES / 3", "within 95 %", "failed", "ms")  # fmt: skip
 SCORES = ("ate", "ate_aligned", "heading_rms", "failed", "f1_5cm", "brier_share_door")
 
 
@@ -65,7 +66,9 @@ def drive(study: str, seed: int) -> list[Result]:
             scorers[place] = EpisodeScorer(drives[key], grid.spec.resolution)
         scores = scorers[place].scores(done.poses, grid)
         kept = {name: scores[name] for name in SCORES}
-        rows.append({"case": case.name, "doors": case.doors, "seed": seed, **kept, **row})
+        rows.append(
+            {"case": case.name, "doors": case.doors, "seed": seed, "env": case.env, **kept, **row}
+        )
     return rows
 
 
@@ -82,17 +85,20 @@ def _run(robot: Slam, episode: Episode) -> tuple[Result, Run]:
         "ate_online": ate(run.online, episode.truth.poses),
         "rms_along": float(np.sqrt((errors[:, 0] ** 2).mean())),
         "rms_across": float(np.sqrt((errors[:, 1] ** 2).mean())),
-        "nees": nees(errors[FIRST_NEES_SCAN:], covariances[FIRST_NEES_SCAN:]),
+        **consistency(errors[FIRST_NEES_SCAN:], covariances[FIRST_NEES_SCAN:]),
         "ms": run.ms_per_matched_scan,
     }
     return row, run
 
 
-def nees(errors: Array, covariances: Array) -> float | None:
-    """Normalised estimation error squared, the mean of e' P^-1 e over a drive: 3 if consistent."""
+def consistency(errors: Array, covariances: Array) -> dict[str, float | None]:
+    """Of errors (n, 3) with covariances (n, 3, 3): `nees`, the normalised estimation error squared,
+    mean of e' P^-1 e over a drive, 3 if consistent; `within`, the share of the scans whose error
+    lies in the region that is to hold 95 % of them. None where a covariance is singular."""
     if not len(errors) or np.linalg.det(covariances).min() <= 0:
-        return None
-    return float((errors * np.linalg.solve(covariances, errors[..., None])[..., 0]).sum(1).mean())
+        return {"nees": None, "within": None}
+    squares = (errors * np.linalg.solve(covariances, errors[..., None])[..., 0]).sum(1)
+    return {"nees": float(squares.mean()), "within": float((squares < REGION).mean())}
 
 
 def table(rows: list[Result]) -> str:
@@ -100,11 +106,11 @@ def table(rows: list[Result]) -> str:
     groups: dict[tuple[str, str], list[Result]] = {}
     for row in rows:
         groups.setdefault((row["case"], row["doors"]), []).append(row)
-    firsts: dict[str, list[Result]] = {}
+    firsts: dict[tuple[str, str], list[Result]] = {}
     for (_, doors), group in groups.items():
-        firsts.setdefault(doors, group)
+        firsts.setdefault((group[0]["env"], doors), group)
     lines = [HEADINGS, ("---",) * len(HEADINGS)]
-    lines += [_line(*key, group, firsts[key[1]]) for key, group in groups.items()]
+    lines += [_line(*key, group, firsts[group[0]["env"], key[1]]) for key, group in groups.items()]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
@@ -126,9 +132,15 @@ def _line(case: str, doors: str, group: list[Result], first: list[Result]) -> tu
         f"{_median(group, 'f1_5cm'):.2f}",
         f"{_median(group, 'brier_share_door'):.2f}",
         f"{_median(group, 'nees') / 3:.1f}",
+        f"{100 * _mean(group, 'within'):.0f} %",
         f"{100 * failed.value:.0f} % ({100 * failed.low:.0f} to {100 * failed.high:.0f})",
         f"{_median(group, 'ms'):.2f}",
     )
+
+
+def _mean(group: list[Result], name: str) -> float:
+    values = [row[name] for row in group if row[name] is not None]
+    return float(np.mean(values)) if values else float("nan")
 
 
 def _median(group: list[Result], name: str) -> float:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from dynslam_cli.main import status
 from dynslam_cli.studies.cases import STUDIES
-from dynslam_cli.studies.study_runs import nees, table
+from dynslam_cli.studies.study_runs import consistency, table
 
 ROW = {
-    "f1_5cm": 0.9, "brier_share_door": None, "nees": 3.0, "failed": False, "ms": 0.5,
-    "ate_online": 0.01, "rms_along": 0.01, "rms_across": 0.02,
+    "f1_5cm": 0.9, "brier_share_door": None, "nees": 3.0, "within": 0.95, "failed": False,
+    "ms": 0.5, "env": "DoorCorridor-v0", "ate_online": 0.01, "rms_along": 0.01, "rms_across": 0.02,
 }  # fmt: skip
 
 
@@ -36,21 +36,23 @@ def test_no_two_cases_of_a_study_have_one_name() -> None:
         assert len(set(names)) == len(names)
 
 
-def test_nees_of_errors_as_large_as_claimed_is_three() -> None:
+def test_of_errors_as_large_as_claimed_nees_is_three_and_95_percent_are_within() -> None:
     rng = np.random.default_rng(0)
     covariance = np.array([[0.04, 0.01, 0.0], [0.01, 0.09, 0.002], [0.0, 0.002, 0.01]])
     errors = rng.multivariate_normal(np.zeros(3), covariance, 20_000)
-    assert nees(errors, np.tile(covariance, (20_000, 1, 1))) == pytest.approx(3.0, rel=0.03)
-    assert nees(errors, np.zeros((20_000, 3, 3))) is None
+    found = consistency(errors, np.tile(covariance, (20_000, 1, 1)))
+    assert found["nees"] == pytest.approx(3.0, rel=0.03)
+    assert found["within"] == pytest.approx(0.95, abs=0.01)
+    assert consistency(errors, np.zeros((20_000, 3, 3))) == {"nees": None, "within": None}
 
 
-def test_differences_are_paired_with_the_first_case_of_the_same_doors() -> None:
+def test_differences_are_paired_with_the_first_case_of_the_same_doors_and_world() -> None:
     rows = [
-        {"case": case, "doors": doors, "seed": seed, "ate": 0.01 * seed + more, **ROW}
+        ROW | {"case": case + env, "env": env, "doors": doors, "seed": seed, "ate": ate + more}
         for case, more in (("a", 0.0), ("b", 0.002))
-        for doors in ("never", "often")
-        for seed in range(1, 9)
+        for doors, env in (("never", "one"), ("often", "one"), ("often", "two"))
+        for seed, ate in enumerate(np.linspace(0.01, 0.08, 8) * (1 + (env == "two")))
     ]
     lines = table(rows).splitlines()[2:]
-    assert [line.split(" | ")[5] for line in lines[:2]] == ["-", "-"]
-    assert all(line.split(" | ")[5].startswith("+2.0 (+2.0 to +2.0), p ") for line in lines[2:])
+    assert [line.split(" | ")[5] for line in lines[:3]] == ["-", "-", "-"]
+    assert all(line.split(" | ")[5].startswith("+2.0 (+2.0 to +2.0), p ") for line in lines[3:])
