@@ -8,23 +8,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from slam.geometry import Array, Pose2, wrap_angle
+from slam.graph.branch_and_bound import (
+    LANE,
+    MARGIN,
+    MAX_UNITS,
+    OTHER_TURN,
+    SQUARE,
+    best_candidates,
+)
 from slam.kernel import kernel
 from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
 KNOWN_CELL = 4  # the same, where the place is known
-SQUARE = 4  # candidates along the side of the squares that share a bound
 TURN_STEP = math.radians(0.5)  # between candidates
 MAX_POINTS = 150  # maximum number matched; evenly subsampled: the largest sum is below 1 << LANE
-OTHER_DISTANCE = 0.5  # m, OTHER_TURN in rad: two poses farther apart are different places
-OTHER_TURN = math.radians(20.0)
-MAX_UNITS = 255  # of the field's span, uint8
-LANE = 16  # bits of one of the SQUARE sums in a word of 64
-EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
-LANE_MASK = np.uint64((1 << LANE) - 1)
-MARGIN = SQUARE - 1  # columns of words that begin before the first cell
-CHUNK = 64  # numbers that are compared with a limit at once
+OTHER_DISTANCE = 0.5  # m, and OTHER_TURN: two poses farther apart are different places
 ROUNDING = 1e-6  # of a unit
 ANYWHERE = np.empty((0, 0, 0), np.bool_)
 
@@ -113,7 +113,7 @@ class GlobalSearch:
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         least_units = max((least - self._low) / self._unit, -1.0)
-        found = _search(
+        found = best_candidates(
             self._words, self._phases, self._standing, points[every] / self._cell, turns, middle,
             window, self._excluded(turns, around, but), self._unknown,
             max(math.floor(least_units * len(every)), 0), (OTHER_DISTANCE / self._cell) ** 2, most,
@@ -251,239 +251,3 @@ def _phases(maxima, unknown):
             excess = np.int64(maxima[r, c]) - unknown
             result[r % SQUARE, c % SQUARE, r // SQUARE, c // SQUARE] = np.uint16(excess)
     return result
-
-
-@kernel
-def _search(
-    words, phases, standing, points, turns, middle, window, excluded, unknown, least, radius, most
-):
-    """(n, 3) turns, rows and columns of the best candidates above `least`, at most so many, the
-    best one first; best square first.
-
-    unknown  the field of unknown cells
-    radius   squared, of a place, of which only the best candidate counts
-    """
-    beams = _beams(points, turns, middle, words.shape[1])
-    bounds = _bounds(phases, beams, window, unknown, _spans(standing, middle, window))
-    _stand(bounds, standing, middle, window)
-    found, values = np.full((most, 3), -1), np.full(most, least)
-    kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
-    rows, cols, box, places = beams
-    flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
-    high, wide = bounds.shape[1:]
-    for first in (True, False):  # the most promising square, then those that may be better
-        worst = values.min()
-        nodes = _first_largest(flat) if first else _above(flat, worst)
-        for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
-            if flat[o] <= worst:
-                break
-            t, i, j = o // (high * wide), o // wide % high * SQUARE, o % wide * SQUARE
-            i, j = i - window[1], j - window[0]
-            inside = box[t, 0] + i >= 0 and box[t, 1] + i + SQUARE <= len(words)
-            if inside and box[t, 2] + j >= -MARGIN and box[t, 3] + j < pitch - MARGIN:
-                shift = i * pitch + j
-                for a in range(SQUARE):  # in this loop: calls count references to arrays
-                    total = np.uint64(0)
-                    for k in range(places.shape[1]):
-                        total += cells[np.uint64(places[t, k] + shift)]
-                    sums[a], shift = total, shift + pitch
-            else:
-                _add_up(words, unknown, rows[t] + i, cols[t] + j + MARGIN, sums)
-            if _largest(sums[0], sums[1], sums[2], sums[3]) > worst:
-                _keep_best(sums, standing, middle, window, excluded, (t, i, j), kept)
-                worst = values.min()
-    order = np.argsort(-values, kind="mergesort")
-    return found[order[: (values > least).sum()]]
-
-
-@kernel
-def _largest(a, b, c, d):
-    """The largest of all lanes of SQUARE words."""
-    best = np.uint64(0)
-    for word in (a, b, c, d):
-        for k in range(SQUARE):
-            best = max(best, (word >> np.uint64(LANE * k)) & LANE_MASK)
-    return np.int64(best)
-
-
-@kernel
-def _keep(kept, turn, row, col, value):
-    """Keep a candidate instead of the worst one, unless a better one is of the same place; worse
-    ones of the same place are dropped."""
-    found, values, turns, radius, least = kept
-    for k in range(len(values)):
-        if found[k, 0] < 0:
-            continue
-        apart = abs(turns[turn] - turns[found[k, 0]])
-        near = (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 <= radius
-        if near and min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN:
-            if values[k] >= value:
-                return
-            found[k, 0], values[k] = -1, least
-    slot = np.argmin(values)
-    if value > values[slot]:
-        found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value
-
-
-@kernel
-def _first_largest(values):
-    """(1,) the place of the first of the largest whole numbers."""
-    most = values[0]
-    for k in range(len(values)):
-        most = max(most, values[k])
-    place = 0
-    while values[place] < most:
-        place += 1
-    return np.full(1, place)
-
-
-@kernel
-def _above(values, least):
-    """The places of whole numbers above `least`."""
-    places, n = np.empty(1024, np.int64), 0
-    for begin in range(0, len(values), CHUNK):
-        end, most = min(begin + CHUNK, len(values)), values[begin]
-        for k in range(begin, end):
-            most = max(most, values[k])
-        if most <= least:
-            continue
-        if n + CHUNK > len(places):
-            more = np.empty(2 * len(places), np.int64)
-            more[:n] = places[:n]
-            places = more
-        for k in range(begin, end):
-            places[n] = k
-            n += values[k] > least
-    return places[:n]
-
-
-@kernel
-def _bounds(phases, beams, window, unknown, spans):
-    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates; in each
-    row only those in `spans` (rows, 2)."""
-    rows, cols = beams[0], beams[1]
-    high, wide = len(spans), 2 * window[0] // SQUARE + 1
-    bounds = np.full((len(rows), high, wide), rows.shape[1] * unknown, np.uint16)
-    _, _, tall, broad = phases.shape
-    sums, maxima = bounds.ravel(), phases.ravel()
-    for t in range(len(rows)):
-        for k in range(rows.shape[1]):
-            row, col = rows[t, k] - window[1], cols[t, k] - window[0]
-            phase = row % SQUARE * SQUARE + col % SQUARE
-            row, col = row // SQUARE, col // SQUARE
-            for a in range(max(-row, 0), min(tall - row, high)):
-                begin, end = max(-col, spans[a, 0]), min(broad - col, spans[a, 1])
-                target = np.uint64((t * high + a) * wide)
-                source = np.uint64((phase * tall + row + a) * broad + col)
-                for b in range(begin, end):  # in this loop: slices count references to arrays
-                    sums[target + np.uint64(b)] += maxima[source + np.uint64(b)]
-    return bounds
-
-
-@kernel
-def _spans(standing, middle, window):
-    """(rows, 2) the first square of each row in which the robot may stand, and the one after the
-    last."""
-    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
-    spans = np.zeros((high, 2), np.int64)
-    for a in range(high):
-        for b in range(wide):
-            if _stands(standing, 1, middle, a * SQUARE - window[1], b * SQUARE - window[0]):
-                if spans[a, 1] == 0:
-                    spans[a, 0] = b
-                spans[a, 1] = b + 1
-    return spans
-
-
-@kernel
-def _stand(bounds, standing, middle, window):
-    """Set the bounds of squares to zero where no robot may stand."""
-    if not len(standing):
-        return
-    mask = np.empty(bounds.shape[1:], np.uint16)
-    for a in range(bounds.shape[1]):
-        for b in range(bounds.shape[2]):
-            i, j = a * SQUARE - window[1], b * SQUARE - window[0]
-            mask[a, b] = 0xFFFF if _stands(standing, 1, middle, i, j) else 0
-    flat, kept = bounds.ravel(), mask.ravel()
-    for begin in range(0, len(flat), len(kept)):
-        for k in range(len(kept)):
-            flat[begin + k] &= kept[k]
-
-
-@kernel
-def _keep_best(sums, standing, middle, window, excluded, node, kept):
-    """Keep the candidates of a square, given by turn, row and column, that are good enough."""
-    t, i, j = node
-    values = kept[1]
-    for r in range(min(SQUARE, window[1] - i + 1)):
-        for c in range(min(SQUARE, window[0] - j + 1)):
-            value = np.int64((sums[r] >> np.uint64(LANE * c)) & LANE_MASK)
-            if value <= values.min() or not _stands(standing, 0, middle, i + r, j + c):
-                continue
-            if not _is_excluded(excluded, t, i + r, j + c):
-                _keep(kept, t, i + r, j + c, value)
-
-
-@kernel
-def _is_excluded(excluded, t, i, j):
-    """Whether row i and column j of the window lie in one of the circles."""
-    radii, centres = excluded
-    for k in range(len(centres)):
-        if (j - centres[k, 0]) ** 2 + (i - centres[k, 1]) ** 2 <= radii[t, k]:
-            return True
-    return False
-
-
-@kernel
-def _descending(values, most):
-    """The order of whole numbers from 0 to `most`, the largest first: a counting sort."""
-    begins = np.zeros(most + 2, np.int64)
-    for value in values:
-        begins[most - value + 1] += 1
-    begins = np.cumsum(begins)
-    order = np.empty(len(values), np.int64)
-    for k in range(len(values)):
-        order[begins[most - values[k]]] = k
-        begins[most - values[k]] += 1
-    return order
-
-
-@kernel
-def _stands(standing, level, middle, i, j):
-    """Whether the robot may stand at row i and column j of the window (level 0), or somewhere in
-    the square from there on (1)."""
-    if not len(standing):
-        return True
-    r, c = int(np.floor(middle[1])) + i, int(np.floor(middle[0])) + j
-    _, high, wide = standing.shape
-    return 0 <= r < high and 0 <= c < wide and standing[level, r, c]
-
-
-@kernel
-def _beams(points, turns, middle, wide):
-    """(turns, n) rows and columns of the points' cells, (turns, 4) their least and largest, and
-    (turns, n) their places in `words` of that many columns."""
-    rows = np.empty((len(turns), len(points)), np.int64)
-    cols, box = rows.copy(), np.zeros((len(turns), 4), np.int64)
-    for t in range(len(turns)):
-        c, s = np.cos(turns[t]), np.sin(turns[t])
-        for k in range(len(points)):
-            cols[t, k] = int(np.floor(middle[0] + c * points[k, 0] - s * points[k, 1]))
-            rows[t, k] = int(np.floor(middle[1] + s * points[k, 0] + c * points[k, 1]))
-        if len(points):
-            box[t, 0], box[t, 1] = rows[t].min(), rows[t].max()
-            box[t, 2], box[t, 3] = cols[t].min(), cols[t].max()
-    return rows, cols, box, rows * wide + cols + MARGIN
-
-
-@kernel
-def _add_up(words, unknown, rows, cols, sums):
-    """Write to sums (SQUARE,) those of the words at rows and columns (n,), and in the rows above;
-    words that do not exist hold `unknown` cells."""
-    high, wide = words.shape
-    sums[:] = 0
-    for k in range(len(rows)):
-        for a in range(SQUARE):
-            within = 0 <= rows[k] + a < high and 0 <= cols[k] < wide
-            sums[a] += words[rows[k] + a, cols[k]] if within else EVERY_LANE * np.uint64(unknown)

@@ -6,13 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph import global_search
+from slam.graph.branch_and_bound import MAX_UNITS, SQUARE, bounds_of
 from slam.graph.global_search import (
     CANDIDATE_CELL,
     MAX_POINTS,
-    MAX_UNITS,
     OTHER_DISTANCE,
-    SQUARE,
     TURN_STEP,
     GlobalSearch,
 )
@@ -176,5 +174,5 @@ def test_of_points_beside_the_map_nothing_is_added(row: int, col: int) -> None:
     expected[0, :1] = expected[1, 4:] = 0  # outside of the spans
     window, spans = np.array([10, 2]), np.array([[1, 6], [0, 4]])
     beams = np.array([[row * SQUARE + 2]]), np.array([[col * SQUARE + 10]])
-    found = global_search._bounds(phases, beams, window, 0, spans)[0]
+    found = bounds_of(phases, beams, window, 0, spans)[0]
     np.testing.assert_array_equal(found, expected)
