@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.geometry import Array, Pose2
-from slam.graph.global_search import OTHER_DISTANCE, OTHER_TURN, GlobalSearch
+from slam.graph.branch_and_bound import OTHER_TURN
+from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
 from slam.recovery.lost_belief import Agreement
