@@ -120,9 +120,7 @@ class GraphSlam:
         self.graph = PoseGraph(np.array([start]))
         self.places: list[LocalMap] = []
         self._front: MaximumLikelihood | None = None
-        self._frame_covariance = np.zeros(
-            (3, 3)
-        )  # covariance of the current local map's frame, in that frame
+        self._frame_covariance = np.zeros((3, 3))  # of the current local map's frame, in that frame
         self._share, self._looped = AVERAGE, 0  # learned from so many loops
         self._middles: list[Pose2] = []  # centres of the finished local maps, each in its frame
         self._matcher = Matcher(self.loops)
