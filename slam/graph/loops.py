@@ -19,12 +19,11 @@ from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton
 from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
-from slam.validation import positive
+from slam.validation import positive, whole
 
 MAX_CACHE_BYTES = 40_000_000  # of the unpacked local maps, the last one aside
 CORRIDOR_RATIO = 0.3  # of the information along to that across, below which a place is a corridor
 CORRIDOR_STD = 0.3  # m, standard deviation along a corridor
-LITTLE_BEHIND = 0.02  # share of the echoes behind a wall at true matches: 99 % of 150 in an office
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 
 
@@ -66,7 +65,9 @@ class Loops:
     explained     minimum share of the echoes that the other local map must explain
     contradicted  maximum share of the echoes in its free space: doors move
     floor         m, m, rad: standard deviations of the errors that a match's information lacks
-    refine        climbs from the best candidate to the local maximum
+    starts        number of candidates of the search that are refined: a coarse map shows the doors
+                  of a passage alike
+    refine        climbs from them to the local maxima
     """
 
     sigmas: float = 7.0
@@ -77,10 +78,12 @@ class Loops:
     explained: float = 0.45
     contradicted: float = 0.2
     floor: tuple[float, float, float] = (0.02, 0.02, math.radians(0.3))
+    starts: int = 3
     refine: GaussNewton = field(default_factory=lambda: GaussNewton(levels=2))
 
     def __post_init__(self) -> None:
         positive(self, "sigmas", "innovation", "near", "explained", "contradicted")
+        whole(self, "starts", 1)
 
     def accepts(self, match: Match) -> bool:
         """Whether the match is accepted as a loop."""
@@ -168,21 +171,18 @@ class Matcher:
         return self._unpacked[place]
 
     def match(self, place: LocalMap, scan: Panorama, predicted: Pose2, covariance: Array) -> Match:
-        """Match a panorama `scan` around its `predicted` pose, known with (3, 3) `covariance`.
-
-        Where the best match of the window has echoes behind walls, the one near the prediction is
-        taken if it is likelier: the two sides of a wall look alike.
-        """
+        """Match a panorama `scan` around its `predicted` pose, known with (3, 3) `covariance`: of
+        the places that agree best in the coarse map of the search, and of the predicted one, the
+        likeliest."""
         loops = self._loops
         reach = loops.sigmas * np.sqrt(np.diag(covariance))
         reach = np.clip(reach, loops.least, loops.farthest)
         unpacked = self._unpacked_map(place)
-        start = unpacked.search.best(scan.points, predicted, reach)
-        match = self._at(unpacked.endpoint, scan, start, predicted, covariance)
-        if match.behind > LITTLE_BEHIND:
-            near = self._at(unpacked.endpoint, scan, predicted, predicted, covariance)
-            return max(match, near, key=lambda one: _log_posterior(unpacked.endpoint, scan, one))
-        return match
+        starts = unpacked.search.candidates(scan.points, predicted, reach, most=loops.starts)
+        endpoint = unpacked.endpoint
+        matches = (self._at(endpoint, scan, start, predicted, covariance)
+                   for start in (*starts, predicted))  # fmt: skip
+        return max(matches, key=lambda one: _log_posterior(endpoint, scan, one))
 
     def _at(
         self, endpoint: Endpoint, scan: Panorama, start: Pose2, predicted: Pose2, covariance: Array
