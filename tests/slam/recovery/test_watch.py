@@ -201,3 +201,11 @@ def test_new_ground_after_a_gap_is_drawn_where_the_odometry_leads(world: str, se
     away = result.online - episode.known_truth("this test").poses
     assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE + 0.05
     assert result.lost[-1] < 0.01
+
+
+def test_a_match_that_follows_a_leaf_for_a_moment_speaks_for_no_other_place() -> None:
+    """The robot, turned by 7 degrees, then drives along a passage that looks like the last one."""
+    episode = record_path("DoorLoop-v0", 7706, difficulty="hard")
+    result = run(make("static-ml", true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    assert np.hypot(*away[:, :2].T).max() < 0.2
