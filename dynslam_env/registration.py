@@ -30,7 +30,7 @@ REWARD_THRESHOLDS = {
     "DoorOffice-v0": 55.9,
     "DoorCrowd-v0": 21.4,
     "DoorWings-v0": 62.2,
-    "DoorPatrol-v0": 61.8,
+    "DoorPatrol-v0": 61.7,
     "DoorPatrolGoals-v0": 40.4,
     "DoorPatrol-v1": 260.9,
 }
