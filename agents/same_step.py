@@ -13,6 +13,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
+from dynslam_env.registration import spec_of
 from slam.errors import InputError
 from slam.validation import instance
 
@@ -41,7 +42,7 @@ class SameStepWorlds:
 
         Without a native vector environment, they are stepped one after the other.
         """
-        if gym.spec(id).vector_entry_point is not None:
+        if spec_of(id).vector_entry_point is not None:
             parameters["autoreset_mode"] = "SameStep"
             return SameStepWorlds(gym.make_vec(id, num_envs, **parameters))
         mode = {"autoreset_mode": AutoresetMode.SAME_STEP}

@@ -42,11 +42,11 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
 * **Many at once.** `gym.make_vec(ID, 64, threads=2)` steps many worlds at once, with the same
   results, bit for bit, as single environments, if the card says *many at once: yes*; otherwise
   `gym.make_vec` uses Gymnasium's own vector environments.
-* **Speed.** A step of `DoorCorridor-v0` takes 18 to 23 us of processor time alone (`gym.make`), and
-  13 to 16 us in a vector of 64: 0.79 to 0.83 and 0.55 to 0.59 times the ten physics steps of pymunk
+* **Speed.** A step of `DoorCorridor-v0` takes 14 to 15 us of processor time alone (`gym.make`), and
+  9 to 10 us in a vector of 64: 0.62 to 0.68 and 0.39 to 0.41 times the ten physics steps of pymunk
   that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). Where the robot touches
-  something, 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode takes
-  1 ms more, which these figures leave out. A reset takes 0.8 to 2.5 ms, of patrols 5 to 10
+  something, 5 to 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode
+  takes 1 ms more, which these figures leave out. A reset takes 0.4 to 1.4 ms, of patrols 2.4 to 6.5
   (medians, [more](accuracy.md#what-a-step-of-a-world-costs)).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the

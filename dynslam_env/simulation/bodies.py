@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dynslam_env.simulation.columns import COUNT
+from dynslam_env.simulation.pointers import doubles
 from slam.geometry import Array
 from slam.kernel import kernel
 
+SUBSTEPS = 10  # physics steps per control step
 MOST_STEPS = 64  # physics steps that are kept, see `before`
 MOST_COMMANDS = 64  # control steps of which the commands are kept
 NOBODY, SEVERAL = -2, -1
@@ -22,6 +24,9 @@ BOX_SIZE = 8
 # numbers at the beginning of the array
 LEAVES, PEOPLE, ROWS, KEPT, FIXTURES, FIXTURE_MARGIN, STOP_BIAS = 0, 1, 2, 3, 4, 5, 6
 APART, STEPS, NEXT_CONTROL, HEADER = 7, 8, 9, 10
+
+# rows of `swung` after one for each physics step
+DRIVEN, STOPPED, SWUNG_ROWS = SUBSTEPS, SUBSTEPS + 1, SUBSTEPS + 2
 
 
 class Bodies(NamedTuple):
@@ -41,6 +46,8 @@ class Bodies(NamedTuple):
     last      (rows, 6) the rows before the last physics step
     who       (MOST_STEPS + 1,) the body that left its box in a step that is kept, or SEVERAL
     before    (MOST_STEPS + 1, rows, 6) the rows before these steps
+    swung     (12, d) of the leaves in a control step in which nothing touches them, see `swinging`:
+              rad/s after each physics step, then the impulses of motor and stop, N m s, at the end
     commands  (MOST_COMMANDS, 3) of the wheels, m/s, m/s, rad/s, in the last control steps
     """
 
@@ -53,6 +60,7 @@ class Bodies(NamedTuple):
     last: Array
     who: Array
     before: Array
+    swung: Array
     commands: Array
 
 
@@ -66,7 +74,7 @@ def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
         + 1
         + (MOST_STEPS + 3) * states
         + parts * (3 + COUNT + BOX_SIZE)
-        + leaves
+        + leaves * (1 + SWUNG_ROWS)
     )
     memory = np.zeros(size + 3 * MOST_COMMANDS)
     memory[:3], memory[APART] = (leaves, people, rows), 1.0
@@ -74,8 +82,8 @@ def body_memory(leaves: int, people: int, spare_rows: int) -> Array:
 
 
 @kernel(error_model="numpy")
-def bodies_of(memory):
-    """`Bodies` that are views of their memory."""
+def _begins(memory):
+    """Where the arrays of `Bodies` begin in their memory, from the second on."""
     leaves, rows = int(memory[LEAVES]), int(memory[ROWS])
     parts, states = 1 + leaves + int(memory[PEOPLE]), rows * STATE_SIZE
     a = HEADER + states
@@ -86,6 +94,14 @@ def bodies_of(memory):
     f = e + states
     g = f + MOST_STEPS + 1
     h = g + (MOST_STEPS + 1) * states
+    return a, b, c, d, e, f, g, h, h + SWUNG_ROWS * leaves
+
+
+@kernel(error_model="numpy")
+def bodies_of(memory):
+    """`Bodies` that are views of their memory."""
+    a, b, c, d, e, f, g, h, i = _begins(memory)
+    leaves, rows, parts = int(memory[LEAVES]), int(memory[ROWS]), (b - a) // 3
     return Bodies(
         memory[:HEADER],
         memory[HEADER:a].reshape((rows, STATE_SIZE)),
@@ -96,5 +112,28 @@ def bodies_of(memory):
         memory[e:f].reshape((rows, STATE_SIZE)),
         memory[f:g],
         memory[g:h].reshape((MOST_STEPS + 1, rows, STATE_SIZE)),
-        memory[h:].reshape((MOST_COMMANDS, 3)),
+        memory[h:i].reshape((SWUNG_ROWS, leaves)),
+        memory[i:].reshape((MOST_COMMANDS, 3)),
+    )
+
+
+@kernel(error_model="numpy")
+def bodies_at(address):
+    """The same at the address of their memory, for a kernel that returns none of them: the views do
+    not keep their memory. It takes a hundredth of the time."""
+    memory, at = doubles(address, (HEADER,)), address
+    a, b, c, d, e, f, g, h, i = _begins(memory)
+    leaves, rows, parts = int(memory[LEAVES]), int(memory[ROWS]), (b - a) // 3
+    return Bodies(
+        doubles(at, (HEADER,)),
+        doubles(at + 8 * HEADER, (rows, STATE_SIZE)),
+        doubles(at + 8 * a, (parts, 3)),
+        doubles(at + 8 * b, (parts, COUNT)),
+        doubles(at + 8 * c, (parts, BOX_SIZE)),
+        doubles(at + 8 * d, (leaves,)),
+        doubles(at + 8 * e, (rows, STATE_SIZE)),
+        doubles(at + 8 * f, (MOST_STEPS + 1,)),
+        doubles(at + 8 * g, (MOST_STEPS + 1, rows, STATE_SIZE)),
+        doubles(at + 8 * h, (SWUNG_ROWS, leaves)),
+        doubles(at + 8 * i, (MOST_COMMANDS, 3)),
     )

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from dynslam_env.simulation.bodies import (
+    DRIVEN,
     FIXTURE_MARGIN,
     FIXTURES,
     KEPT,
@@ -20,7 +21,9 @@ from dynslam_env.simulation.bodies import (
     NOBODY,
     PEOPLE,
     SEVERAL,
-    STOP_BIAS,
+    STATE_SIZE,
+    STOPPED,
+    SUBSTEPS,
     Bodies,
 )
 from dynslam_env.simulation.columns import (
@@ -28,7 +31,6 @@ from dynslam_env.simulation.columns import (
     INVERSE_MASS,
     MARGIN,
     MAX_ANGLE,
-    MAX_MOTOR,
     MAX_PULL,
     MAX_TURN,
     MIN_ANGLE,
@@ -37,53 +39,60 @@ from dynslam_env.simulation.columns import (
     WIDTH,
 )
 from dynslam_env.simulation.index_boxes import box_of, sort_in
+from dynslam_env.simulation.swinging import ROUNDS
 from slam.kernel import kernel
 
-ROUNDS = 10  # of impulses in a physics step: Chipmunk's default
 FAR = 1e-6  # m, more than the errors of distances: what is off by more need not be measured
 CLEARANCE = 1e-6  # m: nearer than that, Chipmunk looks whether two solids touch
 SMALLEST = np.finfo(np.float64).tiny  # which Chipmunk adds to a length before it divides by it
 
 
 @kernel(error_model="numpy")
-def move_freely(bodies: Bodies, segments, steps, dt):
-    """Move the bodies by `steps` physics steps of `dt` s.
+def move_freely(bodies: Bodies, segments, dt):
+    """Move the bodies by SUBSTEPS physics steps of `dt` s, the leaves as `swing_ahead` found.
 
     False where any would touch; then none is moved.
 
     segments  (w, 4) m, walls and the edges of immovable leaves, then others
     """
-    numbers, rows, impulses, parts, boxes, rates, last, who, before, _ = bodies
-    leaves, people, stop_bias = int(numbers[LEAVES]), int(numbers[PEOPLE]), numbers[STOP_BIAS]
-    pairs = _pairs(rows, parts, rates, numbers, segments, steps * dt)
+    numbers, rows, impulses, parts, boxes, rates, last, who, before, swung, _ = bodies
+    leaves, people = int(numbers[LEAVES]), int(numbers[PEOPLE])
+    pairs = _pairs(rows, parts, rates, numbers, segments, SUBSTEPS * dt)
     moved, pushed, sorted_in, kept = rows, impulses, boxes, int(numbers[KEPT])
     if len(pairs):
         moved, pushed, sorted_in = rows.copy(), impulses.copy(), boxes.copy()
     left_box, first = False, kept if len(pairs) else 0  # of the steps that may be overwritten
-    swings, awake = _swings(parts, rates), leaves
-    for step in range(steps):
-        before[kept] = moved
+    for step in range(SUBSTEPS):
+        _copy(moved, before[kept])
         _drift(moved, dt)
         for m in range(len(pairs)):
             gap = _gap(pairs[m, 0], pairs[m, 1], moved, parts, leaves, segments, numbers)
             if gap < CLEARANCE:
                 return False
-        now, who[kept] = kept, sort_in(moved, moved, parts, leaves, sorted_in)
+        who[kept] = sort_in(moved, moved, parts, leaves, sorted_in)
         left_box = who[kept] != NOBODY
         if left_box and kept > first and who[kept] == who[kept - 1] != SEVERAL:
-            before[kept - 1] = before[kept]  # the last of a body's steps in a row is enough
+            _copy(before[kept], before[kept - 1])  # the last of a body's steps in a row is enough
         else:
             kept += left_box
         _drive(moved, pushed, parts, leaves, people)
-        if awake:
-            _swing(moved, pushed, parts, swings[:, :awake], stop_bias, dt)
-        if step == 0:
-            awake = _awake(moved, pushed, before[now], swings, awake)
+        for k in range(leaves):
+            moved[1 + k, 5] = swung[step, k]
+    for k in range(leaves):
+        pushed[1 + k, 0], pushed[1 + k, 1] = swung[DRIVEN, k], swung[STOPPED, k]
     if len(pairs):
         rows[:], impulses[:], boxes[:] = moved, pushed, sorted_in
-    last[:] = before[kept - 1 if left_box else kept]
+    _copy(before[kept - 1 if left_box else kept], last)
     numbers[KEPT] = kept
     return True
+
+
+@kernel(error_model="numpy")
+def _copy(rows, target):
+    """As `target[:] = rows`, in a third of its time."""
+    for b in range(len(rows)):
+        for k in range(STATE_SIZE):
+            target[b, k] = rows[b, k]
 
 
 @kernel(error_model="numpy")
@@ -144,9 +153,11 @@ def _pairs(rows, parts, rates, numbers, segments, duration):
 def _is_off(x, y, segments, i, distance):
     """Whether the box of a segment is farther from a point than `distance`, m."""
     x1, y1, x2, y2 = segments[i, 0], segments[i, 1], segments[i, 2], segments[i, 3]
-    return (
-        (x1 > x + distance and x2 > x + distance) or (x1 < x - distance and x2 < x - distance)
-        or (y1 > y + distance and y2 > y + distance) or (y1 < y - distance and y2 < y - distance)
+    left, right = (x1, x2) if x1 < x2 else (x2, x1)
+    low, high = (y1, y2) if y1 < y2 else (y2, y1)
+    return (  # all four are computed: a processor guesses wrongly which come first
+        (left > x + distance) | (right < x - distance)
+        | (low > y + distance) | (high < y - distance)
     )  # fmt: skip
 
 
@@ -243,73 +254,3 @@ def _turn(rows, wheels, impulses, parts):
             break
         omega += change * inverse
     rows[0, 5], impulses[0, 2] = omega, j
-
-
-# rows of `swings`, a column for each leaf
-LEAF, RATE, INVERSE, INERTIA, MOST, OMEGA, DRIVEN, STOPPED, BIAS, BEGUN, SWINGS = range(11)
-
-
-@kernel(error_model="numpy")
-def _swings(parts, rates):
-    """(SWINGS, d) room for the numbers of d leaves, with those that do not change."""
-    swings = np.empty((SWINGS, len(rates)))
-    for k in range(len(rates)):
-        inverse = parts[1 + k, INVERSE_INERTIA]
-        swings[LEAF, k], swings[RATE, k], swings[INVERSE, k] = 1 + k, rates[k], inverse
-        swings[INERTIA, k], swings[MOST, k] = 1.0 / inverse, parts[1 + k, MAX_MOTOR]
-    return swings
-
-
-@kernel(error_model="numpy")
-def _swing(rows, impulses, parts, swings, stop_bias, dt):
-    """The motors of leaves, and the stops at both ends of their ways.
-
-    The rounds of all leaves are made together, which a processor does at once for several. A round
-    that changes nothing is not the last here, but so are all after it.
-    """
-    leaf, rates, inverse, inertia, most = (
-        swings[LEAF], swings[RATE], swings[INVERSE], swings[INERTIA], swings[MOST]
-    )  # fmt: skip
-    omega, driven, stopped, bias = swings[OMEGA], swings[DRIVEN], swings[STOPPED], swings[BIAS]
-    for k in range(len(leaf)):
-        b = int(leaf[k])
-        angle, lowest, highest = rows[b, 2], parts[b, MIN_ANGLE], parts[b, MAX_ANGLE]
-        beyond = highest - angle if angle > highest else lowest - angle if angle < lowest else 0.0
-        bias[k] = -stop_bias * beyond / dt
-        driven[k] = impulses[b, 0]
-        stopped[k] = impulses[b, 1] if bias[k] != 0.0 else 0.0
-        swings[BEGUN, k] = impulses[b, 1]
-        omega[k] = rows[b, 5] - driven[k] * inverse[k]
-        omega[k] += stopped[k] * inverse[k]
-    for _ in range(ROUNDS):
-        for k in range(len(leaf)):
-            kept = min(max(driven[k] - (rates[k] - omega[k]) * inertia[k], -most[k]), most[k])
-            turned = omega[k] - (kept - driven[k]) * inverse[k]
-            driven[k] = kept
-            held = stopped[k] - (bias[k] + turned) * inertia[k]
-            held = max(held, 0.0) if bias[k] < 0.0 else min(held, 0.0)
-            stops = bias[k] != 0.0
-            omega[k] = turned + (held - stopped[k]) * inverse[k] if stops else turned
-            stopped[k] = held if stops else 0.0
-    for k in range(len(leaf)):
-        b = int(leaf[k])
-        swings[BIAS, k] = impulses[b, 0]
-        rows[b, 5], impulses[b, 0], impulses[b, 1] = omega[k], driven[k], stopped[k]
-
-
-@kernel(error_model="numpy")
-def _awake(rows, impulses, before, swings, count):
-    """Sort the first `count` leaves of `swings`, and count those that come first: those that the
-    next physics step moves. The others ended this one as they began it, and so will each further.
-    """
-    awake = 0
-    for k in range(count):
-        b = int(swings[LEAF, k])
-        same = impulses[b, 0] == swings[BIAS, k] and impulses[b, 1] == swings[BEGUN, k]
-        for j in range(6):
-            same = same and rows[b, j] == before[b, j]
-        if not same:
-            for j in range(MOST + 1):
-                swings[j, awake], swings[j, k] = swings[j, k], swings[j, awake]
-            awake += 1
-    return awake

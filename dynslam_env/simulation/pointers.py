@@ -87,6 +87,12 @@ def _cast(kind):
 
 
 @kernel
+def doubles(address, shape):
+    """The array of floats at an address."""
+    return carray(_doubles_at(address), shape)
+
+
+@kernel
 def vector(pointer):
     """(n,) the array of floats."""
     return carray(_doubles_at(pointer[ADDRESS]), (pointer[SIZE],))

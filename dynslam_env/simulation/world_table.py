@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from dynslam_env.sensors.laser import SCANS_PER_DRAW, Scanner
 from dynslam_env.sensors.odometry import read_displacements, read_velocities, take
 from dynslam_env.sensors.raycast import look
-from dynslam_env.simulation.bodies import bodies_of
+from dynslam_env.simulation.bodies import APART, HEADER, STATE_SIZE
 from dynslam_env.simulation.fleet import Fleet, fleet_of
 from dynslam_env.simulation.pointers import (
+    ADDRESS,
     WORDS,
     integers,
     pointers_to,
@@ -21,8 +22,9 @@ from dynslam_env.simulation.pointers import (
     vector,
 )
 from dynslam_env.simulation.robot import command, read_bodies
+from dynslam_env.simulation.swinging import swing_ahead
 from dynslam_env.simulation.task import PathPositions, StepResults, TaskTerms, judge
-from dynslam_env.simulation.world_step import CONTROL_DT, UNMOVED, begin_step
+from dynslam_env.simulation.world_step import CONTROL_DT, PHYSICS_DT, UNMOVED, begin_swung
 from slam.geometry import Array
 from slam.kernel import kernel
 
@@ -87,6 +89,17 @@ class WorldTable:
         _sense(which, self._fleet_pointers, self._pointers)
 
 
+@kernel(error_model="numpy")
+def _apart(which, pointers):
+    """(n,) addresses of the memories of those worlds in which nothing touches anything."""
+    found, count = np.empty(len(which), np.int64), 0
+    for i in which:
+        if vector(pointers[i, MEMORY])[APART] != 0.0:
+            found[count] = pointers[i, MEMORY, ADDRESS]
+            count += 1
+    return found[:count]
+
+
 @kernel(nogil=True, error_model="numpy")
 def _begin(which, actions, speed, fleet_pointers, pointers, remains):
     f = fleet_of(fleet_pointers)
@@ -95,6 +108,7 @@ def _begin(which, actions, speed, fleet_pointers, pointers, remains):
     if wrong >= 0:
         return -1 - wrong
     take(which, f.drawn, f.taken, f.noise)
+    swing_ahead(_apart(which, pointers), PHYSICS_DT)
     all_remains = 0
     for i in which:
         f.before[i] = f.poses[i]
@@ -103,9 +117,10 @@ def _begin(which, actions, speed, fleet_pointers, pointers, remains):
         segments, corners, first = table(p[SEGMENTS]), table(p[CORNERS]), integers(p[FIRST])
         wheels = f.wheels[i, 0], f.wheels[i, 1], f.wheels[i, 2]
         memory = vector(p[MEMORY])
-        remain = begin_step(memory, segments, doors, corners, first, speed, wheels)
+        remain = begin_swung(memory, segments, doors, corners, first, speed, wheels)
         if not remain & UNMOVED:
-            f.bodies[i] = bodies_of(memory).rows[0]
+            for k in range(STATE_SIZE):
+                f.bodies[i, k] = memory[HEADER + k]  # the first row
         if f.taken[i] == f.drawn.shape[1]:
             remain |= MOTION_NOISE
         if integers(p[TAKEN])[0] % SCANS_PER_DRAW == 0:

@@ -9,6 +9,7 @@ import gymnasium as gym
 
 from dynslam_env import Layout, SlamWrapper
 from dynslam_env.drawing.colours import SOLID
+from dynslam_env.registration import imported_id, world_ids
 from slam.errors import InputError
 from slam.validation import unknown_name, whole_number
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
     from .play import PlayCommand
 
-WORLD_ENTRY_POINT = "dynslam_env.env:DoorWorldEnv"
 FPS = 30  # pictures per second
 WINDOW_SIZE = (1440, 640)  # pixels; less on a smaller display
 
@@ -45,18 +45,13 @@ def play(options: PlayCommand) -> int:
 def make_environment(options: PlayCommand) -> gym.Env[Any, Any]:
     """The environment with its SLAM. Raises InputError with the nearest known names."""
     whole_number("--seed", options.seed, 0)
-    if options.env not in known_environments():
-        raise InputError(unknown_name("environment", options.env, known_environments()))
+    name = imported_id(options.env)
+    if name not in world_ids():
+        raise InputError(unknown_name("environment", name, world_ids()))
     check_variant(options.slam, ["none"])
     parts: dict[str, Any] = {"world": Layout.load(options.world)} if options.world else {}
-    env = gym.make(options.env, max_episode_steps=-1, render_mode="rgb_array", **parts)
+    env = gym.make(name, max_episode_steps=-1, render_mode="rgb_array", **parts)
     return env if options.slam == "none" else SlamWrapper(env, slam=options.slam, score_every=0)
-
-
-def known_environments() -> tuple[str, ...]:
-    """Ids of the registered worlds; patrols, which are for agents, are none of them."""
-    specs = gym.registry.items()
-    return tuple(name for name, spec in specs if spec.entry_point == WORLD_ENTRY_POINT)
 
 
 def window(title: str) -> pygame.Surface:

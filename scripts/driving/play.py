@@ -14,7 +14,8 @@ class PlayCommand:
     """
 
     env: str = "DoorCorridor-v0"
-    """Id of the environment, such as DoorCorridor-v0, DoorOffice-v0 or DoorLoop-v0."""
+    """Id of the environment, such as DoorCorridor-v0, DoorOffice-v0 or DoorLoop-v0; or MODULE:ID of
+    a world of your own, which MODULE registers."""
     slam: str = "dynamic-ml"
     """SLAM variant that maps during the drive; `none` for no SLAM."""
     seed: int = 0

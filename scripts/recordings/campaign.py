@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from agents import record_path
-from dynslam_env import WORLDS, Campaign, Doors, Recorded, Visit
+from dynslam_env import Campaign, Doors, Recorded, Visit
+from dynslam_env.registration import spec_of
 from dynslam_env.simulation.config import WorldConfig
 from slam.episode import Episode
 from slam.errors import InputError
@@ -60,7 +61,7 @@ def recorded(env: str, visit: Visit, parameters: Mapping[str, Any]) -> Episode:
 
 
 def _campaign(options: RecordCommand, seed: int, parameters: Mapping[str, Any]) -> Campaign:
-    keywords = WORLDS[options.env][1]
+    keywords = spec_of(options.env).kwargs
     place = {"difficulty": parameters.get("difficulty"), "world": keywords.get("world")}
     doors = None if options.history is None else Recorded(str(options.history))
     assert options.days is not None

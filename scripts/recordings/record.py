@@ -22,7 +22,8 @@ class RecordCommand:
     """
 
     env: tyro.conf.Positional[str]
-    """Id of the environment, such as DoorCorridor-v0."""
+    """Id of the environment, such as DoorCorridor-v0; or MODULE:ID of a world of your own, which
+    MODULE registers."""
     seeds: str = "5000"
     """Seeds: a number, a range such as 5000-5009, or several of these separated by commas. With
     --split, the numbers of episodes there; with --days, the buildings."""
@@ -54,7 +55,8 @@ class RecordCommand:
 
     def __call__(self) -> int:
         """Record, write."""
-        from dynslam_env import LASERS, ROBOTS, WORLDS
+        from dynslam_env import LASERS, ROBOTS
+        from dynslam_env.registration import imported_id, world_ids
         from dynslam_env.reset_options import DIFFICULTIES
         from dynslam_env.simulation.registry import NAMED_LAWS
         from dynslam_env.splits import SPLITS
@@ -63,16 +65,18 @@ class RecordCommand:
         from ..console.progress import progress_bar
         from ..console.selection import parse_selection
         from ..trials.cache import episode_of
+        from ..trials.code import module_digest
         from ..trials.episode_formats import RECORDED
         from ..trials.sources import SimulatedDrive
         from .campaign import record_campaigns
 
-        if self.env not in WORLDS:
-            raise InputError(unknown_name("environment", self.env, WORLDS))
+        env = imported_id(self.env)
+        if env not in world_ids():
+            raise InputError(unknown_name("environment", env, world_ids()))
         formats = parse_selection("format", self.formats, list(RECORDED), "dynslam record --help")
         known = {"doors": NAMED_LAWS.names(), "laser": tuple(LASERS), "robot": tuple(ROBOTS)}
         known |= {"difficulty": DIFFICULTIES}
-        stem = self.env if self.split is None else f"{self.env}-{self.split}"
+        stem = env if self.split is None else f"{env}-{self.split}"
         parameters = {name: value for name in known if (value := getattr(self, name)) is not None}
         for name, value in parameters.items():
             one_of(name, value, known[name])
@@ -82,14 +86,17 @@ class RecordCommand:
             return record_campaigns(self, seeds, parameters, formats)
         if self.history is not None:
             raise InputError("--history is of a campaign: give its number of days, --days")
-        out = output_directory(self.out)
+        out, module = output_directory(self.out), self.env.rpartition(":")[0]
+        code = module_digest(module) if module else ""
         with progress_bar() as bar:
-            for seed in bar.track(seeds, description=self.env):
-                episode = episode_of(SimulatedDrive(self.env, seed, parameters, split=self.split))
+            for seed in bar.track(seeds, description=env):
+                episode = episode_of(
+                    SimulatedDrive(env, seed, parameters, code=code, split=self.split)
+                )
                 for name in formats:
                     RECORDED[name](episode, out / f"{stem}-{seed}")
         episodes = "1 episode" if len(seeds) == 1 else f"{len(seeds)} episodes"
-        print(f"{episodes} of {self.env} as {', '.join(formats)} in {out}")
+        print(f"{episodes} of {env} as {', '.join(formats)} in {out}")
         return 0
 
 

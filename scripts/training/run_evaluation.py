@@ -11,6 +11,7 @@ import slam
 from dynslam_env.reset_options import DIFFICULTIES
 from dynslam_env.splits import SPLITS
 from slam.benchmark.results import Result
+from slam.errors import InputError
 from slam.validation import number, one_of, whole_number
 
 from ..console.exits import EXIT_MISTAKE
@@ -66,7 +67,11 @@ def agent_names(command: EvaluateCommand) -> list[str]:
 
 def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
     """One patrol per seed, world, SLAM and agent; raises InputError for wrong options."""
-    one_of("env", command.env, PATROL_ENVS)
+    if command.env not in PATROL_ENVS:
+        raise InputError(
+            f"agents are compared in {' and '.join(PATROL_ENVS)}, got {command.env}; a place of "
+            f"your own is --worlds FILE.py:NAME"
+        )
     worlds = parse_worlds(command.worlds)
     systems = parse_selection("variant", command.slam, slam.variants(), LIST_VARIANTS)
     whole_number("episodes", command.episodes, 1)

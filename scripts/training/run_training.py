@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 from gymnasium.envs.registration import load_env_creator
 
 import slam
+from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
+from dynslam_env.registration import spec_of
 from dynslam_env.simulation.find_world import find_world
 from slam.errors import InputError
 from slam.validation import number, one_of, whole_number
@@ -22,6 +23,8 @@ from ..trials.jobs import file_name
 from .interruption import interrupted
 from .train import TrainCommand
 from .worlds import LONG_PATROL
+
+PATROLS = (DoorPatrolEnv, DoorPatrolVectorEnv, DoorPatrolGoalsEnv)
 
 
 def run_training(command: TrainCommand) -> int:
@@ -41,11 +44,11 @@ def run_training(command: TrainCommand) -> int:
     find_world(world)
     whole_number("workers", command.workers, 1)
     _check_env(command.env)
-    settings = read_settings(command.algo, command.env, command.hyperparameters)
+    settings = read_settings(command.algo, command.env.rpartition(":")[2], command.hyperparameters)
     steps = _timesteps(settings) if command.steps is None else command.steps
     parameters = {"world": world, "slam": command.slam}
     training = Training(command.env, command.algo, settings, command.seed, steps, parameters)
-    name = f"{command.env}-{file_name(world)}-{command.algo}-{command.seed}"
+    name = f"{file_name(command.env)}-{file_name(world)}-{command.algo}-{command.seed}"
     out = own_directory(command.out or Path("out") / "train" / name)
     with progress_bar() as bar:
         task = bar.add_task("training", total=steps)
@@ -69,10 +72,7 @@ def run_training(command: TrainCommand) -> int:
 
 def _check_env(name: str) -> None:
     """Raises InputError for an unknown environment, and for one that is no patrol."""
-    try:
-        spec = gym.spec(name)
-    except gym.error.Error as error:
-        raise InputError(str(error)) from None
+    spec = spec_of(name)
     made = spec.vector_entry_point or spec.entry_point
     if not _is_patrol(load_env_creator(made) if isinstance(made, str) else made):
         raise InputError(
@@ -82,7 +82,7 @@ def _check_env(name: str) -> None:
 
 
 def _is_patrol(made: Any) -> bool:
-    return isinstance(made, type) and issubclass(made, (DoorPatrolVectorEnv, DoorPatrolGoalsEnv))
+    return isinstance(made, type) and issubclass(made, PATROLS)
 
 
 def _timesteps(settings: Mapping[str, Any]) -> int:

@@ -16,9 +16,10 @@ class TrainCommand:
     """
 
     env: str = "DoorPatrol-v0"
-    """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or one of your own; or DoorPatrol-v1,
-    where a policy chooses viewpoints: it learns on true poses, without a SLAM, by the viewpoint
-    tables of floors of the world, and of --steps, --seed, --world, --out and --resume alone."""
+    """Id of a patrol: DoorPatrol-v0, DoorPatrolGoals-v0, or MODULE:ID of your own, which MODULE
+    registers (with --hyperparameters); or DoorPatrol-v1, where a policy chooses viewpoints: it
+    learns on true poses, without a SLAM, by the viewpoint tables of floors of the world, and of
+    --steps, --seed, --world, --out and --resume alone."""
     world: str | None = None
     """corridor, loop, office, crowd, any other registered world, a world file (.json), or
     FILE.py:NAME of your own. Default: corridor; in DoorPatrol-v1 office."""

@@ -55,7 +55,7 @@ def code_of(variant: str) -> Code:
     if not modules:  # made of our parts alone, with other parameters: in the row's `slam`
         return our_code()
     names = ", ".join(map(_distribution, modules))
-    digests = "".join(_digest(name) for name in modules)
+    digests = "".join(module_digest(name) for name in modules)
     found = hashlib.sha256((our_code().digest + digests).encode()).hexdigest()[:16]
     return Code(names, ", ".join(filter(None, map(_version, modules))), found)
 
@@ -105,7 +105,7 @@ def _version(name: str) -> str:
         return ""
 
 
-def _digest(module: str) -> str:
+def module_digest(module: str) -> str:
     """Of the files of a module or package; another one every time where there are none."""
     file = getattr(sys.modules.get(module), "__file__", None)
     if file is None:

@@ -17,6 +17,7 @@ import numpy as np
 import agents
 import dynslam_env
 from agents import record_path
+from dynslam_env.registration import spec_of
 from dynslam_env.simulation.config import WorldConfig
 from slam.episode import Episode, Truth
 from slam.io.files import reading
@@ -70,9 +71,9 @@ class SimulatedDrive(Source):
 
     def plain(self) -> dict[str, Any]:
         """Description with all parameters of the environment and a digest of the simulator."""
-        steps, keywords = dynslam_env.WORLDS[self.env]
-        given = {**keywords, **self.parameters}
-        steps = given.pop("max_episode_steps", steps)
+        spec = spec_of(self.env)
+        given = {**spec.kwargs, **self.parameters}
+        steps = given.pop("max_episode_steps", spec.max_episode_steps)
         plain = {"env": self.env, "seed": self.seed, "every": self.every, "steps": steps}
         plain |= {"code": self.code} if self.code else {}
         plain |= {"split": self.split} if self.split else {}

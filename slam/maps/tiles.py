@@ -54,6 +54,11 @@ class Layer:
         self.values = values = self._memory[: self._used]
         self.flat = values.reshape(self._used * self._area, *values.shape[2:])
 
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy has the slots in use, and makes its views anew."""
+        own = {name: value for name, value in vars(self).items() if name not in ("values", "flat")}
+        return own | {"_memory": self._memory[: self._used]}
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the views of a copy refer to its own memory."""
         self.__dict__.update(state)

@@ -2,8 +2,10 @@
 """A small log of our own making; a small bench, which caches episodes in a folder of the tests."""
 
 import shutil
+import sys
 from pathlib import Path
 
+import gymnasium as gym
 import pytest
 from dynslam_cli import main
 from dynslam_cli.bench import run_bench
@@ -24,6 +26,37 @@ def short_episode() -> Episode:
     """The first seconds of a simulated drive."""
     drive = record_corridor(3, "moving")
     return Episode(drive.scans[:SCANS], drive.odometry, meta=drive.meta)
+
+
+OWN_IDS = """
+import gymnasium as gym
+
+from dynslam_env import Corridor
+
+gym.register(
+    id="OwnWorld-v0",
+    entry_point="dynslam_env.env:DoorWorldEnv",
+    max_episode_steps=150,
+    kwargs={"world": Corridor(length=7.0)},
+)
+gym.register(
+    id="OwnPatrol-v0",
+    entry_point="dynslam_env.patrol.env:DoorPatrolEnv",
+    vector_entry_point="dynslam_env.patrol.vector:DoorPatrolVectorEnv",
+    max_episode_steps=20,
+)
+"""
+
+
+@pytest.fixture
+def own_ids(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A module that registers a world and a patrol, as a user's package does."""
+    (tmp_path / "own_ids.py").write_text(OWN_IDS)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield
+    sys.modules.pop("own_ids", None)
+    for name in ("OwnWorld-v0", "OwnPatrol-v0"):
+        gym.registry.pop(name, None)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from dynslam_cli import main
 from dynslam_cli.driving import overlay
 from dynslam_cli.driving.cockpit import DT, Cockpit
-from dynslam_cli.driving.game import frames, known_environments, make_environment, window
+from dynslam_cli.driving.game import frames, make_environment, window
 from dynslam_cli.driving.keys import HELP, KEY_COMMANDS, TURN_RATE, DriveCommand, drive
 from dynslam_cli.driving.lens import Lens
 from dynslam_cli.driving.play import PlayCommand
@@ -15,6 +15,7 @@ from dynslam_cli.driving.play import PlayCommand
 from dynslam_env import Corridor, Robot
 from dynslam_env.drawing.colours import BLUE, UNKNOWN, VERMILION
 from dynslam_env.drawing.render import pixels
+from dynslam_env.registration import world_ids
 
 ROBOT = Robot()
 SIZE = (900, 500)
@@ -285,11 +286,16 @@ def test_what_is_unknown_is_answered_with_what_is_known(capsys, arguments, known
 
 
 def test_all_environments_of_dynslam_can_be_driven():
-    assert "DoorCorridor-v0" in known_environments()
-    assert not any("CartPole" in name for name in known_environments())
-    for name in known_environments():
+    assert "DoorCorridor-v0" in world_ids()
+    assert not any("CartPole" in name for name in world_ids())
+    for name in world_ids():
         player = Cockpit(make_environment(PlayCommand(env=name, slam="none")), 0)
         assert driven(player, 0.2).std() > 10
+
+
+def test_a_world_of_another_package_can_be_driven_in(own_ids):
+    player = Cockpit(make_environment(PlayCommand(env="own_ids:OwnWorld-v0", slam="none")), 0)
+    assert driven(player, 0.2).std() > 10
 
 
 def test_a_world_file_can_be_driven_in(tmp_path):

@@ -33,6 +33,15 @@ def test_every_seed_is_there_in_every_format(recorded):
         assert names == {stem, f"{stem}.npz", f"{stem}.log.gz", f"{stem}.tum"}
 
 
+def test_a_world_of_another_package(tmp_path, own_ids, monkeypatch):
+    monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "cache"))
+    words = ["own_ids:OwnWorld-v0", "--seeds", "3", "--formats", "npz", "--out", str(tmp_path)]
+    assert main.status(["record", *words]) == 0
+    episode = load_episode(tmp_path / "OwnWorld-v0-3.npz")
+    assert episode.truth is not None
+    assert np.ptp(episode.truth.walls[:, 0]) == pytest.approx(7.0, abs=1.0)
+
+
 def test_a_laser_and_a_robot_by_name(tmp_path, monkeypatch):
     monkeypatch.setenv("DYNSLAM_CACHE", str(tmp_path / "cache"))
     words = ["--laser", "RPLIDAR-A2", "--robot", "Pioneer-3DX", "--formats", "npz"]

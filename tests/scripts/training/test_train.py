@@ -61,12 +61,21 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
     assert row["error"] is None
 
 
+def test_a_patrol_of_another_package_is_trained_on(tiny, tmp_path, own_ids, capsys):
+    path = tmp_path / "own.yml"
+    path.write_text(TINY.replace("DoorPatrol-v0", "OwnPatrol-v0"))
+    given = ["--hyperparameters", str(path), "--workers", "2"]
+    assert tiny("--env", "own_ids:OwnPatrol-v0", *given) == 0, capsys.readouterr().err
+    assert [row["steps"] for row in lines(tmp_path / "out")] == [0, 32]
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (("--algo", "dqn"), "algo must be one of 'ppo', 'recurrent-ppo', got 'dqn'"),
         (("--env", "DoorPatrols-v0"), "DoorPatrols"),
         (("--env", "DoorCorridor-v0"), "DoorCorridor-v0 is no patrol"),
+        (("--env", "no_such:Own-v0"), "the module of no_such:Own-v0 cannot be imported"),
         (("--world", "moon"), "unknown world 'moon'; known: corridor, loop, office, crowd"),
         (("--world", "loup"), "unknown world 'loup'; did you mean loop?"),
         (("--world", "no.json"), "no.json"),
