@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -17,32 +16,19 @@ from slam.io.arrays import read_arrays
 from slam.io.guard import guarded
 from slam.io.one_line import one_line
 
-EXPLORING = 0.5  # least share of the time for which it explores, while there is a frontier
-
 
 class Learned:
     """The viewpoint with the largest logit, or to explore.
-
-    A floor has more to explore than the viewpoints of the training setting: so it explores at least
-    EXPLORING of the time, until no frontier is left.
 
     path  file of `save_network`
     """
 
     def __init__(self, path: Path):
         self._network = load_network(path)
-        self._explored, self._since = 0.0, math.inf  # s in all; when it last began to
         torch.set_num_threads(1)
 
     def choose(self, situation: Situation) -> int:
         """See `ViewpointPolicy`."""
-        self._explored += max(situation.time - self._since, 0.0)
-        owed = self._explored < EXPLORING * situation.time and math.isfinite(situation.frontier)
-        chosen = len(situation.times) if owed else self._best(situation)
-        self._since = situation.time if chosen == len(situation.times) else math.inf
-        return chosen
-
-    def _best(self, situation: Situation) -> int:
         fit = np.isfinite([*situation.times, situation.frontier])
         given = inputs(features(situation)[None], fit[None])
         with torch.no_grad():

@@ -95,25 +95,6 @@ def test_a_learned_policy_chooses_as_its_network(floors: Floors, tmp_path: Path)
     assert learned.choose(situation) == features(situation)[:, SHORT_SIGHTED].argmax()
 
 
-def test_a_learned_policy_explores_half_of_the_time_while_there_is_a_frontier(
-    floors: Floors, tmp_path: Path
-) -> None:
-    save_network(ViewpointNetwork(), tmp_path / "best.npz")
-    patrols = Patrols(floors, 1, np.random.default_rng(0))
-    for _ in range(10):
-        patrols.step(np.array([EXPLORE]))
-    patrols.look()
-    situation, learned = patrols.situation(0), Learned(tmp_path / "best.npz")
-    best, explore = features(situation)[:, SHORT_SIGHTED].argmax(), len(situation.times)
-    chosen = []
-    for time, frontier in ((400.0, 20.0), (500.0, np.inf), (600.0, 20.0), (900.0, 20.0)):
-        situation.time, situation.frontier = time, frontier
-        chosen.append(learned.choose(situation))
-    assert chosen == [explore, best, explore, explore]
-    situation.time = 1600.0  # it has explored for 1100 s
-    assert learned.choose(situation) == best
-
-
 class Interrupted(Reporter):
     """Ends a training within its second segment."""
 
