@@ -13,7 +13,6 @@ a leaf are never closed and do not count in the error.
 
 from __future__ import annotations
 
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,19 +20,12 @@ from numpy.typing import NDArray
 
 from agents.viewpoints.features import FEATURES, Ahead, Expected, describe
 from agents.viewpoints.floors import MAX_DOORS, Floors
+from agents.viewpoints.laws import Laws, advance, condition, expect, is_closed, laws
 from agents.viewpoints.sights import SLICES
 from agents.viewpoints.situation import DoorRows, Situation
 from agents.viewpoints.table import MAX_VIEWPOINTS, Bools
 from dynslam_env.navigation.door_belief import HORIZONS
-from dynslam_env.patrol.dwell_laws import (
-    LOOK_ERROR,
-    MEAN_DWELLS,
-    PHASES,
-    PRIOR_WEIGHT,
-    TICK,
-    TRUST,
-    DwellLaws,
-)
+from dynslam_env.patrol.dwell_laws import PHASES, PRIOR_WEIGHT, TICK, TRUST
 from dynslam_env.patrol.place_doors import BARE_DOORS, BARE_STILL_DOORS, STILL_WITH_LEAF
 from dynslam_env.patrol.slow_doors import SlowDoors
 from dynslam_env.simulation.laws import Law
@@ -42,30 +34,13 @@ from slam.kernel import kernel
 
 BUDGET = 600.0  # s, of an episode
 HISTORIES = 1024  # of the doors of a floor, drawn for a segment
-ALL_PAIRS = 80.0, 320.0  # s, between which laws of all pairs of MEAN_DWELLS are kept
-LEAF_SEEN = 0.4  # P(a look at an open door shows its leaf)
+LEAF_SEEN = 0.8  # share of the doors whose leaf is seen while they stand open, at the first look
 EM_STEPS = 3  # after each drive
-MAX_TICKS = 120  # of a slice of a way
 UNSEEN_ERROR = 0.25  # squared error of a door of which nothing is known
 EXPLORE = MAX_VIEWPOINTS  # the action
 DOORS = SlowDoors()
 
 Ints = NDArray[np.int64]
-
-
-class Laws(NamedTuple):
-    """The h laws of the beliefs, of P phases each, the first half of them open.
-
-    steps  (MAX_TICKS, h, P, P) transition probabilities over a number of ticks
-    ahead  (h, HORIZONS, P) P(closed) at each of HORIZONS from each phase
-    begin  (h, P) stationary
-    prior  (h,) weights for doors that flip; the last law, 0, is that of doors that never do
-    """
-
-    steps: Array
-    ahead: Array
-    begin: Array
-    prior: Array
 
 
 class State(NamedTuple):
@@ -80,7 +55,7 @@ class State(NamedTuple):
     shared        (n, h) weights of the laws of doors that flip; still (n,) share of the doorways
                   without a leaf that never do
     hidden        (n, D) looks at the open door after which its leaf is known, still to come; 0 once
-                  it is; inf without a leaf
+                  it is; inf without a leaf, and of one that is seen only when it is closed
     evidence      (n, D, h) log-likelihood of the looks, by each law
     weights       (n, D, h) of the laws
     phases        (n, D, h, P) of each
@@ -149,7 +124,8 @@ class Patrols:
         state.flips[i, :leaves] = self._flips[drawn, :leaves]
         state.shared[i], state.still[i] = self._laws.prior, BARE_STILL_DOORS / BARE_DOORS
         state.evidence[i], state.phases[i] = 0.0, self._laws.begin
-        state.hidden[i], state.hidden[i, :leaves] = np.inf, rng.geometric(LEAF_SEEN, leaves)
+        shows = rng.random(leaves) < LEAF_SEEN
+        state.hidden[i], state.hidden[i, :leaves] = np.inf, np.where(shows, 1.0, np.inf)
         _weigh(i, state, self.floors.doors[floor], self._laws)
 
     def step(self, actions: Ints) -> tuple[Array, Array, Bools]:
@@ -187,26 +163,6 @@ class Patrols:
         )  # fmt: skip
 
 
-@cache
-def laws() -> Laws:
-    """The regular laws of `DwellLaws` with equal mean dwells, those with unequal ones near those of
-    the doors, and the law that a door never flips."""
-    every, shape = DwellLaws(), (2, len(MEAN_DWELLS), len(MEAN_DWELLS))
-    number = np.arange(np.prod(shape)).reshape(shape)[1]
-    near = (ALL_PAIRS[0] <= MEAN_DWELLS) & (ALL_PAIRS[1] >= MEAN_DWELLS)
-    kept = np.outer(near, near) | np.eye(len(MEAN_DWELLS), dtype=np.bool_)
-    chosen = np.append(number[kept], len(every.begin) - 1)
-    one = every.steps[chosen, 0]
-    steps = [np.broadcast_to(np.eye(one.shape[-1]), one.shape)]
-    for _ in range(MAX_TICKS - 1):
-        steps.append(steps[-1] @ one)
-    prior = every.prior[chosen]
-    return Laws(
-        np.ascontiguousarray(steps), np.ascontiguousarray(every.ahead[chosen]),
-        every.begin[chosen], prior / prior.sum(),
-    )  # fmt: skip
-
-
 def histories(law: Law, doors: int, rng: np.random.Generator) -> tuple[Bools, Array]:
     """Door histories, drawn from a law: whether each of `doors` doors is closed at the start
     (HISTORIES, doors), and when it flips (HISTORIES, doors, F), s; inf after the last."""
@@ -224,46 +180,6 @@ def histories(law: Law, doors: int, rng: np.random.Generator) -> tuple[Bools, Ar
         for door, times in enumerate(flips):
             found[k, door, : len(times)] = times
     return closed, found
-
-
-@kernel
-def _advance(phases, steps):
-    """The phases (h, P) of one door after a step (h, P, P)."""
-    row = np.empty(phases.shape[1])
-    for h in range(len(phases)):
-        row[:] = 0.0
-        for a in range(len(row)):
-            if phases[h, a] > 0.0:
-                for b in range(len(row)):
-                    row[b] += phases[h, a] * steps[h, a, b]
-        phases[h] = row
-
-
-@kernel
-def _look(evidence, weights, phases, closed):
-    """Condition one door's beliefs on a look."""
-    half, total = phases.shape[1] // 2, 0.0
-    for h in range(len(weights)):
-        if closed:
-            phases[h, :half] *= LOOK_ERROR
-            phases[h, half:] *= 1.0 - LOOK_ERROR
-        else:
-            phases[h, :half] *= 1.0 - LOOK_ERROR
-            phases[h, half:] *= LOOK_ERROR
-        p = phases[h].sum()
-        phases[h] /= p
-        evidence[h] += np.log(p)
-        weights[h] *= p**TRUST
-        total += weights[h]
-    weights /= total
-
-
-@kernel
-def _closed(weights, phases):
-    half, p = phases.shape[1] // 2, 0.0
-    for h in range(len(weights)):
-        p += weights[h] * phases[h, half:].sum()
-    return p
 
 
 @kernel
@@ -306,13 +222,13 @@ def _drive(i, target, state: State, floors: Floors, laws: Laws):
             known = np.isfinite(state.age[i, d])
             w, phases = state.weights[i, d], state.phases[i, d]
             if known:
-                _advance(phases, laws.steps[ticks])
+                advance(phases, laws.steps[ticks])
             if d < leaves:
-                wrong = (_closed(w, phases) - closed) ** 2 if known else UNSEEN_ERROR
+                wrong = (is_closed(w, phases) - closed) ** 2 if known else UNSEEN_ERROR
                 error += wrong / leaves * counted
             state.age[i, d] += step
             if floors.sights[floor, place, target, d] >> k & 1:
-                _look(state.evidence[i, d], w, phases, closed)
+                condition(state.evidence[i, d], w, phases, closed)
                 state.age[i, d] = 0.0
                 left = state.hidden[i, d] - 1.0
                 state.hidden[i, d] = 0.0 if closed else max(left, 0.0)
@@ -352,43 +268,12 @@ def _drive_all(actions, state: State, floors: Floors, laws: Laws, error, takes):
 
 
 @kernel
-def _expect(weights, phases, laws: Laws, stale, fresh):
-    """Write the expected errors (HORIZONS,) of one doorway, without and after a look."""
-    half, now, totals = phases.shape[1] // 2, 0.0, np.zeros(2)
-    seen = np.empty((len(weights), 2))  # weights after a look, over P(what it shows)
-    for h in range(len(weights)):
-        p = 0.0
-        for a in range(half, 2 * half):
-            p += phases[h, a]
-        p = min(max(p, LOOK_ERROR), 1.0 - LOOK_ERROR)
-        now += weights[h] * p
-        for k in range(2):
-            shown = p if k else 1.0 - p
-            seen[h, k] = weights[h] * shown**TRUST
-            totals[k] += seen[h, k]
-            seen[h, k] /= shown
-    for t in range(len(stale)):
-        later, opened, closed = 0.0, 0.0, 0.0
-        for h in range(len(weights)):
-            was_open, was_closed = 0.0, 0.0
-            for a in range(half):
-                was_open += phases[h, a] * laws.ahead[h, t, a]
-                was_closed += phases[h, half + a] * laws.ahead[h, t, half + a]
-            later += weights[h] * (was_open + was_closed)
-            opened += seen[h, 0] * was_open
-            closed += seen[h, 1] * was_closed
-        opened, closed = opened / totals[0], closed / totals[1]
-        stale[t] = later * (1.0 - later)
-        fresh[t] = (1.0 - now) * opened * (1.0 - opened) + now * closed * (1.0 - closed)
-
-
-@kernel
 def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found, fit):
     for i in range(len(state.time)):
         floor, place = state.floor[i], state.place[i]
         known = np.flatnonzero(np.isfinite(state.age[i]))
         for d in known:
-            _expect(state.weights[i, d], state.phases[i, d], laws, stale[i, d], fresh[i, d])
+            expect(state.weights[i, d], state.phases[i, d], laws, stale[i, d], fresh[i, d])
         times = floors.between[floor, place].copy()
         for j in range(len(times)):
             shows = False

@@ -48,8 +48,8 @@ class ViewpointTraining:
     world: str = "office"
     seed: int = 0
     steps: int = 5_000_000
-    trained: int = 48
-    held: int = 24
+    trained: int = 160
+    held: int = 40
     settings: Settings = USUAL
 
 
