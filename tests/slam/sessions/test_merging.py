@@ -125,7 +125,7 @@ def test_a_stretch_that_was_seen_through_walls_is_contradicted() -> None:
     assert told(reading, parts[0], nowhere) == 0
 
 
-def test_doors_move_with_their_map_and_the_one_seen_last_is_kept() -> None:
+def test_doors_move_with_their_map_to_where_they_were_mapped_last() -> None:
     whole = drive(alike=False)
     there = ELSEWHERE @ Pose2.of(whole.poses[60]).inverse()
 
