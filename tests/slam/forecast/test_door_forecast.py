@@ -249,6 +249,8 @@ def test_what_two_forecasts_learned_is_added() -> None:
         first, both = (DoorForecast.fit(*runs_of(states)) for _ in range(2))
         both.update(*runs_of(restless, begin))
         made = first.joined(later)
+        assert made.reference is not None
+        assert both.reference is not None
         for name in ("week_watched", "week_open"):
             weights = np.exp2((made.reference - both.reference) / made.half_life_days)
             sums, expected = weights * made.sums()[name], both.sums()[name]
