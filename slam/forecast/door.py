@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -101,6 +102,30 @@ class DoorForecast:
             self._learn(np.array([minute]), np.array([seen], np.int8))
         self._remember(time, time, seen)
 
+    def joined(self, other: DoorForecast) -> DoorForecast:
+        """What two forecasts of one door have learned, as one; neither is changed.
+
+        Rates, dwell times and the worth of looks are weighted sums, which are added; the last look
+        is the later one. A minute that both watched counts twice. Raises InputError unless time
+        zone and half-life are equal.
+        """
+        if (self.clock.name, self.half_life_days) != (other.clock.name, other.half_life_days):
+            raise InputError("forecasts are joined that have one timezone and one half-life")
+        first, last = sorted(
+            (self, other), key=lambda one: -np.inf if one.look is None else one.look.time
+        )
+        result = copy.deepcopy(last)
+        if first.reference is None or result.reference is None:
+            return result
+        apart = (first.reference - result.reference) / self.half_life_days
+        learned = first.sums()
+        for name, sums in result.sums().items():
+            sums += np.exp2(apart) * learned[name]
+        result.watched_hours += first.watched_hours
+        result._know_rates()
+        result._curves = result._rates = None
+        return result
+
     def probability(self, t: Any, seen_at: Any = None, seen: Any = None, since: Any = None) -> Any:
         """P(state = 1) at unix times `t`, s; the arguments are broadcast.
 
@@ -193,8 +218,8 @@ class DoorForecast:
             self.reference = day
         if day != self.rates_day:
             self._rescale(day)
-            self.estimates, self.rates_day = self.week.estimates(self._scale()), day
-            self.known_rates = self.week.blend(self.estimates, self._scale())
+            self.rates_day = day
+            self._know_rates()
         block = self.window.append(minutes, states)
         weights = self._weights(block)
         of_week = self._minute_of_week(block.first + block.new)
@@ -206,6 +231,11 @@ class DoorForecast:
         self._learn_dwells(block, weights)
         self._learn_lags(block, weights)
         self._curves = self._rates = None
+
+    def _know_rates(self) -> None:
+        """Work out the rates from what was learned so far."""
+        self.estimates = self.week.estimates(self._scale())
+        self.known_rates = self.week.blend(self.estimates, self._scale())
 
     def _learn_dwells(self, block: watched.Block, weights: Array) -> None:
         """A minute of known age, and whether the state changed in the next."""

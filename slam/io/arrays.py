@@ -20,6 +20,7 @@ from slam.io.guard import guarded, take
 from slam.io.one_line import one_line
 
 FLOAT_BYTES = 8  # of a number, as which every array may be used
+ARCHIVE = b"PK\x03\x04"  # the beginning of an .npz file
 COPIES = 3  # of an array: as it is stored, as floats, and what is computed from it
 Parsed = TypeVar("Parsed")
 UNREADABLE = (
@@ -33,9 +34,11 @@ is KeyError and IndexError, RuntimeError is RecursionError and NotImplementedErr
 def read_arrays(path: AnyPath, what: str, number_bytes: int = FLOAT_BYTES) -> dict[str, Any]:
     """All arrays of an .npz file by name; `number_bytes`: of a number, at least, as it is used.
     Raises InputError if it is not `what`."""
-    with reading(path):
-        pass
+    with reading(path) as file:
+        begun = file.read(len(ARCHIVE)) == ARCHIVE
     with guarded(path), _only(what):
+        if begun and not zipfile.is_zipfile(path):
+            raise InputError("its end is missing: it was cut off")
         with zipfile.ZipFile(path) as packed:
             check_packing(packed)
             for member in packed.infolist():

@@ -58,16 +58,23 @@ def moved_doors(
 
 
 def joined(
-    doors: Sequence[RememberedDoor], others: Sequence[RememberedDoor]
+    doors: Sequence[RememberedDoor], others: Sequence[RememberedDoor], apart: bool
 ) -> tuple[RememberedDoor, ...]:
-    """The doors of two sessions of one place. Of a door that both remember, that one is kept which
-    was learned from until later: habits of the other session are not added to it."""
+    """The doors of two sessions of one place. Of a door that both remember, the habits are added,
+    and it lies where it was mapped last.
+
+    apart  whether no recording is in both sessions; if one is, the habits are those that were
+           learned until later, since no look may count twice
+    """
     result, left = [], list(others)
     for one in doors:
         again = _same(one.door, [other.door for other in left])
         same = [other for other in left if other.door is again]
         left = [other for other in left if other.door is not again]
-        result.append(max([one, *same], key=lambda door: door.until))
+        last = max([one, *same], key=lambda door: door.until)
+        if same and apart:
+            last = last._replace(forecast=one.forecast.joined(same[0].forecast))
+        result.append(last)
     return (*result, *left)
 
 

@@ -3,7 +3,8 @@
 The other session is cut into stretches. Each is searched for in the whole map of the first one, and
 proposes where the other's frame lies there; the proposal counts that most stretches agree with.
 Then the stretches that the first map shows are matched with it, and a pose graph of all stretches
-takes up what the two maps differ by. The first map stays where it is.
+takes up what the two maps differ by; and once more with shorter ones, so that no wall is left
+double by some centimetres. The first map stays where it is.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.errors import InputError
-from slam.geometry import Array, Pose2, compose
+from slam.geometry import Array, Pose2, between, compose
 from slam.graph.edges import Edge, Edges
 from slam.graph.loops import Loops, cautious, tempered
 from slam.graph.pose_graph import PoseGraph
@@ -29,15 +30,30 @@ from slam.sessions.placing import check_certain, not_enough, placed, proposal, t
 from slam.sessions.pruning import pruned
 from slam.sessions.relocalisation import drawn
 from slam.sessions.session import Session, is_dated
-from slam.sessions.stretches import Stretch, stretches
+from slam.sessions.stretches import LENGTH, Stretch, stretches
 
 COMPARED = 40  # stretches, at most, that are searched for in the whole map
-REACH = 0.7, 0.7, math.radians(8.0)  # m, m, rad: how far from its expected place one is looked for
 ROUNDS = 4  # of matching: each begins where the one before moved the stretches to
 NEIGHBOURS = 3  # stretches before it that the pose of each is known relative to
-WITHIN = np.diag([0.02, 0.02, math.radians(0.3)]) ** 2  # m^2, rad^2: error of such a pose
 PLACED = np.diag([0.3, 0.3, math.radians(3.0)]) ** 2  # m^2, rad^2: error of the place found
 FLOOR = Loops().floor  # m, m, rad: standard deviations of the errors that a match does not tell
+
+
+class Fit(NamedTuple):
+    """How stretches are fitted to the first map.
+
+    length  m of path of a stretch
+    reach   m, m, rad: how far from its expected place one is looked for
+    within  m, m, rad: standard deviations of a stretch's pose relative to its neighbours'
+    """
+
+    length: float
+    reach: tuple[float, float, float]
+    within: tuple[float, float, float]
+
+
+COARSE = Fit(LENGTH, (0.7, 0.7, math.radians(8.0)), (0.08, 0.08, math.radians(1.0)))
+FINE = Fit(2.0, (0.15, 0.15, math.radians(3.0)), (0.04, 0.04, math.radians(1.0)))
 
 
 class Merger(NamedTuple):
@@ -76,50 +92,57 @@ def merged(session: Session, other: Session, given: Pose2 | None = None) -> Merg
     best, rival = (
         placed(reading, chosen) if given is None else (proposal(reading, chosen, given), None)
     )
-    found, tied = _tied(reading, parts, best.place)
+    poses, tied = _fitted(reading, parts, compose(best.place, other.poses), COARSE)
     if given is None:
         check_certain(best, rival, tied, len(chosen))
     elif min(best.shown, tied) < 1:
         raise InputError(not_enough(len(chosen), min(best.shown, tied), 1))
-    poses = np.empty_like(other.poses)
-    for part, pose in zip(parts, found.tolist(), strict=True):
-        within = compose(part.pose.inverse(), other.poses[part.numbers])
-        poses[part.numbers] = compose(Pose2(*pose), within)
+    shorter = list(stretches(replace(other, poses=poses), FINE.length))
+    poses, _ = _fitted(reading, shorter, poses, FINE)
     bent = float(np.hypot(*(poses - compose(best.place, other.poses))[:, :2].T).max())
-    doors = joined(session.doors, moved_doors(other.doors, other.poses, poses))
+    apart = not np.isin(other.times, session.times).any()
+    doors = joined(session.doors, moved_doors(other.doors, other.poses, poses), apart)
     both = replace(_in_order(session, replace(other, poses=poses)), doors=doors)
     elsewhere = 0 if rival is None else max(rival.shown, 0)
     return Merger(pruned(both), best.place, best.shown, elsewhere, len(chosen), tied, bent)
 
 
-def _tied(reading: Endpoint, parts: Sequence[Stretch], place: Pose2) -> tuple[Array, int]:
-    """(n, 3) poses of the stretches in the first session's frame, and how many are tied to it."""
-    poses, tied = np.array([place @ part.pose for part in parts]), 0
-    within = [_edge(0, 1, Pose2(*poses[0].tolist()), PLACED), *_edges_within(parts)]
+def _fitted(
+    reading: Endpoint, parts: Sequence[Stretch], poses: Array, fit: Fit
+) -> tuple[Array, int]:
+    """The poses of the scans in the first session's frame, given about (n, 3), and how many of the
+    stretches are tied to it."""
+    begins, tied = poses[[part.numbers[0] for part in parts]], 0
+    within = [_edge(0, 1, Pose2.of(begins[0]), PLACED), *_edges_within(begins, fit)]
     for _ in range(ROUNDS):
-        starts = [Pose2(*pose) for pose in poses.tolist()]
-        ties = [_tie(reading, part, start) for part, start in zip(parts, starts, strict=True)]
+        starts = [Pose2.of(pose) for pose in begins]
+        ties = [_tie(reading, part, start, fit) for part, start in zip(parts, starts, strict=True)]
         edges = [
             Edge(0, k, tie[0], tie[1], loop=True)
             for k, tie in enumerate(ties, 1)
             if tie is not None
         ]
-        graph = PoseGraph(np.vstack([np.zeros(3), poses]), Edges([*within, *edges]))
+        graph = PoseGraph(np.vstack([np.zeros(3), begins]), Edges([*within, *edges]))
         graph.optimise()
-        poses, before = graph.poses[1:], tied
+        begins, before = graph.poses[1:], tied
         tied = int((graph.trust()[len(within) :] > 0.5).sum())
         if tied <= before:
             break
-    return poses, tied
+    moved = np.empty_like(poses)
+    for part, pose in zip(parts, begins, strict=True):
+        within_part = between(poses[part.numbers[:1]], poses[part.numbers])
+        moved[part.numbers] = compose(Pose2.of(pose), within_part)
+    return moved, tied
 
 
-def _edges_within(parts: Sequence[Stretch]) -> Iterator[Edge]:
-    """What is known of the stretches' poses relative to their neighbours before them."""
-    at = np.array([part.pose[:2] for part in parts])
-    for k in range(1, len(parts)):
-        nearest = np.argsort(np.hypot(*(at[:k] - at[k]).T), kind="stable")[:NEIGHBOURS]
-        for j in sorted({k - 1, *nearest.tolist()}):
-            yield _edge(j + 1, k + 1, parts[j].pose.between(parts[k].pose), WITHIN)
+def _edges_within(begins: Array, fit: Fit) -> Iterator[Edge]:
+    """What is known of the stretches' poses (n, 3) relative to their neighbours before them."""
+    covariance = np.diag(fit.within) ** 2
+    for k in range(1, len(begins)):
+        nearest = np.argsort(np.hypot(*(begins[:k] - begins[k])[:, :2].T), kind="stable")
+        for j in sorted({k - 1, *nearest[:NEIGHBOURS].tolist()}):
+            displacement = Pose2.of(begins[j]).between(Pose2.of(begins[k]))
+            yield _edge(j + 1, k + 1, displacement, covariance)
 
 
 def _edge(first: int, second: int, displacement: Pose2, covariance: Array) -> Edge:
@@ -127,13 +150,13 @@ def _edge(first: int, second: int, displacement: Pose2, covariance: Array) -> Ed
     return Edge(first, second, displacement, information)
 
 
-def _tie(reading: Endpoint, part: Stretch, start: Pose2) -> tuple[Pose2, Array] | None:
+def _tie(reading: Endpoint, part: Stretch, start: Pose2, fit: Fit) -> tuple[Pose2, Array] | None:
     """The pose of a stretch in the first session's map, near to where it is expected, and its
     information (3, 3); None if the map does not show it there."""
     if not len(part.scan.points):
         return None
-    found = matched(reading, part.scan, best_near(reading, part.scan, start, REACH))
-    if told(reading, part, found) < 1 or not near(found.pose, start, REACH[0], REACH[2]):
+    found = matched(reading, part.scan, best_near(reading, part.scan, start, fit.reach))
+    if told(reading, part, found) < 1 or not near(found.pose, start, fit.reach[0], fit.reach[2]):
         return None
     information = cautious(wide_information(reading, part.scan, found.pose))
     return found.pose, tempered(information, found.pose.theta, FLOOR)

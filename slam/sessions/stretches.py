@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, Panorama, panorama
 from slam.sessions.session import Session
 
-LENGTH = 6.0  # m of path in a stretch
+LENGTH = 6.0  # m of path in a stretch that is searched for in a whole map
 JUMP = 1.0  # m between scans of one stretch, at most: scans in between were dropped
 
 
@@ -28,15 +28,15 @@ class Stretch(NamedTuple):
     numbers: list[int]
 
 
-def stretches(session: Session) -> Iterator[Stretch]:
-    """The session in parts of LENGTH, each of one recording and without jumps."""
+def stretches(session: Session, longest: float = LENGTH) -> Iterator[Stretch]:
+    """The session in parts of at most `longest`, m, each of one recording and without jumps."""
     keyframes = {id(scan) for scan, _ in session.keyframes()}
     steps = np.hypot(*np.diff(session.poses[:, :2], axis=0).T)
     begins = (np.diff(session.recordings) > 0) | (steps > JUMP)
     numbers, length = [0], 0.0
     for k in range(1, len(session.scans)):
         length += float(steps[k - 1])
-        if begins[k - 1] or length > LENGTH:
+        if begins[k - 1] or length > longest:
             yield _stretch(session, numbers, keyframes)
             numbers, length = [], 0.0
         numbers.append(k)

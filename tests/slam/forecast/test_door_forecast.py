@@ -241,6 +241,37 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
 }  # fmt: skip
 
 
+def test_what_two_forecasts_learned_is_added() -> None:
+    begin, restless = MONDAY + 3 * WEEK, chain(2 * 7 * 1440, 0.01, 0.03, seed=2)
+    times = MONDAY + 5 * WEEK + np.arange(0.0, WEEK, 600.0)
+    later = DoorForecast.fit(*runs_of(restless, begin))
+    for states in (office(3), chain(3 * 7 * 1440, 0.01, 0.03, seed=1)):
+        first, both = (DoorForecast.fit(*runs_of(states)) for _ in range(2))
+        both.update(*runs_of(restless, begin))
+        made = first.joined(later)
+        assert made.reference is not None
+        assert both.reference is not None
+        for name in ("week_watched", "week_open"):
+            weights = np.exp2((made.reference - both.reference) / made.half_life_days)
+            sums, expected = weights * made.sums()[name], both.sums()[name]
+            np.testing.assert_allclose(sums[:, 1:], expected[:, 1:])  # a first look counts 30 min
+        np.testing.assert_array_equal(made.watched_hours, both.watched_hours)
+        assert made.look == later.look
+        np.testing.assert_allclose(made.probability(times), both.probability(times), atol=0.05)
+        again = later.joined(first)
+        np.testing.assert_array_equal(again.probability(times), made.probability(times))
+    looked = times[0] + 60.0 * np.array([1, 15, 60]), times[0], 1  # of a door with one law
+    np.testing.assert_allclose(made.probability(*looked), both.probability(*looked), atol=0.03)
+
+
+def test_only_forecasts_alike_are_joined(worker: DoorForecast) -> None:
+    nothing = DoorForecast()
+    assert nothing.joined(worker).probability(MONDAY) == worker.probability(MONDAY)
+    assert worker.joined(nothing).probability(MONDAY) == worker.probability(MONDAY)
+    with pytest.raises(InputError, match="one timezone and one half-life"):
+        worker.joined(DoorForecast(half_life_days=9.0))
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_bad_input_is_told(name: str) -> None:
     call, message = WRONG[name]

@@ -87,7 +87,7 @@ def test_the_other_map_is_found_tied_and_bent_while_the_first_one_stays() -> Non
     truth = whole.poses[60:250]
     off = np.hypot(*(result.session.poses[140:] - truth)[:, :2].T)
     assert np.median(off[:80]) < 0.03  # what both saw
-    assert off.max() < 0.25
+    assert off.max() < 0.15  # 0.21 where neighbours are trusted to 2 cm and 0.3 degrees
     assert np.median(np.hypot(*(rigid - truth)[:, :2].T)) > 1.5 * np.median(off)
     assert result.shown >= 3 + 2 * result.rival
     assert 0.05 < result.bent < 1.0
@@ -125,7 +125,7 @@ def test_a_stretch_that_was_seen_through_walls_is_contradicted() -> None:
     assert told(reading, parts[0], nowhere) == 0
 
 
-def test_doors_move_with_their_map_and_the_one_seen_last_is_kept() -> None:
+def test_doors_move_with_their_map_to_where_they_were_mapped_last() -> None:
     whole = drive(alike=False)
     there = ELSEWHERE @ Pose2.of(whole.poses[60]).inverse()
 

@@ -14,7 +14,7 @@ from slam.io.door_memory import RememberedDoor
 from slam.layers import layers
 from slam.layers.doors import MappedDoor
 from slam.scan import Scan
-from slam.sessions.door_memory import FORGOTTEN, remembered, with_remembered
+from slam.sessions.door_memory import FORGOTTEN, joined, remembered, with_remembered
 from slam.sessions.pruning import NEWEST, pruned
 from slam.sessions.session import Session, check_order
 from slam.trajectory import Trajectory
@@ -89,7 +89,7 @@ def test_a_damaged_session_is_refused(tmp_path: Path, name: str):
         Session.load(tmp_path / "b.npz")
     whole = (tmp_path / "a.npz").read_bytes()
     (tmp_path / "c.npz").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match="a map saved by dynslam"):
+    with pytest.raises(InputError, match=r"saved by dynslam \(its end is missing"):
         Session.load(tmp_path / "c.npz")
 
 
@@ -138,6 +138,19 @@ def test_doors_are_found_again_nearby_and_forgotten_after_months():
     assert remembered(replace(known, doors=(old,)), []) != ()
     older = old._replace(until=old.until + 10.0)
     assert remembered(replace(known, doors=(older,)), []) == ()
+
+
+def test_habits_of_two_sessions_are_added_unless_a_recording_is_in_both():
+    (first,) = remembered(session((MONDAY + 9 * HOUR, False)), [DOOR])
+    (other,) = remembered(session((MONDAY + 33 * HOUR, True)), [DOOR._replace(open_share=0.1)])
+    hours = first.forecast.watched_hours + other.forecast.watched_hours
+    for pair in ((first, other), (other, first)):
+        (both,) = joined(pair[:1], pair[1:], apart=True)
+        assert np.array_equal(both.forecast.watched_hours, hours)
+        assert (both.until, both.door.open_share) == (other.until, 0.1)
+        (last,) = joined(pair[:1], pair[1:], apart=False)
+        assert last is other
+    assert first.forecast.watched_hours.sum() < hours.sum()  # it did not change
 
 
 def test_doors_are_listed_most_probable_first_and_remembered_ones_with_their_week():
