@@ -149,6 +149,7 @@ def _print_metrics(
             f"{metrics['translation_mean']:.4f} +- {metrics['translation_std']:.4f} m, "
             f"{metrics['rotation_mean_deg']:.2f} +- {metrics['rotation_std_deg']:.2f} deg"
         )
+        print(_clear_told(metrics))
     if metrics.get("translation_mean_online") is not None:
         print(
             f"error of the online poses: {metrics['translation_mean_online']:.4f} m, "
@@ -158,6 +159,14 @@ def _print_metrics(
     print(f"written to {out}: {', '.join(names)}")
     if options.json:
         print(json.dumps(metrics))
+
+
+def _clear_told(metrics: dict[str, Any]) -> str:
+    """The error of the relations whose stamps are clear, or that there are none."""
+    clear, mean = metrics["clear"], metrics["clear_translation_mean"]
+    if not clear:
+        return "none of them has clear stamps: each fits several lines of the odometry"
+    return f"error of the {clear} whose stamps fit one line of the odometry only: {mean:.4f} m"
 
 
 def _odometry_until(done: Trajectory, episode: Episode) -> Trajectory:

@@ -71,6 +71,7 @@ QUALITY = (
     ALIGNED,
     HEADING,
     RELATIONS,
+    Score("clear_translation_mean", "error of clear relations", 1e3, " mm"),
     Score("translation_mean_online", "error of relations, online", 1e3, " mm"),
     Score("rotation_mean_deg", "heading error of relations", 1.0, " deg", 2),
     AGREEMENT,

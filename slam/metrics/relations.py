@@ -17,6 +17,7 @@ from slam.metrics.json_scores import Number, json_scores
 from slam.trajectory import Trajectory
 
 STAMP_TOLERANCE = 2e-6  # s: stamps are written with six decimals
+CLEAR = 2e-3  # s: where the clock of a recording stood still, a stamp fits several odometry lines
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,9 @@ class RelationScores(NamedTuple):
     rotation_mean_deg, rotation_std_deg  degrees, of |rot(d_ij (-) d*_ij)|
     relations                            number of relations scored
     left_out                             number not scored: a stamp lies outside the log
+    clear                                number of those scored whose stamps both fit one line of
+                                         the odometry, none else within CLEAR
+    clear_translation_mean               m, of these
     """
 
     translation_mean: float
@@ -58,6 +62,8 @@ class RelationScores(NamedTuple):
     rotation_std_deg: float
     relations: int
     left_out: int
+    clear: int
+    clear_translation_mean: float
 
     def as_dict(self, suffix: str = "") -> dict[str, Number | None]:
         """Flat, for JSON; an undefined score is None."""
@@ -71,7 +77,7 @@ def score_relations(
     inside = within(odometry, relations.first) & within(odometry, relations.second)
     left_out = int((~inside).sum())
     if not inside.any():
-        return RelationScores(math.nan, math.nan, math.nan, math.nan, 0, left_out)
+        return RelationScores(math.nan, math.nan, math.nan, math.nan, 0, left_out, 0, math.nan)
     found = between(
         carried(corrected, odometry, relations.first[inside]),
         carried(corrected, odometry, relations.second[inside]),
@@ -79,6 +85,7 @@ def score_relations(
     error = between(relations.displacement[inside], found)
     translation = np.hypot(error[:, 0], error[:, 1])
     rotation = np.degrees(np.abs(error[:, 2]))
+    clear = (_clear(odometry, relations.first) & _clear(odometry, relations.second))[inside]
     return RelationScores(
         translation_mean=float(translation.mean()),
         translation_std=float(translation.std()),
@@ -86,7 +93,15 @@ def score_relations(
         rotation_std_deg=float(rotation.std()),
         relations=len(found),
         left_out=left_out,
+        clear=int(clear.sum()),
+        clear_translation_mean=float(translation[clear].mean()) if clear.any() else math.nan,
     )
+
+
+def _clear(odometry: Trajectory, times: Array) -> np.ndarray:
+    """(n,) bool: at most one line of the odometry lies within CLEAR of each time."""
+    last = np.searchsorted(odometry.times, times + CLEAR, side="right")
+    return last - np.searchsorted(odometry.times, times - CLEAR) <= 1
 
 
 def within(odometry: Trajectory, times: Array) -> np.ndarray:

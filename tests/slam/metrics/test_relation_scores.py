@@ -69,12 +69,25 @@ def test_scores_by_hand_and_relations_outside_the_log_are_counted() -> None:
     assert (scores.relations, scores.left_out) == (2, 1)
 
 
+def test_stamps_that_fit_several_odometry_lines_are_not_clear() -> None:
+    poses = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [2.0, 0, 0]])
+    walk = Trajectory(np.array([10.0, 11, 12, 12.001]), poses)
+    relations = Relations(
+        np.array([10.0, 10.0]), np.array([11.0, 12.0]), np.array([[1.0, 0.1, 0], [2.0, 0.3, 0]])
+    )
+    scores = score_relations(relations, walk, walk)
+    assert (scores.relations, scores.clear) == (2, 1)
+    assert scores.clear_translation_mean == pytest.approx(0.1)
+    assert scores.translation_mean == pytest.approx(0.2)
+
+
 def test_no_relation_inside_the_log_is_none_in_json() -> None:
     walk = wander(3, 0)
     far = Relations(np.array([99.0]), np.array([100.0]), np.zeros((1, 3)))
     scores = score_relations(far, walk, walk).as_dict()
     assert scores["translation_mean"] is None
     assert scores["left_out"] == 1
+    assert (scores["clear"], scores["clear_translation_mean"]) == (0, None)
 
 
 def test_raw_odometry_of_the_intel_log(shared_data: Path) -> None:
@@ -93,3 +106,4 @@ def test_raw_odometry_of_the_intel_log(shared_data: Path) -> None:
     assert scores.translation_mean == pytest.approx(7.39, abs=0.005)
     assert scores.translation_std == pytest.approx(14.34, abs=0.005)
     assert scores.rotation_mean_deg == pytest.approx(39.4, abs=0.05)
+    assert scores.clear == 683
