@@ -19,7 +19,7 @@ MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there 
 BEGAN_GAIN = 0.055  # nats a beam by which the scan with which a doubt began fits better there
 BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here,
 SINCE_GAIN = 0.3  # or nats a beam by which the scans since then do, all together,
-SINCE_EXPLAINED = 0.9  # if so much of the usual share of the last one is explained there,
+SINCE_EXPLAINED = 0.9  # if so much of the usual share of the first and of the last is explained,
 LED_EXPLAINED = 0.1  # and by so much more of the surface of the first one than here
 SUSPECTS = 4  # places, at most, that are compared at each check
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
@@ -32,6 +32,7 @@ class Proof(NamedTuple):
     explained     of the usual share of explained echoes, at least
     spreads       usual deviations of that share by which it must explain more
     contradicted  share of the echoes, at most
+    here          of the usual share, at most, that is explained at the believed place
     candidates    of a search
     """
 
@@ -39,13 +40,14 @@ class Proof(NamedTuple):
     explained: float
     spreads: float
     contradicted: float
+    here: float
     candidates: int
 
 
-AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, CANDIDATES)  # after a scan that was not continuous
+AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, 1.0, CANDIDATES)  # after a scan that was not continuous
 AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
-WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 1)
-NEARBY = WITHOUT_JUMP._replace(contradicted=0.2)  # after such a scan, within ...
+WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1)
+NEARBY = WITHOUT_JUMP._replace(contradicted=0.2, here=1.0)  # after such a scan, within ...
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
 MISMATCHED = 0.3, 0.3, math.radians(15.0)  # m, m, rad, by which a match may have been wrong
 LESS_CONTRADICTED = 0.1  # if so large a share of the echoes is contradicted here and not there
@@ -91,22 +93,27 @@ class Check(NamedTuple):
         agreement = place.agreement
         enough = agreement.explained > explained
         agrees = enough and agreement.contradicted <= self.proof.contradicted
-        return agrees and self.gain(place) > self.proof.gain
+        return agrees and self.gain(place) > self.proof.gain and self._strange_here()
 
-    def explains_well(self, place: Place) -> bool:
-        """Whether the map explains about as much of the scan there as usual."""
+    def _strange_here(self) -> bool:
+        """Whether the map explains so little of the scan at the believed place as is asked for."""
         usual = max(self.belief.explained, LEAST_USUAL)
-        return place.agreement.explained > SINCE_EXPLAINED * usual
+        return self.here.agreement.explained <= self.proof.here * usual
+
+    def as_usual(self, explained: float) -> bool:
+        """Whether the map explains about as much of a scan as usual."""
+        return explained > SINCE_EXPLAINED * max(self.belief.explained, LEAST_USUAL)
 
     def began(self, place: Place) -> Beginning:
         """How the scan with which the doubt began fits there."""
         if self.jump is None:
-            return Beginning(math.inf, 0.0)
+            return Beginning(math.inf, 0.0, 1.0)
         scan, pose = self.jump
         before = self._fitted(scan, self.here.pose @ pose)
         there = matched(self.endpoint, scan, place.pose @ pose)
         gain = (there.value - before.value) / max(len(scan.points), 1)
-        return Beginning(gain, there.agreement.explained - before.agreement.explained)
+        explained = there.agreement.explained
+        return Beginning(gain, explained - before.agreement.explained, explained)
 
     def _fitted(self, scan: Scan, pose: Pose2) -> Place:
         """The place of a scan that was matched at a pose, or one nearby if the map shows much more
@@ -120,12 +127,14 @@ class Check(NamedTuple):
 class Beginning(NamedTuple):
     """How much better than at the believed place a scan fits, with which a doubt began.
 
-    gain  nats a beam
-    more  share of its surface that is explained
+    gain       nats a beam
+    more       share of its surface that is explained there and not here
+    explained  share that is explained there
     """
 
     gain: float
     more: float
+    explained: float
 
     def speaks(self, since: float) -> bool:
         """Whether it speaks for the other place; a little is enough if those `since` do, by so many
@@ -185,6 +194,7 @@ class Rivals:
         suspected = self._suspected(check)
         other = self._nearby(check) or suspected or self._found(check)
         if other is None:
+            self.votes = 0
             return False
         here = check.here.pose
         before, self._way = self._way, other.pose @ here.inverse()
@@ -217,7 +227,8 @@ class Rivals:
             suspect.gain += check.gain(place)
             if check.jump is not None:
                 led = began.gain > 0.0 and began.more > LED_EXPLAINED
-                suspect.plausible = led and check.explains_well(place)
+                both = min(began.explained, place.agreement.explained)
+                suspect.plausible = led and check.as_usual(both)
             since = suspect.gain if suspect.plausible else 0.0
             speaks = check.speaks_for(place, check.more) and began.speaks(since)
             if speaks and (best is None or place.value > best.value):
