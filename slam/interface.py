@@ -125,10 +125,13 @@ class Slope(NamedTuple):
 class SensorModel(Protocol):
     """A sensor model: log p(scan | pose, h).
 
-    levels  number of resolutions it can be evaluated at; 0 is the finest, the model itself
+    levels     number of resolutions it can be evaluated at; 0 is the finest, the model itself
+    sharpness  by how much the information of a match exceeds the curvature of the log-likelihood:
+               chosen such that errors in the built-in worlds are as large as claimed
     """
 
     levels: int
+    sharpness: float
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
         """Update cached fields for the `changed` cells (ids) of the map."""

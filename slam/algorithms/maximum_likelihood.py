@@ -163,9 +163,11 @@ class MaximumLikelihood:
             estimate = Estimate(prediction.pose, self.keyframe.covariance, 0.0, True)
         else:
             pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
-            pose, likelihood, information = self._registered(scan, prediction, pose)
+            pose, likelihood, information, sharpness = self._registered(scan, prediction, pose)
             before = self._carried(self.keyframe, prediction)
-            covariance = self._map_uncertainty.matched(before, pose, scan.points, information)
+            covariance = self._map_uncertainty.matched(
+                before, pose, scan.points, sharpness * information
+            )
             self._last_match = prediction, information
             estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
         self._matched = estimate
@@ -174,8 +176,9 @@ class MaximumLikelihood:
 
     def _registered(
         self, scan: Scan, prediction: Prediction, pose: Pose2
-    ) -> tuple[Pose2, float, Array]:
-        """The pose refined on the map's surfaces; log-likelihood and (3, 3) information there."""
+    ) -> tuple[Pose2, float, Array, float]:
+        """The pose refined on the map's surfaces; log-likelihood and (3, 3) information there, and
+        how sharp that is."""
         if self.registration is not None and self._surfaces is not None:
             found = self.registration(
                 outlined(scan), self._surfaces, self.map_model.cells, prediction, pose
@@ -184,8 +187,8 @@ class MaximumLikelihood:
                 poses = np.array([pose, found[0]])
                 before, after = self.sensor_model.log_likelihood(scan, poses).tolist()
                 if after >= before - MAX_LOSS:
-                    return found[0], after, found[1]
-        return pose, *laplace(self.sensor_model, scan, pose)
+                    return found[0], after, found[1], self.registration.sharpness
+        return pose, *laplace(self.sensor_model, scan, pose), self.sensor_model.sharpness
 
     def _checked(self, scan: Scan, estimate: Estimate) -> Estimate:
         """The estimate of a keyframe, corrected if the odometry failed, with `lost`."""

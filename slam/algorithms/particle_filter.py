@@ -262,6 +262,7 @@ class ParticleFilter:
         x, y = prediction.pose.x - origin[0], prediction.pose.y - origin[1]
         predicted = moved(self._covariance, x, y, prediction.covariance())
         _, information = laplace(self.sensor_model, scan, pose)
+        information *= self.sensor_model.sharpness
         return self._map_uncertainty.matched(predicted, pose, scan.points, information)
 
     def _scatter(self) -> Array:

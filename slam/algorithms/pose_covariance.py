@@ -9,10 +9,9 @@ from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
 from slam.search.laplace import positive
 
-SHARPNESS = 30.0  # by how much the information of a keyframe's match exceeds the curvature of its
-# likelihood, which is as wide as cells need it; chosen, with LAST_KEYFRAMES, such that errors in
-# the built-in worlds are as large as claimed
-LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged
+LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged;
+# chosen, with the sharpness of `Endpoint` and of registration, such that errors in the built-in
+# worlds are as large as claimed
 
 
 class MapUncertainty:
@@ -41,9 +40,9 @@ class MapUncertainty:
 
         predicted    (3, 3) its covariance before the match
         points       (n, 2) echoes of the scan, m, in the robot's frame
-        information  (3, 3) negative Hessian of the log-likelihood at `pose`
+        information  (3, 3) of the match
         """
-        return fused(predicted, self.covariance(pose, points), SHARPNESS * information)
+        return fused(predicted, self.covariance(pose, points), information)
 
     def covariance(self, pose: Pose2, points: Array) -> Array:
         """(3, 3) covariance of the map's error for a match at `pose` with scan `points` (n, 2), m,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from slam.validation import positive, whole
 CUT = 3.0  # standard deviations beyond which a surface is not an echo's
 AROUND = 1  # cells around that of an echo whose surfaces may be its own
 H_MIN, H_MAX = 0.02, 0.98  # limits of h
-SHARPER = 1.5  # the information of echoes, by the curvature of their likelihood: chosen such that
-# errors in the built-in worlds are as large as claimed, with `pose_covariance.SHARPNESS`
+SHARPER = 1.5  # the information of echoes, by the curvature of their likelihood
 PLANE, SPOT = 1.0, 2.0  # what an echo is compared with
 
 
@@ -91,7 +90,10 @@ class Registration:
     farthest   m from the start, beyond which a result is refused
     paired     least share of the echoes that must lie on known walls: where a map has few echoes,
                as of a robot that scans each metre, most of the scan would not count
+    sharpness  of its information, see `SensorModel`
     """
+
+    sharpness: ClassVar[float] = 30.0
 
     model: EchoModel = ECHO
     rounds: int = 5

@@ -27,6 +27,7 @@ NO_WALL, STALE_WALL = 255, 254  # echoes that lie on no line; a direction to be 
 WALL_RADIUS = 2  # cells around a cell whose echoes its wall is fitted to
 WALL_SIGMA = 1.5  # cells, of the Gaussian weight of those echoes
 MAX_THICKNESS = 0.25  # of a wall by its length, both standard deviations
+SHARPNESS = 0.35  # at beta 1, see `SensorModel`
 MAX_DEVIATIONS = 4.5  # sigmas from an echo beyond which a hit has no density
 MAX_SPREAD = 0.3  # cells, of a wall met at a grazing angle
 MIN_SINE = 0.02  # of the angle between beam and wall below which they do not meet
@@ -113,6 +114,7 @@ class Beam:
         self.stride = stride
         positive(self, "beta", "sigma", "spread", "z_hit", "z_rand")
         whole(self, "stride", 1)
+        self.sharpness = SHARPNESS / beta
         self._map_model: MapModel | None = None
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:

@@ -22,6 +22,7 @@ ROUNDING = 1e-6
 # F above which an echo is explained and below which it is contradicted; the prior lies between
 EXPLAINED_F, CONTRADICTED_F = 0.4, 0.1
 SIDE = 0.15  # m before and beyond an echo, where it is told from which side a wall is known
+SHARPNESS = 9.0  # at beta 1, see `SensorModel`: the field is as wide as cells need it
 TABLE_SIZE = 4096  # values of the logarithm that are tabulated
 Samples = tuple[np.ndarray, np.ndarray, tuple[float, float], float, float, float, float]
 Reading = tuple[np.ndarray, Array, tuple[float, float], float, int, float]  # see `field.slope`
@@ -53,6 +54,7 @@ class Endpoint:
         self.z_hit = z_hit
         self.z_rand = z_rand
         positive(self, "beta", "sigma", "z_hit", "z_rand")
+        self.sharpness = SHARPNESS / beta
         self._map_model: MapModel | None = None
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:

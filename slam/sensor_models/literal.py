@@ -16,6 +16,7 @@ from slam.sensor_models import differences
 from slam.validation import positive
 
 H_LOW, H_HIGH = 0.02, 0.98  # h is clipped to these
+SHARPNESS = 0.125  # at beta 1, see `SensorModel`
 ROUNDING = 1e-6
 
 
@@ -37,6 +38,7 @@ class Literal:
     def __init__(self, beta: float = 0.05):
         self.beta = beta
         positive(self, "beta")
+        self.sharpness = SHARPNESS / beta
         self._map_model: MapModel | None = None
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:

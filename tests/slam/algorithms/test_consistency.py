@@ -49,6 +49,7 @@ def test_errors_of_the_claimed_covariance_are_consistent() -> None:
         *(("dynamic-ml", world) for world in ("DoorCorridor-v0", "DoorCrowd-v0")),
         *(("dynamic-graph", world) for world in ("DoorCorridor-v0", "DoorLoop-v0")),
         ("static-pf", "DoorCorridor-v0"),
+        ("static-ml/beta1", "DoorCorridor-v0"),
     ],
 )
 def test_errors_are_as_large_as_the_covariance_says(variant: str, world: str) -> None:

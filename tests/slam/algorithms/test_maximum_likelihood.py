@@ -189,7 +189,7 @@ def test_a_part_of_ones_own_takes_the_place_of_any_other(episode) -> None:
     class Believing:
         """A motion model that believes the odometry, a reading without opinion, a lazy search."""
 
-        levels = 1
+        levels, sharpness = 1, 1.0
 
         def corrected(self, displacement):
             asked.append("corrected")
