@@ -79,7 +79,7 @@ class GraphSlam:
     candidates  maximum number of older local maps that a finished one is matched with
     visits      number of other local maps of the same place that make one redundant
     watch       tells whether the robot is lost, and finds it again; None: nobody does
-    again       maps the first metres again if the odometry's scale is wrong; None: they stay
+    again       maps the first metres again if the odometry is very wrong; None: they stay
     """
 
     def __init__(

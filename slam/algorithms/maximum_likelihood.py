@@ -48,7 +48,7 @@ class MaximumLikelihood:
 
     keyframe  the estimate at the last integrated scan
     watch     tells whether the robot is lost; None: nobody does
-    again     maps the first metres again if the odometry's scale is wrong; None: they stay
+    again     maps the first metres again if the odometry is very wrong; None: they stay
     astray    the map apart, while the robot is lost
     """
 

@@ -1,4 +1,4 @@
-"""Mapping the first metres again, once it is known how wrong the odometry's distances are."""
+"""Mapping the first metres again, once it is known how wrong the odometry is."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ class Beginner(Protocol):
 
 
 class SecondStart:
-    """Goes through the first scans a second time, with the scale of the odometry that they showed.
+    """Goes through the first scans a second time, with the errors of the odometry that they showed.
 
     Along a bare corridor the scans say little of the distance driven, and a map of the first metres
     is as long as the odometry says. Where its distances turn out to be wrong
-    (`AdaptiveOdometry.scale`), that part of the map would stay too long or too short, and the robot
-    would be lost in it when it comes back. So it is mapped again, once.
+    (`AdaptiveOdometry.systematic`), that part of the map would stay too long or too short, and the
+    robot would be lost in it when it comes back. So it is mapped again, once; likewise where a
+    heading turns out to be so wrong that a first scan may have been matched the wrong way round.
 
     The parts of the SLAM are copied before the first scan, and the copies are used from then on:
     what was changed in a part in the meantime is lost.
@@ -50,13 +51,13 @@ class SecondStart:
         self._over = False
 
     def update(self, slam: Beginner, displacement: Pose2, scan: Scan) -> Estimate:
-        """One update of `slam`; if it shows that the scale is wrong, all over again."""
+        """One update of `slam`; if it shows that the odometry is wrong, all over again."""
         if not self._taken and not self._over:
             self._prepare(slam)
         if not self._over:
             self._taken.append((displacement, scan.bare()))
         estimate = slam.advance(displacement, scan)
-        if not self._over and slam.motion_model.scale.factor != 1.0:
+        if not self._over and slam.motion_model.systematic.certain:
             estimate = self._again(slam)
         elif len(self._taken) >= self.max_scans:
             self.stop()
@@ -67,8 +68,8 @@ class SecondStart:
         self._fresh, self._taken, self._over = {}, [], True
 
     def _prepare(self, slam: Beginner) -> None:
-        """Keep the state before the first scan; without it, nothing is mapped again: the scale is
-        not learned, or parts cannot be copied."""
+        """Keep the state before the first scan; without it, nothing is mapped again: no
+        error is learned, or parts cannot be copied."""
         state = {name: part for name, part in vars(slam).items() if part is not self}
         if not isinstance(slam.motion_model, AdaptiveOdometry):
             return self.stop()
@@ -78,14 +79,14 @@ class SecondStart:
             self.stop()
 
     def _again(self, slam: Beginner) -> Estimate:
-        """Map the scans so far again; what they showed of the scale is not learned twice."""
-        scale, taken = slam.motion_model.scale, self._taken
+        """Map the scans so far again; what they showed of the odometry is not learned twice."""
+        learned, taken = slam.motion_model.systematic, self._taken
         vars(slam).update(self._fresh)
         self.stop()
         estimates = []
         for displacement, scan in taken:
-            slam.motion_model.scale = copy.copy(scale)
+            slam.motion_model.systematic = copy.deepcopy(learned)
             estimates.append(slam.advance(displacement, scan))
-        slam.motion_model.scale = scale
+        slam.motion_model.systematic = learned
         self.poses = np.array([estimate.pose for estimate in estimates])
         return estimates[-1]._replace(revised=True)

@@ -79,12 +79,12 @@ def test_wrong_distances_are_corrected_once_they_are_certain(error: float) -> No
 
 def test_small_errors_of_distances_and_slips_are_not() -> None:
     assert scaled(0.03).corrected(Pose2(1.0, 0.0, 0.0)) == Pose2(1.0, 0.0, 0.0)
-    assert scaled(-0.9).scale.error == 0.0
+    assert scaled(-0.9).systematic.scale.error == 0.0
 
 
 def test_no_scale_is_learned_where_the_scan_tells_nothing() -> None:
     model = scaled(0.2, deviation=float(GaussianMotion().deviations(Pose2(0.0, 0.2, 0.0))[0]))
-    assert model.scale.error == 0.0
+    assert model.systematic.scale.error == 0.0
 
 
 def test_errors_of_a_long_displacement_grow_with_its_square_root() -> None:
