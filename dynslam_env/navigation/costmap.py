@@ -6,6 +6,7 @@ radius, and beyond it the cost falls off exponentially.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.navigation.regions import EIGHT_NEIGHBOURS, FOUR_NEIGHBOURS, dilated, distance_to
+from dynslam_env.navigation.regions import (
+    EIGHT_NEIGHBOURS,
+    FOUR_NEIGHBOURS,
+    around,
+    dilated,
+    distance_to,
+)
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import GridSpec, OccupancyGrid
 from slam.scan import Scan
@@ -113,6 +120,16 @@ def inflated(
     cost = 1.0 + inflation.weight * np.exp(-np.maximum(clearance - near, 0.0) / inflation.falloff)
     cost[swept] += inflation.swept_weight
     return Costmap(spec, kinds, cost, clearance, swept)
+
+
+def nearer_than(occupied: NDArray[np.bool_], cell: float, distance: float) -> NDArray[np.bool_]:
+    """(rows, cols) whether the clearance, as in `inflated`, is less than `distance`, m.
+
+    Where few cells are occupied, it takes a fraction of the time that all clearances take."""
+    reach = math.ceil(distance / cell + 0.5)
+    offsets = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
+    away = np.sqrt(np.square(offsets * cell).sum(axis=1)) - cell / 2
+    return around(occupied, offsets[away < distance])
 
 
 def coarse(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dynslam_env.navigation.costmap import OPEN, TIGHT, Costmap
+from dynslam_env.navigation.costmap import OPEN, TIGHT, Costmap, Kinds
 from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
 from slam.kernel import kernel
@@ -60,13 +60,15 @@ def plan(costmap: Costmap, pose: Pose2) -> Plan:
     return Plan(spec, cost, length, parent)
 
 
-def reached(costmap: Costmap, pose: Pose2) -> NDArray[np.bool_]:
-    """(rows, cols) the cells that `plan` reaches, by a flood without costs."""
-    spec = costmap.spec
+def reached(spec: GridSpec, kinds: Kinds, pose: Pose2) -> NDArray[np.bool_]:
+    """(rows, cols) the cells that `plan` reaches, by a flood without costs.
+
+    kinds  (rows, cols) as those of a `Costmap`
+    """
     row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
     found = np.zeros(spec.shape, dtype=np.bool_)
     if 0 <= row < spec.rows and 0 <= col < spec.cols:
-        _flood(row, col, costmap.kinds, found)
+        _flood(row, col, kinds, found)
     return found
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from slam.geometry import Array
+from slam.kernel import kernel
 
 Bools = NDArray[np.bool_]
 Cells = NDArray[np.int64]
@@ -42,6 +43,23 @@ def distance_to(cells: Bools, resolution: float) -> Array:
     if not cells.any():
         return np.full(cells.shape, np.inf)
     found: Any = ndimage.distance_transform_edt(~cells, sampling=resolution)
+    return found
+
+
+def around(cells: Bools, offsets: Cells) -> Bools:
+    """(rows, cols) whether one of `cells` lies at one of `offsets` (n, 2), rows and columns, which
+    are symmetric."""
+    return _stamped(np.argwhere(cells), offsets, np.zeros_like(cells))
+
+
+@kernel
+def _stamped(cells, offsets, found):
+    rows, cols = found.shape
+    for k in range(len(cells)):
+        for n in range(len(offsets)):
+            row, col = cells[k, 0] + offsets[n, 0], cells[k, 1] + offsets[n, 1]
+            if 0 <= row < rows and 0 <= col < cols:
+                found[row, col] = True
     return found
 
 

@@ -16,7 +16,15 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
-from dynslam_env.navigation.costmap import OPEN, Costmap, inflated
+from dynslam_env.navigation.costmap import (
+    OCCUPIED,
+    OPEN,
+    TIGHT,
+    Costmap,
+    Inflation,
+    inflated,
+    nearer_than,
+)
 from dynslam_env.navigation.planner import plan, reached
 from dynslam_env.simulation.laws import Bools
 from dynslam_env.worlds.clearance import leaf
@@ -36,12 +44,25 @@ MAX_DRAWS = 10  # of two places with a way between them
 
 def floor_costmap(layout: Layout, radius: float, closed: Sequence[Door]) -> Costmap:
     """The costmap of a floor for a robot of `radius` m, with only these doors, which are closed."""
+    spec, occupied = _floor(layout, closed)
+    return inflated(spec, occupied, np.ones_like(occupied), np.zeros_like(occupied), radius)
+
+
+def _floor(layout: Layout, closed: Sequence[Door]) -> tuple[GridSpec, Bools]:
+    """The grid of a floor, and (rows, cols) whether a wall or one of these doors is there."""
     solids = np.concatenate([layout.walls, *(leaf(door, 0.0) for door in closed)])
     ends = solids.reshape(-1, 2)
     low, high = ends.min(axis=0), ends.max(axis=0)
     spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), CELL)
-    occupied = rasterise(solids, spec)
-    return inflated(spec, occupied, np.ones_like(occupied), np.zeros_like(occupied), radius)
+    return spec, rasterise(solids, spec)
+
+
+def _reached(layout: Layout, radius: float) -> Bools:
+    """(rows, cols) the cells of a floor to which the robot can drive while all doors are open."""
+    spec, occupied = _floor(layout, closed=())
+    kinds = np.where(nearer_than(occupied, CELL, radius + Inflation().margin), TIGHT, OPEN)
+    kinds[occupied] = OCCUPIED
+    return reached(spec, kinds.astype(np.uint8), layout.start)
 
 
 def middle(door: Door) -> Array:
@@ -61,20 +82,21 @@ class Questions:
 
     def __init__(self, layout: Layout, radius: float, rng: np.random.Generator):
         self._rng, self._doors = rng, len(layout.doors)
-        costs = floor_costmap(layout, radius, layout.doors)
-        there = reached(floor_costmap(layout, radius, closed=()), layout.start)
-        sides = [_sides(door, costs) for door in layout.doors]
-        wide = (costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & there
+        self._layout, self._radius = layout, radius
+        there, (spec, occupied) = _reached(layout, radius), _floor(layout, layout.doors)
+        least = np.nextafter(radius + MARGIN, np.inf)  # the clearance must be more than this sum
+        wide = there & ~nearer_than(occupied, CELL, least)
         cells = np.argwhere(wide if wide.any() else there)
         self._places = min(MAX_PLACES, len(cells))
-        places = costs.spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])
-        nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])
-        self._costs, self._nodes = costs, nodes
+        places = spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])
+        sides = [_sides(door) for door in layout.doors]
+        self._nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])
 
     @cached_property
     def _far(self) -> Array:
         """(n, n) m, between the nodes; many plans, which a floor needs at the first question."""
-        return _distances(self._costs, self._nodes)
+        costs = floor_costmap(self._layout, self._radius, self._layout.doors)
+        return _distances(costs, self._nodes)
 
     @cached_property
     def _detours(self) -> Array:
@@ -131,7 +153,7 @@ class Questions:
         return graph
 
 
-def _sides(door: Door, costs: Costmap) -> Array:
+def _sides(door: Door) -> Array:
     """(2, 2) m, points on both sides of a doorway."""
     across = np.array([-np.sin(door.closed), np.cos(door.closed)]) * SIDE_DISTANCE
     return np.array([middle(door) + across, middle(door) - across])

@@ -9,6 +9,8 @@ from dynslam_env.navigation.costmap import (
     Inflation,
     coarse,
     costmap,
+    inflated,
+    nearer_than,
 )
 from slam import InputError, Pose2, Scan
 from slam.grid import GridSpec, OccupancyGrid
@@ -76,3 +78,13 @@ def test_where_the_task_saw_changes_its_prediction_holds():
 def test_wrong_inflations_are_refused(wrong):
     with pytest.raises(InputError, match=f"Inflation.{next(iter(wrong))}"):
         Inflation(**wrong)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.1])
+@pytest.mark.parametrize("distance", [0.04, 0.24, 0.25, 0.52, 0.55, 5.0])
+def test_nearer_than_is_a_threshold_of_the_clearance(share, distance):
+    spec = GridSpec(0.1, -3, 5, 37, 23)
+    occupied = np.random.default_rng(7).random(spec.shape) < share
+    whole = inflated(spec, occupied, ~occupied, np.zeros_like(occupied), 0.2)
+    near = nearer_than(occupied, spec.resolution, distance)
+    np.testing.assert_array_equal(near, whole.clearance < distance)

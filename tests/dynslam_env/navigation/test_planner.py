@@ -110,10 +110,12 @@ def test_a_flood_reaches_what_the_plan_reaches(seed, radius):
     none = np.zeros(spec.shape, dtype=np.bool_)
     costmap = inflated(spec, occupied, observed, none, radius, Inflation(margin=0.0))
     start = pose_at(spec, int(rng.integers(19)), int(rng.integers(23)))
-    np.testing.assert_array_equal(reached(costmap, start), plan(costmap, start).reached)
+    np.testing.assert_array_equal(
+        reached(costmap.spec, costmap.kinds, start), plan(costmap, start).reached
+    )
 
 
 def test_nothing_is_reached_from_outside():
     costmap = drawn("...\n...")
-    assert not reached(costmap, Pose2(-5.0, 0.0, 0.0)).any()
-    assert reached(costmap, Pose2(0.05, 0.05, 0.0)).all()
+    assert not reached(costmap.spec, costmap.kinds, Pose2(-5.0, 0.0, 0.0)).any()
+    assert reached(costmap.spec, costmap.kinds, Pose2(0.05, 0.05, 0.0)).all()

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.questions import DRIVING_SPEED, Questions
+from dynslam_env.navigation.costmap import OPEN
+from dynslam_env.navigation.planner import plan
+from dynslam_env.patrol.questions import (
+    DRIVING_SPEED,
+    MARGIN,
+    MAX_PLACES,
+    Questions,
+    floor_costmap,
+)
 from dynslam_env.worlds.layout import Door, Layout
 from dynslam_env.worlds.office import Office
 from slam.geometry import Pose2
@@ -74,3 +82,15 @@ def test_small_rooms_have_places_that_differ() -> None:
         apart = questions._far[2:, 2:]
         assert 1 < len(apart) <= 16
         assert (apart[~np.eye(len(apart), dtype=bool)] > 0.0).all()
+
+
+@pytest.mark.parametrize("radius", [0.105, 0.22, 0.25])
+def test_the_places_are_those_of_the_whole_costmaps(radius: float) -> None:
+    layout = Office().layout(np.random.default_rng(3))
+    costs, opened = (floor_costmap(layout, radius, closed) for closed in (layout.doors, ()))
+    there = plan(opened, layout.start).reached
+    cells = np.argwhere((costs.kinds == OPEN) & (costs.clearance > radius + MARGIN) & there)
+    drawn = np.random.default_rng(0).choice(len(cells), MAX_PLACES, replace=False)
+    questions = Questions(layout, radius, np.random.default_rng(0))
+    places = questions._nodes[2 * len(layout.doors) :]
+    assert places.tobytes() == costs.spec.centres(cells[drawn]).tobytes()
