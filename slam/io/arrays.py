@@ -34,17 +34,22 @@ is KeyError and IndexError, RuntimeError is RecursionError and NotImplementedErr
 def read_arrays(path: AnyPath, what: str, number_bytes: int = FLOAT_BYTES) -> dict[str, Any]:
     """All arrays of an .npz file by name; `number_bytes`: of a number, at least, as it is used.
     Raises InputError if it is not `what`."""
-    with reading(path) as file:
-        begun = file.read(len(ARCHIVE)) == ARCHIVE
     with guarded(path), _only(what):
-        if begun and not zipfile.is_zipfile(path):
-            raise InputError("its end is missing: it was cut off")
+        _whole(path)
         with zipfile.ZipFile(path) as packed:
             check_packing(packed)
             for member in packed.infolist():
                 take(_planned(packed, member, number_bytes))
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
+
+
+def _whole(path: AnyPath) -> None:
+    """Raise InputError for an .npz file without its end."""
+    with reading(path) as file:
+        begun = file.read(len(ARCHIVE)) == ARCHIVE
+    if begun and not zipfile.is_zipfile(path):
+        raise InputError("its end is missing: it was cut off")
 
 
 @contextmanager
@@ -110,7 +115,8 @@ def numbers(values: Any, shape: tuple[int, ...]) -> Array:
 def names(path: AnyPath) -> set[str]:
     """The names of the arrays in an .npz file. Raises InputError if it is not an .npz file."""
     try:
+        _whole(path)
         with zipfile.ZipFile(path) as packed:
             return {name.removesuffix(".npy") for name in packed.namelist()}
-    except UNREADABLE as error:
+    except (InputError, *UNREADABLE) as error:
         raise InputError(f"{path}: not an .npz file ({one_line(error)})") from None

@@ -14,6 +14,7 @@ import pytest
 from slam import DoorForecast, load_forecast, save_forecast
 from slam.errors import InputError
 from slam.io.archive import read_member
+from slam.io.formats import read_log
 from slam.io.layers import read_layers, write_layers
 from slam.sessions.session import Session, session_of
 from tests.slam.io.samples import small_drive
@@ -100,3 +101,11 @@ def test_no_list_is_made_of_an_array_that_is_too_long(
     assert name in arrays
     np.savez_compressed(path, **(arrays | {name: values}))  # pyright: ignore[reportArgumentType]
     assert taken_by(lambda: read(path)) < 1.5 * values.nbytes + MOST
+
+
+def test_a_recording_that_was_cut_off_is_called_so(tmp_path: Path) -> None:
+    whole, torn = tmp_path / "whole.npz", tmp_path / "torn.npz"
+    np.savez(whole, ranges=np.ones(1000))
+    torn.write_bytes(whole.read_bytes()[:500])
+    with pytest.raises(InputError, match=r"torn\.npz: .*its end is missing: it was cut off"):
+        read_log(torn)
