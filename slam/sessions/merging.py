@@ -83,9 +83,14 @@ def merged(session: Session, other: Session, given: Pose2 | None = None) -> Merg
 
     given  about where the other session's frame lies there; None: it is searched for
 
+    A scan that both have is kept once, where the first one has it.
+
     Raises InputError if the other one does not overlap with the first one's map, or at several
-    places.
+    places, or if all its scans are in the first one.
     """
+    new = _new(session, other)
+    if not new.any():
+        raise InputError("all its scans are in the first one already")
     reading, parts = drawn(session, Clamped()), list(stretches(other))
     evenly = np.linspace(0, len(parts) - 1, min(len(parts), COMPARED)).round()
     chosen = [parts[k] for k in np.unique(evenly).astype(int).tolist()]
@@ -100,11 +105,16 @@ def merged(session: Session, other: Session, given: Pose2 | None = None) -> Merg
     shorter = list(stretches(replace(other, poses=poses), FINE.length))
     poses, _ = _fitted(reading, shorter, poses, FINE)
     bent = float(np.hypot(*(poses - compose(best.place, other.poses))[:, :2].T).max())
-    apart = not np.isin(other.times, session.times).any()
-    doors = joined(session.doors, moved_doors(other.doors, other.poses, poses), apart)
-    both = replace(_in_order(session, replace(other, poses=poses)), doors=doors)
+    doors = joined(session.doors, moved_doors(other.doors, other.poses, poses), bool(new.all()))
+    both = replace(_in_order(session, replace(other, poses=poses).kept(new)), doors=doors)
     elsewhere = 0 if rival is None else max(rival.shown, 0)
     return Merger(pruned(both), best.place, best.shown, elsewhere, len(chosen), tied, bent)
+
+
+def _new(session: Session, other: Session) -> np.ndarray:
+    """(n,) bool: the scans of the other session that the first one does not have."""
+    known = {(scan.time, scan.ranges.tobytes()) for scan in session.scans}
+    return np.array([(scan.time, scan.ranges.tobytes()) not in known for scan in other.scans])
 
 
 def _fitted(

@@ -16,7 +16,7 @@ from tests.slam.sessions.test_merging import bent, drive, part
 @pytest.fixture
 def parts(tmp_path: Path) -> list[str]:
     whole = drive(alike=False)
-    for name, session in ("a", part(whole, 0, 140)), ("b", bent(part(whole, 60, 250), 0.0)):
+    for name, session in ("a", part(whole, 0, 140)), ("b", bent(part(whole, 60, 250, 1000.0), 0.0)):
         session.save(tmp_path / f"{name}.npz")
     return [str(tmp_path / "a.npz"), str(tmp_path / "b.npz")]
 

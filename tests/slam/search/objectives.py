@@ -24,7 +24,7 @@ class Peaks:
     asked    every array of poses that was asked for
     """
 
-    levels = 1
+    levels, sharpness = 1, 1.0
 
     def __init__(self, tops, heights=None, width: Any = WIDTH, known=True):
         self.tops = np.atleast_2d(np.asarray(tops, dtype=float))

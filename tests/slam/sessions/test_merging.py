@@ -49,6 +49,9 @@ def around(height: float) -> np.ndarray:
     return np.array(rows)
 
 
+LATER = 1000.0  # s: the other session is a recording of its own
+
+
 @cache
 def drive(alike: bool) -> Session:
     """At its true poses."""
@@ -80,7 +83,7 @@ def door(x: float, y: float, until: float) -> RememberedDoor:
 
 def test_the_other_map_is_found_tied_and_bent_while_the_first_one_stays() -> None:
     whole = drive(alike=False)
-    first, other = part(whole, 0, 140), bent(part(whole, 60, 250))
+    first, other = part(whole, 0, 140), bent(part(whole, 60, 250, LATER))
     result = merged(first, other)
     np.testing.assert_array_equal(result.session.poses[:140], first.poses)
     rigid = compose(result.place, other.poses)
@@ -95,7 +98,7 @@ def test_the_other_map_is_found_tied_and_bent_while_the_first_one_stays() -> Non
 
 def test_where_the_map_looks_alike_from_several_sides_the_places_are_named() -> None:
     whole = drive(alike=True)
-    first, other = part(whole, 0, 160), part(whole, 60, 260)
+    first, other = part(whole, 0, 160), part(whole, 60, 260, LATER)
     with pytest.raises(InputError, match=r"several places: .* --at .* or --at "):
         merged(first, other)
     given = merged(first, other, Pose2(0.1, -0.1, 0.03))
@@ -108,7 +111,7 @@ def test_maps_that_do_not_overlap_are_refused() -> None:
     with pytest.raises(InputError, match="do not overlap enough: of 3 stretches"):
         merged(part(whole, 0, 60), part(whole, 110, 170))
     with pytest.raises(InputError, match="do not overlap enough"):
-        merged(part(whole, 0, 60), part(whole, 0, 60), Pose2(30.0, 30.0))
+        merged(part(whole, 0, 60), part(whole, 0, 60, LATER), Pose2(30.0, 30.0))
 
 
 def test_a_stretch_that_was_seen_through_walls_is_contradicted() -> None:
@@ -149,3 +152,12 @@ def test_recordings_of_unix_time_follow_each_other() -> None:
     both = merged(later, earlier).session
     assert both.recordings.tolist() == [0] * 190 + [1] * 140
     assert (np.diff(both.times) > 0).all()
+
+
+def test_a_scan_that_both_have_is_kept_once() -> None:
+    whole = drive(alike=False)
+    first = part(whole, 0, 140)
+    both = merged(first, bent(part(whole, 60, 250))).session
+    assert sorted(both.times.tolist()) == whole.times[:250].tolist()
+    with pytest.raises(InputError, match="all its scans are in the first one already"):
+        merged(first, part(whole, 60, 100))
