@@ -58,12 +58,19 @@ class ViewpointNetwork(nn.Module):
         """Logits (n, v) and values (n,)."""
         kept = given.fit.float()[..., None]
         views = self.view(given.views) * kept
-        around = _pooled(views, kept)[:, None].expand(-1, views.shape[1], -1)
-        logits = self.logit(self.mixed(torch.cat([views, around], dim=-1)))[..., 0]
+        logits = self.logit(self._mixed(views, _pooled(views, kept)))[..., 0]
         early = self.exploring[0] + self.exploring[1] * given.views[..., ELAPSED]
         planned = given.views[..., SHORT_SIGHTED] + given.views[..., EXPLORING] * early
         logits = logits + self.bias * planned
         return logits.masked_fill(~given.fit, FAR), self.value(_pooled(given.views, kept))[..., 0]
+
+    def _mixed(self, views: Tensor, around: Tensor) -> Tensor:
+        """(n, v, WIDTH) each viewpoint (n, v, WIDTH) with what is around it (n, 2 WIDTH): the layer
+        of both in a row, but the part of `around` is computed once for all viewpoints."""
+        layer = self.mixed[0]
+        own, shared = layer.weight.split((WIDTH, 2 * WIDTH), dim=1)
+        shift = nn.functional.linear(around, shared, layer.bias)
+        return self.mixed[1](nn.functional.linear(views, own) + shift[:, None])
 
 
 def _pooled(rows: Tensor, kept: Tensor) -> Tensor:
