@@ -68,6 +68,7 @@ class ViewpointNetwork(nn.Module):
         """(n, v, WIDTH) each viewpoint (n, v, WIDTH) with what is around it (n, 2 WIDTH): the layer
         of both in a row, but the part of `around` is computed once for all viewpoints."""
         layer = self.mixed[0]
+        assert isinstance(layer, nn.Linear)
         own, shared = layer.weight.split((WIDTH, 2 * WIDTH), dim=1)
         shift = nn.functional.linear(around, shared, layer.bias)
         return self.mixed[1](nn.functional.linear(views, own) + shift[:, None])
