@@ -9,12 +9,12 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.motion.gaussian import GaussianMotion
 from slam.motion.long_errors import LONG, LongErrors
+from slam.motion.measured import measured
 from slam.motion.systematic import BIAS_REST, Systematic
 from slam.validation import instance, positive_number
 
 MIN_DISTANCE = 0.02  # m, at least, that an error of the heading is divided by to give a rate
 MIN_VARIANCE = 1e-9  # m^2, of a distance
-MIN_INFORMATION_SHARE = 0.1  # of the prediction, that a scan adds about a distance to learn from
 
 
 class AdaptiveOdometry:
@@ -118,9 +118,7 @@ class AdaptiveOdometry:
         along = np.array(self._turned(displacement)[:2]) / driven
         variance = max(float(along @ covariance[:2, :2] @ along), MIN_VARIANCE)
         before = float(self.deviations(displacement)[0]) ** 2
-        information = 1.0 / variance - 1.0 / before
-        if information * before < MIN_INFORMATION_SHARE:
-            return
         predicted = self.systematic.scale.factor * driven
-        measured = predicted + (float(along @ found[:2]) - predicted) / (variance * information)
-        self.systematic.scale.learn(driven, measured, 1.0 / information + before)
+        scan = measured(float(along @ found[:2]) - predicted, variance, before)
+        if scan is not None:
+            self.systematic.scale.learn(driven, predicted + scan[0], scan[1] + before)

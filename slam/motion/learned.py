@@ -9,9 +9,8 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.motion.gaussian import GaussianMotion
+from slam.motion.measured import measured
 from slam.validation import instance, number, positive_number
-
-MIN_INFORMATION_SHARE = 0.1  # of the prediction, that a scan adds about the heading to learn from
 
 
 class LearnedOdometry:
@@ -66,16 +65,14 @@ class LearnedOdometry:
         self.bias_covariance = self.bias_covariance + self._bias_noise * math.hypot(
             displacement.x, displacement.y
         )
-        information = 1.0 / covariance[2, 2] - 1.0 / before
-        if information * before < MIN_INFORMATION_SHARE:
+        error = math.remainder(found.theta - predicted.theta, math.tau)
+        scan = measured(error, covariance[2, 2], before)
+        if scan is None:
             return
-        error = math.remainder(found.theta - predicted.theta, math.tau) / (
-            covariance[2, 2] * information
-        )
         moved = _moved(displacement)
-        noise = 1.0 / information + self._remaining.deviations(displacement)[2] ** 2
+        noise = scan[1] + self._remaining.deviations(displacement)[2] ** 2
         gain = self.bias_covariance @ moved / (moved @ self.bias_covariance @ moved + noise)
-        self.bias = self.bias + gain * error
+        self.bias = self.bias + gain * scan[0]
         self.bias_covariance = self.bias_covariance - np.outer(gain, moved @ self.bias_covariance)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from slam.motion.measured import measured
+
 SCALE_DEVIATION = 0.1  # of the distances that the odometry reports, before anything is learned
 SCALE_DRIFT = 0.005  # random walk of their error within a metre
 MIN_SCALE_ERROR = 0.1  # smaller errors are not corrected
@@ -19,7 +21,6 @@ MIN_DRIVEN = 0.05  # m; errors of shorter ways are not of the distance
 EXACT = 1e-9  # rad^2, the least variance of a heading
 SLIP = 3.0  # standard deviations; larger errors are slips
 BIAS_DRIFT = math.radians(6.0)  # per m, random walk of the bias within a metre
-MIN_INFORMATION_SHARE = 0.1  # of the prediction, that a scan adds about the heading to learn from
 
 
 class DistanceScale:
@@ -77,12 +78,11 @@ class TurnBias:
         if driven < MIN_DRIVEN:
             return
         self.variance += BIAS_DRIFT**2 * driven
-        found = max(found, EXACT)
-        information = 1.0 / found - 1.0 / before
-        if information * before < MIN_INFORMATION_SHARE:
+        scan = measured(error, max(found, EXACT), before)
+        if scan is None:
             return
-        off = error / (found * information) + (self.correction - self.error) * driven
-        expected = self.variance * driven**2 + 1.0 / information + rest
+        off = scan[0] + (self.correction - self.error) * driven
+        expected = self.variance * driven**2 + scan[1] + rest
         if off**2 > SLIP**2 * expected:
             return
         gain = self.variance * driven / expected

@@ -72,6 +72,11 @@ class Check(NamedTuple):
     jump: Keyframe | None
 
     @property
+    def usual(self) -> float:
+        """The share of echoes that the map usually explains."""
+        return max(self.belief.explained, LEAST_USUAL)
+
+    @property
     def more(self) -> float:
         """The share of echoes that must be explained elsewhere, to be more than here."""
         more = max(MORE_EXPLAINED, self.proof.spreads * self.belief.spread)
@@ -80,8 +85,7 @@ class Check(NamedTuple):
     @property
     def least(self) -> float:
         """The share that must be explained there, to be as much as usual, too."""
-        usual = max(self.belief.explained, LEAST_USUAL)
-        return max(self.proof.explained * usual, self.more)
+        return max(self.proof.explained * self.usual, self.more)
 
     def gain(self, place: Place) -> float:
         """Nats a beam by which the scan fits better at another place."""
@@ -97,12 +101,11 @@ class Check(NamedTuple):
 
     def _strange_here(self) -> bool:
         """Whether the map explains so little of the scan at the believed place as is asked for."""
-        usual = max(self.belief.explained, LEAST_USUAL)
-        return self.here.agreement.explained <= self.proof.here * usual
+        return self.here.agreement.explained <= self.proof.here * self.usual
 
     def as_usual(self, explained: float) -> bool:
         """Whether the map explains about as much of a scan as usual."""
-        return explained > SINCE_EXPLAINED * max(self.belief.explained, LEAST_USUAL)
+        return explained > SINCE_EXPLAINED * self.usual
 
     def began(self, place: Place) -> Beginning:
         """How the scan with which the doubt began fits there."""
