@@ -43,9 +43,9 @@ def test_the_papers_bias_is_left_to_the_search() -> None:
     assert taught(PAPER, 100).corrected(drive) == drive
 
 
-@pytest.mark.parametrize("slip", [15.0, 90.0])
+@pytest.mark.parametrize("slip", [45.0, 90.0])
 def test_wheels_that_slip_once_are_no_bias(slip: float) -> None:
-    model = taught(0.0, 40)
+    model = taught(0.0, 3)
     model.learn(Pose2(0.1, 0.0, 0.0), Pose2(0.1, 0.0, math.radians(slip)), KNOWN)
     assert model.systematic.bias.correction == 0.0
 
@@ -59,7 +59,7 @@ def sparse(bias: float, every: int) -> Episode:
 
 
 @pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
-@pytest.mark.parametrize(("factor", "every"), [(3.0, 5), (2.0, 20)])
+@pytest.mark.parametrize(("factor", "every"), [(3.0, 10), (2.0, 20)])
 def test_a_robot_whose_odometry_turns_by_half_a_turn_between_scans(
     variant: str, factor: float, every: int
 ) -> None:
