@@ -27,7 +27,7 @@ from agents.viewpoints.table import (
 from dynslam_env.navigation.costmap import Costmap
 from dynslam_env.navigation.planner import plan
 from dynslam_env.patrol.place_doors import PlaceDoors
-from dynslam_env.patrol.questions import floor_costmap, middle
+from dynslam_env.patrol.questions import floor_costmap
 from dynslam_env.sensors.laser import Laser, Scanner
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.splits import SplitEpisode
@@ -89,7 +89,7 @@ def true_table(layout: Layout, radius: float) -> ViewpointTable:
 
 def doorways(layout: Layout) -> Array:
     """(d, 4) the true doorways, as in `ViewpointTable.doors`."""
-    rows = [[*middle(door), door.closed, door.width] for door in layout.doors]
+    rows = [[*door.middle, door.closed, door.width] for door in layout.doors]
     return np.array(rows).reshape(-1, 4)
 
 

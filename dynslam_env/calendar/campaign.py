@@ -30,6 +30,7 @@ from slam.validation import instance, number, positive, whole, within
 OPENS, CLOSES = 7.0, 19.0  # h, between which visits begin
 SPEED = 0.55  # m/s, of the robot along its path
 FROM_PEOPLE = 1.0  # m, from the robot's start to those of the people
+MINUTE, WEEK_HOURS = 60.0, 168  # s, h
 LONGEST = 60.0  # min, of a visit
 BUSY = (0.0,) * 7 + (0.2, 0.6, 0.8, 0.8, 0.7, 1.0, 0.8, 0.8, 0.7, 0.6, 0.3, 0.1) + (0.0,) * 5
 """Share of the people who are there in each hour of a working day; a fifth of it at weekends."""
@@ -147,6 +148,18 @@ class Campaign:
     def history(self, door: int) -> Runs:
         """What a door does in the course of the campaign."""
         return self.calendar.runs(door, self.begin, self.end)
+
+    def week(self, door: int) -> Array:
+        """(7, 24) share of the time in which a door is open, by weekday (from Monday) and hour,
+        UTC; NaN for hours that the campaign does not have."""
+        runs = self.history(door)
+        times = np.arange(self.begin, self.end, MINUTE) + 0.5 * MINUTE
+        at = np.searchsorted(runs.begin, times, side="right") - 1
+        hours = ((times - MONDAY_2026) // HOUR).astype(int) % WEEK_HOURS
+        count = np.bincount(hours, minlength=WEEK_HOURS).astype(float)
+        opened = np.bincount(hours, runs.state[at] == 1, WEEK_HOURS)
+        share = np.divide(opened, count, out=np.full(WEEK_HOURS, np.nan), where=count > 0)
+        return share.reshape(7, 24)
 
     def plan(self) -> list[Visit]:
         """All visits, in the order of time. The same campaign gives the same visits."""

@@ -65,13 +65,6 @@ def _reached(layout: Layout, radius: float) -> Bools:
     return reached(spec, kinds.astype(np.uint8), layout.start)
 
 
-def middle(door: Door) -> Array:
-    """(2,) m, the middle of the closed leaf."""
-    along = np.array([np.cos(door.closed), np.sin(door.closed)])
-    across = np.array([-along[1], along[0]])
-    return np.array(door.hinge) + 0.5 * (door.width * along - door.swing * door.thickness * across)
-
-
 class Questions:
     """The ways of one floor, and the regret of a belief about its doors.
 
@@ -156,7 +149,7 @@ class Questions:
 def _sides(door: Door) -> Array:
     """(2, 2) m, points on both sides of a doorway."""
     across = np.array([-np.sin(door.closed), np.cos(door.closed)]) * SIDE_DISTANCE
-    return np.array([middle(door) + across, middle(door) - across])
+    return np.array([door.middle + across, door.middle - across])
 
 
 def _distances(costs: Costmap, nodes: Array) -> Array:

@@ -47,6 +47,13 @@ class Door(NamedTuple):
         return x - way * math.cos(self.closed), y - way * math.sin(self.closed), self.closed
 
     @property
+    def middle(self) -> Array:
+        """(2,) m, the middle of the closed leaf."""
+        along = np.array([np.cos(self.closed), np.sin(self.closed)])
+        across = self.swing * self.thickness * np.array([-along[1], along[0]])
+        return np.array(self.hinge) + 0.5 * (self.width * along - across)
+
+    @property
     def corners(self) -> Array:
         """(4, 2) corners of the leaf, m, in its frame: origin at the hinge, x along the leaf."""
         w, t = self.width, -self.swing * self.thickness

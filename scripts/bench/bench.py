@@ -23,7 +23,7 @@ class BenchCommand:
     """paper: the paper's experiment; change: how much change each variant stands; worlds: all
     environments; faults: wheels that slip, a laser that lags, and others, and whether a variant
     knows that it is lost; sensors: lasers and robots as they are, an effect at a time; weeks: map
-    a building, come back on later days, one campaign a seed (writes table.md, no report); logs: a
+    a building, come back on later days, one campaign a seed (also writes table.md); logs: a
     folder of recorded logs (--logs); or a TOML file of your own."""
     variants: str | None = None
     """SLAM variants, separated by commas, or all. Default: those of the suite. The others are
@@ -37,6 +37,8 @@ class BenchCommand:
     """train, validation or test: the episodes of this split, which are the same for everybody."""
     difficulty: str | None = None
     """easy, medium or hard: the worlds are drawn anew for each episode."""
+    worlds: str | None = None
+    """Of the suite weeks: corridor or office. Default: both."""
     jobs: int = -1
     """Number of runs at the same time, each a process of one thread; -1: one per core."""
     out: Path | None = None

@@ -45,6 +45,8 @@ def run_bench(options: BenchCommand) -> int:
     one_of("difficulty", options.difficulty, (None, *DIFFICULTIES))
     if options.suite == WEEKS:
         return run_weeks(options)
+    if options.worlds is not None:
+        raise InputError("--worlds is an option of the suite `weeks`")
     suite = _suite(options).at(options.split, options.difficulty)
     variants = parse_variants(options.variants or ",".join(suite.variants))
     seeds = suite.seeds if options.seeds is None else options.seeds

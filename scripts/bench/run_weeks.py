@@ -22,8 +22,9 @@ from ..trials.pool import check_workers, results_of
 from ..trials.results import read_rows
 from ..trials.worker_process import WorkerProcesses
 from .suites import shipped
-from .weeks import LAYERED, PLACES, WeeksTrial, slam_variant
-from .weeks_table import table
+from .weeks import LAYERED, PLACES, WeeksTrial, slam_variant, world_name
+from .weeks_page import weeks_page
+from .weeks_table import markdown, weeks_tables
 
 if TYPE_CHECKING:
     from .bench import BenchCommand
@@ -51,22 +52,27 @@ def run_weeks(options: BenchCommand) -> int:
         raise InputError("the suite `weeks` runs on this machine: leave out --cluster")
     out = own_directory(options.out or Path("out") / f"bench-{NAME}")
     path = out / "results.jsonl"
-    trials = _trials(variants, range(first, first + seeds), options.limit)
+    names = {world_name(env): env for env in PLACES}
+    worlds = parse_selection("world", options.worlds or ",".join(names), list(names))
+    envs = [names[world] for world in worlds]
+    trials = _trials(envs, variants, range(first, first + seeds), options.limit)
     todo = missing(trials, path, options.resume, options.retry_failed, options.mixed)
     status = run_batch(lambda _: _results(options, todo), len(todo), out, "bench", "runs")
     if path.exists():
-        _write(path, variants, out)
+        _write(path, trials, variants, out)
     return status
 
 
-def _trials(variants: Sequence[str], seeds: range, limit: float) -> list[WeeksTrial]:
+def _trials(
+    envs: Sequence[str], variants: Sequence[str], seeds: range, limit: float
+) -> list[WeeksTrial]:
     """World by world and campaign by campaign, so that a bench that is stopped compares as many as
     it has."""
     builders = {name: shipped(slam_variant(name)) for name in variants}
     codes = {name: code_of(slam_variant(name))._asdict() for name in variants}
     return [
         WeeksTrial(env, name, seed, builders[name], limit, codes[name])
-        for env in PLACES
+        for env in envs
         for seed in seeds
         for name in variants
     ]
@@ -77,14 +83,16 @@ def _results(options: BenchCommand, todo: Sequence[WeeksTrial]) -> Iterator[Done
         yield from results_of(todo, options.jobs, processes)
 
 
-def _write(path: Path, variants: Sequence[str], out: Path) -> None:
-    """Write table.md of the campaigns that are finished, and print it."""
+def _write(path: Path, trials: Sequence[WeeksTrial], variants: Sequence[str], out: Path) -> None:
+    """Write table.md and report.html of the campaigns that are finished, and print the tables."""
     rows = read_rows(path)
-    text = table(rows, variants)
-    with replacing(out / "table.md") as file:
-        file.write(text.encode())
+    tables = weeks_tables(rows, variants)
+    text = markdown(tables)
+    for name, content in (("table.md", text), ("report.html", weeks_page(rows, tables, trials))):
+        with replacing(out / name) as file:
+            file.write(content.encode())
     print(text)
     failed = [row for row in rows if row["error"] is not None]
     for row in failed:
         print(f"failed: {row['variant']}, campaign {row['seed']}: {row['error']}")
-    print(f"{len(rows)} runs, {len(failed)} without a result; written to {out / 'table.md'}")
+    print(f"{len(rows)} runs, {len(failed)} without a result; look at {out / 'report.html'}")

@@ -6,6 +6,7 @@ Each later visit is placed without a start pose, and then treated in two ways:
 frozen  localised in the map of the first visits, which never changes
 living  mapped onto the session of all visits before, and added to it
 
+After the last visit, the week of each true door as it is remembered is kept for the page.
 A visit counts as placed rightly if the start found is within 0.3 m and 10 degrees of the true one.
 """
 
@@ -15,7 +16,7 @@ import io
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cloudpickle
@@ -35,12 +36,14 @@ from slam.metrics.episode_scorer import EpisodeScorer
 from slam.metrics.ghosts import Ghosts
 from slam.metrics.lost import is_wrong
 from slam.sessions.continuation import continued, empty, localiser
+from slam.sessions.door_memory import remembered
 from slam.sessions.pruning import grown
 from slam.sessions.redrawing import map_model_of
 from slam.sessions.relocalisation import certain, compared
 from slam.sessions.session import Session, session_of
 from slam.sessions.static_layer import of_what_stands
 
+from ..figures.door_weeks import learned_week
 from ..recordings.campaign import recorded
 from ..trials.jobs import Done, failure, file_name
 from ..trials.sources import digest, simulator
@@ -79,12 +82,11 @@ class WeeksTrial:
 
     def row(self) -> Result:
         """The part of the row that is known before the run."""
-        world = self.env.removeprefix("Door").removesuffix("-v0").lower()
         key = digest({"env": self.env, "seed": self.seed, "simulator": simulator()})
         return {
             "run": f"{key}-{file_name(self.variant)}", "suite": "weeks", "condition": ["world"],
-            "world": world, "variant": self.variant, "seed": self.seed, "episode": key,
-            "error": None, "code": self.code, **origin(),
+            "world": world_name(self.env), "variant": self.variant, "seed": self.seed,
+            "episode": key, "error": None, "code": self.code, **origin(),
         }  # fmt: skip
 
     def __call__(self) -> Done:
@@ -99,7 +101,8 @@ class WeeksTrial:
 
     def _scores(self) -> dict[str, Any]:
         begun = time.perf_counter()
-        plan = self.campaign().plan()
+        campaign = self.campaign()
+        plan, middles = campaign.plan(), [door.middle for door in campaign.building().doors]
         building = Building(self.variant, self.seed)
         for day in MAPPED:
             building.visit(recorded(self.env, plan[day], {}))
@@ -116,8 +119,14 @@ class WeeksTrial:
             **{f"living_{name}": value for name, value in _means(living).items()},
             "map_bytes": building.map_bytes,
             "session_bytes": _scan_bytes(building.session),
+            "weeks": [learned_week(building.session.doors, middle) for middle in middles],
             "seconds": time.perf_counter() - begun,
         }
+
+
+def world_name(env: str) -> str:
+    """The world of an environment's id, as in results and options."""
+    return env.removeprefix("Door").removesuffix("-v0").lower()
 
 
 def slam_variant(variant: str) -> str:
@@ -128,7 +137,7 @@ def slam_variant(variant: str) -> str:
 class Building:
     """What one robot knows of a building, visit by visit.
 
-    session    all visits that were placed, pruned
+    session    all visits that were placed, pruned, with the doors that are remembered
     grid       the map after the last of them
     map_bytes  of the map model in memory
     """
@@ -153,10 +162,11 @@ class Building:
                 return None
             robot = continued(known, self._variant, start, self._seed)
         done = run(robot, episode)
-        self.session = grown(self.session, session_of(episode, done.poses))
-        self.grid, self.map_bytes = done.grid, _map_bytes(robot)
-        if self._layered:
-            self.grid = layers(self.session.scans, self.session.poses).static_map()
+        session = grown(self.session, session_of(episode, done.poses))
+        made = layers(session.scans, session.poses, believed=None if self._layered else done.grid)
+        self.session = replace(session, doors=remembered(session, made.doors))
+        self.grid = made.static_map() if self._layered else done.grid
+        self.map_bytes = _map_bytes(robot)
         return done, start
 
     def localised(self, session: Session, episode: Episode) -> tuple[Run, Pose2] | None:

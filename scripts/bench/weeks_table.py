@@ -1,4 +1,4 @@
-"""The table of the suite `weeks`: scores of each map model, compared with the first one."""
+"""The tables of the suite `weeks`: scores of each map model, compared with the first one."""
 
 from __future__ import annotations
 
@@ -44,16 +44,45 @@ COSTS = (Column("map_bytes", "map, MB", 1e-6, 1), Column("seconds", "time, s", 1
 WAYS = ("frozen", "living")
 
 
-def table(rows: Sequence[Result], variants: Sequence[str]) -> str:
-    """Markdown of each world: for the frozen and the living map, the share of visits placed (mean)
-    and the scores (median over campaigns). Campaigns count that all variants have finished. *
-    differs from the first variant by Wilcoxon's signed rank test, at 5 % of false discoveries among
-    all comparisons of a world."""
+class WeeksTable(NamedTuple):
+    """The scores of one world, of the frozen or of the living map.
+
+    title     the world and the number of campaigns
+    headings  of the columns
+    rows      of text, one a variant
+    """
+
+    title: str
+    headings: list[str]
+    rows: list[list[str]]
+
+
+def weeks_tables(rows: Sequence[Result], variants: Sequence[str]) -> list[WeeksTable]:
+    """Of each world, for the frozen and the living map: the share of visits placed (mean) and the
+    scores (median over campaigns). Campaigns count that all variants have finished. * differs from
+    the first variant by Wilcoxon's signed rank test, at 5 % of false discoveries among all
+    comparisons of a world."""
     worlds = dict.fromkeys(row["world"] for row in rows)
-    return "\n".join(_of_world(world, rows, variants) for world in worlds)
+    return [table for world in worlds for table in _of_world(world, rows, variants)]
 
 
-def _of_world(world: str, rows: Sequence[Result], variants: Sequence[str]) -> str:
+def markdown(tables: Sequence[WeeksTable]) -> str:
+    """The tables as text."""
+    parts = []
+    for table in tables:
+        lines = [f"{table.title}\n"]
+        if table.rows:
+            lines += [_line(table.headings), "|---" * len(table.headings) + "|"]
+            lines += [_line([f"`{name}`", *cells]) for name, *cells in table.rows]
+        parts.append("\n".join([*lines, ""]))
+    return "\n".join(parts)
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _of_world(world: str, rows: Sequence[Result], variants: Sequence[str]) -> list[WeeksTable]:
     found = {
         (row["variant"], row["seed"]): row
         for row in rows
@@ -62,10 +91,12 @@ def _of_world(world: str, rows: Sequence[Result], variants: Sequence[str]) -> st
     seeds = sorted({seed for _, seed in found})
     seeds = [seed for seed in seeds if all((name, seed) in found for name in variants)]
     if not seeds:
-        return f"{world}: no campaign was finished by all variants\n"
+        return [WeeksTable(f"{world}: no campaign was finished by all variants", [], [])]
     marks = _marks(found, variants, seeds)
-    campaigns = f"{world}: {len(seeds)} campaigns\n"
-    return "\n".join([campaigns, *(_of_way(way, found, variants, seeds, marks) for way in WAYS)])
+    title = f"{world}, {{}} map: {len(seeds)} campaigns"
+    return [
+        WeeksTable(title.format(way), *_of_way(way, found, variants, seeds, marks)) for way in WAYS
+    ]
 
 
 def _of_way(
@@ -74,22 +105,20 @@ def _of_way(
     variants: Sequence[str],
     seeds: Sequence[int],
     marks: set[tuple[str, str]],
-) -> str:
+) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows."""
     columns = [*PLACED, *SCORES, *(COSTS if way == "living" else ())]
-    lines = [
-        f"| {way} | {' | '.join(column.title for column in columns)} |",
-        "|---" * (len(columns) + 1) + "|",
-    ]
+    rows = []
     for variant in variants:
-        cells = []
+        cells = [variant]
         for column in columns:
             name = column.name if column in COSTS else f"{way}_{column.name}"
             values = _values(found, variant, seeds, name)
             value = np.mean(values) if column in PLACED else median(values).value
             mark = "*" if (variant, name) in marks else ""
             cells.append(f"{column.scale * value:.{column.digits}f}{mark}")
-        lines.append(f"| `{variant}` | {' | '.join(cells)} |")
-    return "\n".join([*lines, ""])
+        rows.append(cells)
+    return [way, *(column.title for column in columns)], rows
 
 
 def _values(

@@ -9,14 +9,14 @@ from typing import Any
 import jinja2
 
 
-def filled_in(folder: Path, **content: Any) -> str:
-    """The template page.html of `folder` with `content`, and with page.css as `css`."""
+def filled_in(folder: Path, template: str = "page.html", **content: Any) -> str:
+    """A template of `folder` with `content`, and with page.css as `css`."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder), autoescape=True, undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     css = (folder / "page.css").read_text(encoding="utf-8")
-    return environment.get_template("page.html").render(css=css, **content)
+    return environment.get_template(template).render(css=css, **content)
 
 
 def json_for_script(value: Any) -> str:

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from slam.geometry import Array
 from slam.metrics.lost import Reliability, calibration_error
 
 from .style import (
@@ -73,6 +75,21 @@ def draw_week(axes: Axes, week: dict[str, Any], title: str = "") -> None:
     plain_axes(axes)
     bar = axes.figure.colorbar(mesh, ax=axes, pad=0.01)
     bar.ax.tick_params(labelsize=SMALL)
+
+
+def draw_hours(axes: Axes, week: dict[str, Any] | Array | None, title: str) -> None:
+    """A small heat map of hours (columns) by weekdays (rows), from white (0) to dark (1): rates
+    (7, 24), or of a week of `DoorForecast.to_dict` those of the hours that were watched; grey where
+    there is none."""
+    if isinstance(week, dict):
+        week = np.where(np.array(week["watched_hours"]) > 0, np.array(week["rate"]), np.nan)
+    rate = np.ma.masked_invalid(np.full((7, 24), np.nan) if week is None else week)
+    colours = colormaps[COLOUR_MAP].with_extremes(bad=FAINT)
+    axes.imshow(rate, cmap=colours, vmin=0.0, vmax=1.0, aspect="auto", extent=(0, 24, 7, 0))
+    axes.set_xticks(range(0, 25, 3))
+    axes.set_yticks(np.arange(7) + 0.5, DAYS)
+    axes.tick_params(labelsize=SMALL - 2.0)
+    axes.set_title(title, fontsize=SMALL)
 
 
 def _draw_reliability(axes: Axes, calibrations: Sequence[Calibration]) -> None:

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
 
 from slam.layers.doors import MappedDoor
 
 from ..console.output import write_png
-from ..figures.style import FAINT, SMALL, blank_figure
-from ..figures.week_figure import COLOUR_MAP, DAYS
+from ..figures.style import SMALL, blank_figure
+from ..figures.week_figure import draw_hours
 
 PICTURE = "doors-week.png"
 MAX_DOORS = 12  # that are drawn
@@ -35,7 +33,7 @@ def write_weeks(
     axes = figure.subplots(len(drawn), 1, squeeze=False).ravel().tolist()
     for axis, (k, week) in zip(axes, drawn, strict=True):
         x, y = doors[k].ends.mean(axis=0)
-        _draw(axis, week, f"P(open) of door {k + 1} at ({x:.1f}, {y:.1f})")
+        draw_hours(axis, week, f"P(open) of door {k + 1} at ({x:.1f}, {y:.1f})")
     axes[-1].set_xlabel(f"hour ({drawn[0][1]['timezone']}); grey: never seen", fontsize=SMALL)
     write_png(figure, folder / PICTURE)
     return [PICTURE]
@@ -43,14 +41,3 @@ def write_weeks(
 
 def _days(week: dict[str, Any]) -> int:
     return int((np.array(week["watched_hours"]) > 0).any(axis=1).sum())
-
-
-def _draw(axes: Axes, week: dict[str, Any], title: str) -> None:
-    """Hours (columns) by weekdays (rows), from white (never open) to dark."""
-    rate = np.ma.masked_where(np.array(week["watched_hours"]) == 0, np.array(week["rate"]))
-    colours = colormaps[COLOUR_MAP].with_extremes(bad=FAINT)
-    axes.imshow(rate, cmap=colours, vmin=0.0, vmax=1.0, aspect="auto", extent=(0, 24, 7, 0))
-    axes.set_xticks(range(0, 25, 3))
-    axes.set_yticks(np.arange(7) + 0.5, DAYS)
-    axes.tick_params(labelsize=SMALL - 2)
-    axes.set_title(title, fontsize=SMALL)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from dynslam_cli.bench import weeks
 from dynslam_cli.bench.weeks import Building, WeeksTrial, visit_scores
-from dynslam_cli.bench.weeks_table import table
+from dynslam_cli.bench.weeks_table import markdown, weeks_tables
 from dynslam_cli.main import status
+from dynslam_cli.trials.results import read_rows
 
 from agents import record_corridor
 from slam.episode import Episode
@@ -94,12 +95,24 @@ def test_the_table_compares_whole_campaigns():
     rows = [row("a-ml", k, 0.10 + 0.001 * k) for k in range(12)]
     rows += [row("b-ml", k, 0.02 + 0.0015 * k, frozen_ate=None) for k in range(11)]
     rows.append(row("b-ml", 11, 0.0, error="died"))
-    text = table(rows, ["a-ml", "b-ml"])
-    assert text.startswith("corridor: 11 campaigns\n")
+    text = markdown(weeks_tables(rows, ["a-ml", "b-ml"]))
+    assert text.startswith("corridor, frozen map: 11 campaigns\n")
     frozen = next(line for line in text.splitlines() if line.startswith("| `b-ml`"))
     cells = [cell.strip() for cell in frozen.split("|")[2:-1]]
     assert cells == ["100.0", "0.0", "0.0", "2.75*", "inf*", "0.900", "0.1000", "1.00"]
-    assert "no campaign was finished" in table(rows, ["a-ml", "c-ml"])
+    assert "no campaign was finished" in weeks_tables(rows, ["a-ml", "c-ml"])[0].title
+
+
+def test_the_page_has_the_calendar_of_each_door(short, tmp_path, capsys):
+    options = ["--variants", "static-ml", "--seeds", "1", "--first", "7", "--jobs", "1"]
+    out = ["--worlds", "corridor", "--out", str(tmp_path)]
+    assert status(["bench", "weeks", *options, *out]) == 0
+    assert "| `static-ml` | 100.0" in capsys.readouterr().out
+    page = (tmp_path / "report.html").read_text()
+    assert "Doors of corridor, campaign 7, as static-ml remembers" in page
+    assert page.count("data:image/png;base64,") == 1
+    (result,) = read_rows(tmp_path / "results.jsonl")
+    assert len(result["weeks"]) == 8
 
 
 def test_what_cannot_be_is_told(tmp_path, capsys):
@@ -108,3 +121,7 @@ def test_what_cannot_be_is_told(tmp_path, capsys):
     assert "continued by a variant" in capsys.readouterr().err
     assert status(["bench", "weeks", "--cluster", "tcp://nowhere:1", *out]) == 2
     assert "--cluster" in capsys.readouterr().err
+    assert status(["bench", "weeks", "--worlds", "loop", *out]) == 2
+    assert "corridor, office" in capsys.readouterr().err
+    assert status(["bench", "paper", "--worlds", "corridor", *out]) == 2
+    assert "suite `weeks`" in capsys.readouterr().err
