@@ -93,9 +93,10 @@ def _of_world(world: str, rows: Sequence[Result], variants: Sequence[str]) -> li
     if not seeds:
         return [WeeksTable(f"{world}: no campaign was finished by all variants", [], [])]
     marks = _marks(found, variants, seeds)
-    title = f"{world}, {{}} map: {len(seeds)} campaigns"
+    campaigns = f"{len(seeds)} campaign{'s' * (len(seeds) > 1)}"
     return [
-        WeeksTable(title.format(way), *_of_way(way, found, variants, seeds, marks)) for way in WAYS
+        WeeksTable(f"{world}, {way} map: {campaigns}", *_of_way(way, found, variants, seeds, marks))
+        for way in WAYS
     ]
 
 
