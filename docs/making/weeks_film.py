@@ -104,8 +104,8 @@ def _draw_map(axes: Axes, day: Day) -> None:
     for one in day.doors:
         axes.plot(*one.door.ends.T, color="#0050d0", linewidth=2.0)
     for k, middle in enumerate(MIDDLES, 1):
-        axes.annotate(str(k), tuple(middle), xytext=(4, 4), textcoords="offset points", color="#0050d0",
-                      weight="bold", path_effects=HALO)  # fmt: skip
+        axes.annotate(str(k), tuple(middle), xytext=(4, 4), textcoords="offset points",
+                      color="#0050d0", weight="bold", path_effects=HALO)  # fmt: skip
     seen = spec.centres(np.argwhere(~day.made.unknown))
     (left, low), (right, high) = seen.min(axis=0) - MARGIN, seen.max(axis=0) + MARGIN
     axes.set(xlim=(left, right), ylim=(low, high))
