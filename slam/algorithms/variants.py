@@ -81,7 +81,7 @@ def maximum_likelihood(
 ) -> Builder:
     """A builder of maximum likelihood SLAM; parts not given are those of `MAP-ml`."""
 
-    def build(start: Pose2, rng: np.random.Generator) -> Slam:
+    def build(start: Pose2, rng: np.random.Generator | None = None) -> MaximumLikelihood:
         return MaximumLikelihood(
             start,
             rng,
@@ -91,10 +91,9 @@ def maximum_likelihood(
             search=search(),
             registration=registration,
             watch=watch(),
-            again=None if watch is nobody else SecondStart(),
         )
 
-    return build
+    return build if watch is nobody else partial(_twice, build)
 
 
 def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> Builder:
@@ -111,11 +110,19 @@ def graph_slam(
 ) -> Builder:
     """A builder of graph SLAM with a map model for the global map."""
 
-    def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        again = None if watch is nobody else SecondStart()
-        return GraphSlam(start, rng, map_model=map_model, watch=watch(), again=again)
+    def build(start: Pose2, rng: np.random.Generator | None = None) -> GraphSlam:
+        return GraphSlam(start, rng, map_model=map_model, watch=watch())
 
-    return build
+    return build if watch is nobody else partial(_twice, build)
+
+
+def _twice(
+    build: Callable[..., MaximumLikelihood | GraphSlam], start: Pose2, rng: np.random.Generator
+) -> Slam:
+    """What `build` makes, with a second start."""
+    slam = build(start, rng)
+    slam.again = SecondStart(partial(build, start))
+    return slam
 
 
 def dead_reckoning(start: Pose2, rng: np.random.Generator) -> Slam:
