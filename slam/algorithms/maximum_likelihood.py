@@ -88,7 +88,7 @@ class MaximumLikelihood:
         self.watch = watch
         self.again = again
         self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
-        self._surroundings = self._own if surroundings is None else surroundings
+        self._searched = surroundings
         self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
         self.astray: Astray | None = None
 
@@ -269,9 +269,9 @@ class MaximumLikelihood:
         )
         self.place(origin @ astray.pose, FOUND_COVARIANCE)
 
-    def _own(self) -> Surroundings:
-        """The own map."""
-        return Surroundings(self._field, Pose2())
+    def _surroundings(self) -> Surroundings:
+        """The map in which a lost robot is searched for: this one, if no other was given."""
+        return Surroundings(self._field, Pose2()) if self._searched is None else self._searched()
 
     def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
         """Integrate the keyframe; returns the ids of the cells that may have changed."""
