@@ -14,15 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
+from dynslam_env.navigation.nearest import nearest
 from dynslam_env.navigation.regions import (
     EIGHT_NEIGHBOURS,
     FOUR_NEIGHBOURS,
     around,
     dilated,
-    distance_to,
+    extent,
+    near_to,
 )
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import GridSpec, OccupancyGrid
+from slam.kernel import kernel
 from slam.scan import Scan
 from slam.validation import positive, within
 
@@ -69,7 +72,8 @@ class Costmap(NamedTuple):
 
     kinds      (rows, cols) uint8, UNKNOWN, OPEN, TIGHT or OCCUPIED
     cost       (rows, cols) float64, of a metre there, 1 or more
-    clearance  (rows, cols) float64, m, from the cell's centre to the nearest occupied cell's border
+    clearance  (rows, cols) float64, m, from the cell's centre to the nearest occupied cell's
+               border; inf beyond the rows and columns of all cells that were observed
     swept      (rows, cols) bool, near changing cells: a path may cross these, but not end there
     """
 
@@ -95,10 +99,8 @@ def costmap(
     """
     spec, occupied, observed = coarse(grid, inflation.occupied_threshold)
     changing = _overlay(spec, occupied, beliefs, inflation.changing_threshold)
-    rows, cols = _cells_inside(spec, transform_points(pose, scan.points))
-    occupied[rows, cols] = observed[rows, cols] = True
-    rows, cols = _body(spec, pose, radius)
-    occupied[rows, cols], observed[rows, cols] = False, True
+    _mark(spec.cells(transform_points(pose, scan.points)), True, occupied, observed)
+    _mark(_body(spec, pose, radius), False, occupied, observed)
     return inflated(spec, occupied, observed, changing, radius, inflation)
 
 
@@ -111,15 +113,28 @@ def inflated(
     inflation: Inflation = Inflation(),
 ) -> Costmap:
     """The costmap of bool arrays (rows, cols) for a robot of `radius` m."""
-    cell = spec.resolution
-    clearance = distance_to(occupied, cell) - cell / 2
-    swept = distance_to(changing, cell) <= inflation.swept_distance
+    cell, here = spec.resolution, extent(occupied | observed)
+    clearance, cost = np.full(spec.shape, np.inf), np.ones(spec.shape)
+    room = nearest(occupied[here], cell)[0] - cell / 2
     near = radius + inflation.margin
-    kinds = np.where(observed, np.where(clearance < near, TIGHT, OPEN), UNKNOWN).astype(np.uint8)
-    kinds[occupied] = OCCUPIED
-    cost = 1.0 + inflation.weight * np.exp(-np.maximum(clearance - near, 0.0) / inflation.falloff)
+    clearance[here] = room
+    cost[here] = 1.0 + inflation.weight * np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)
+    swept = near_to(changing, cell, inflation.swept_distance)
     cost[swept] += inflation.swept_weight
-    return Costmap(spec, kinds, cost, clearance, swept)
+    return Costmap(spec, _kinds(occupied, observed, clearance, near), cost, clearance, swept)
+
+
+@kernel
+def _kinds(occupied, observed, clearance, near):
+    rows, cols = occupied.shape
+    kinds = np.full((rows, cols), UNKNOWN, np.uint8)
+    for row in range(rows):
+        for col in range(cols):
+            if occupied[row, col]:
+                kinds[row, col] = OCCUPIED
+            elif observed[row, col]:
+                kinds[row, col] = TIGHT if clearance[row, col] < near else OPEN
+    return kinds
 
 
 def nearer_than(occupied: NDArray[np.bool_], cell: float, distance: float) -> NDArray[np.bool_]:
@@ -140,13 +155,22 @@ def coarse(
     half = GridSpec(
         2 * spec.resolution, spec.row0 // 2, spec.col0 // 2, spec.rows // 2, spec.cols // 2
     )
-    occupied = grid.observed & (grid.occupied > threshold)
-    return half, _any_of_four(occupied), _any_of_four(grid.observed)
+    return half, *_any_of_four(grid.occupied, grid.observed, grid.occupied.dtype.type(threshold))
 
 
-def _any_of_four(fine: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    two = fine[::2] | fine[1::2]
-    return two[:, ::2] | two[:, 1::2]
+@kernel
+def _any_of_four(h, seen, threshold):
+    """(rows, cols) whether one of four cells was observed and has an h above the threshold, and
+    whether one was observed."""
+    shape = h.shape[0] // 2, h.shape[1] // 2
+    occupied, observed = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
+    for row in range(2 * shape[0]):
+        for col in range(2 * shape[1]):
+            if seen[row, col]:
+                observed[row >> 1, col >> 1] = True
+                if h[row, col] > threshold:
+                    occupied[row >> 1, col >> 1] = True
+    return occupied, observed
 
 
 def _overlay(
@@ -155,23 +179,34 @@ def _overlay(
     """Write the beliefs' prediction into changing cells of `occupied` and their neighbours.
 
     Returns these cells (rows, cols)."""
-    there, changing = beliefs.spec, dilated(_in_the_open(beliefs), EIGHT_NEIGHBOURS)
+    changes = np.zeros(spec.shape, dtype=np.bool_)
+    in_the_open = _in_the_open(beliefs)
+    if not in_the_open.any():
+        return changes
+    there, changing = beliefs.spec, dilated(in_the_open, EIGHT_NEIGHBOURS)
     rows = _counterpart(spec.row0, spec.rows, spec.resolution, there.row0, there.resolution)
     cols = _counterpart(spec.col0, spec.cols, spec.resolution, there.col0, there.resolution)
-    known_rows = (rows >= 0) & (rows < there.rows)
-    known_cols = (cols >= 0) & (cols < there.cols)
-    at, of = np.ix_(known_rows, known_cols), np.ix_(rows[known_rows], cols[known_cols])
-    predicted = beliefs.occupied[of] > threshold
-    occupied[at] = np.where(changing[of], predicted, occupied[at])
-    changes = np.zeros(spec.shape, dtype=np.bool_)
-    changes[at] = changing[of]
+    _predict(rows, cols, changing, beliefs.occupied > threshold, occupied, changes)
     return changes
+
+
+@kernel
+def _predict(rows, cols, changing, predicted, occupied, changes):
+    """Mark the cells whose counterparts change in `changes`, and write the prediction there."""
+    for i in range(len(rows)):
+        for j in range(len(cols)):
+            row, col = rows[i], cols[j]
+            known = 0 <= row < changing.shape[0] and 0 <= col < changing.shape[1]
+            if known and changing[row, col]:
+                occupied[i, j], changes[i, j] = predicted[row, col], True
 
 
 def _in_the_open(beliefs: Beliefs) -> NDArray[np.bool_]:
     """(rows, cols) changing cells that are not beside a wall: those at a hinge would make the
     doorway narrower than it is."""
     changed = beliefs.flips > 0
+    if not changed.any():
+        return changed
     solid = ~beliefs.observed | (~changed & (beliefs.occupied > 0.5))
     return changed & ~dilated(solid, FOUR_NEIGHBOURS)
 
@@ -184,27 +219,19 @@ def _counterpart(
     return np.floor(centres / other_cell).astype(np.int64) - other_start
 
 
-def _body(
-    spec: GridSpec, pose: Pose2, radius: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The cells whose centres the robot covers."""
-    reach = int(np.ceil(radius / spec.resolution))
-    offsets = np.arange(-reach, reach + 1)
-    centre = spec.cells(np.array([[pose.x, pose.y]]))[0]
-    rows, cols = np.meshgrid(centre[0] + offsets, centre[1] + offsets, indexing="ij")
-    cells = np.column_stack([rows.ravel(), cols.ravel()])
+def _body(spec: GridSpec, pose: Pose2, radius: float) -> NDArray[np.int64]:
+    """(n, 2) the cells whose centres the robot covers, and its own."""
+    reach = math.ceil(radius / spec.resolution)
+    centre = spec.cells(np.array([[pose.x, pose.y]]))
+    cells = centre + np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
     away = np.hypot(*(spec.centres(cells) - (pose.x, pose.y)).T)
-    covered = (away < radius - spec.resolution / 2) | (cells == centre).all(axis=1)
-    rows, cols = cells[covered].T
-    inside = _inside(spec, rows, cols)
-    return rows[inside], cols[inside]
+    return np.concatenate([cells[away < radius - spec.resolution / 2], centre])
 
 
-def _cells_inside(spec: GridSpec, points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    rows, cols = spec.cells(points).T
-    inside = _inside(spec, rows, cols)
-    return rows[inside], cols[inside]
-
-
-def _inside(spec: GridSpec, rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.bool_]:
-    return (rows >= 0) & (rows < spec.rows) & (cols >= 0) & (cols < spec.cols)
+@kernel
+def _mark(cells, are_occupied, occupied, observed):
+    """Set (rows, cols) `occupied` and `observed` of `cells` (n, 2), if they lie in the grid."""
+    for k in range(len(cells)):
+        row, col = cells[k]
+        if 0 <= row < occupied.shape[0] and 0 <= col < occupied.shape[1]:
+            occupied[row, col], observed[row, col] = are_occupied, True

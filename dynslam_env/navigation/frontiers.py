@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.costmap import OPEN, TIGHT, UNKNOWN, Costmap
+from dynslam_env.navigation.nearest import NONE, nearest
 from dynslam_env.navigation.planner import Plan
-from dynslam_env.navigation.regions import clusters, nearest_of
+from dynslam_env.navigation.regions import clusters, extent
 from slam.geometry import Array
+from slam.kernel import kernel
 
 GATE_DISTANCE = 0.4  # m, between a frontier and a reachable cell from which it is explored
 LOOK_BEYOND = 1.0  # m, from the centroid into the unknown
@@ -39,48 +42,104 @@ def frontiers(
     costmap: Costmap, plan: Plan, position: tuple[float, float], min_cells: int = 5
 ) -> list[Frontier]:
     """All frontiers of at least `min_cells` cells, for a robot at `position`, m."""
-    near, to = nearest_of(plan.reached, costmap.spec.resolution)
-    found = []
-    for here in clusters(frontier_cells(costmap), min_cells):
-        points = costmap.spec.centres(here)
-        away = np.hypot(*(points - position).T)
-        cell, length = _gate(here, plan, near, to)
-        size, centroid = len(here), points.mean(axis=0)
-        beyond = centroid + LOOK_BEYOND * _outward(here, costmap)
-        found.append(Frontier(size, centroid, beyond, cell, length, float(away.min())))
-    return found
+    groups = clusters(frontier_cells(costmap), min_cells)
+    gates = _Gates.of(plan, costmap.spec.resolution)
+    return [_frontier(cells, costmap, gates, position) for cells in groups]
+
+
+class _Gates(NamedTuple):
+    """The reachable cells nearest to each cell, of a plan.
+
+    plan  the plan
+    away  (rows, cols) m, to that cell
+    cell  (2, rows, cols) its row and column
+    """
+
+    plan: Plan
+    away: Array
+    cell: NDArray[np.int32]
+
+    @staticmethod
+    def of(plan: Plan, resolution: float) -> _Gates:
+        """Those within GATE_DISTANCE, and some beyond."""
+        away = np.full(plan.cost.shape, np.inf)
+        cell = np.full((2, *plan.cost.shape), NONE, dtype=np.int32)
+        here = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
+        corner = np.array([side.start for side in here])[:, None, None]
+        away[here], found = nearest(plan.reached[here], resolution)
+        cell[:, *here] = found + corner
+        return _Gates(plan, away, cell)
+
+    def best(self, cells: NDArray[np.int64]) -> tuple[tuple[int, int] | None, float]:
+        """Row and column of the reachable cell of least path cost near a frontier's cells (n, 2);
+        the path's length."""
+        row, col = _best(cells, self.away, self.cell, self.plan.cost)
+        if row == NONE:
+            return None, math.inf
+        return (row, col), float(self.plan.length[row, col])
+
+
+def _frontier(
+    cells: NDArray[np.int64], costmap: Costmap, gates: _Gates, position: tuple[float, float]
+) -> Frontier:
+    """The frontier of `cells` (n, 2)."""
+    points, size = costmap.spec.centres(cells), len(cells)
+    centroid = points.sum(axis=0) / size
+    cell, length = gates.best(cells)
+    beyond = centroid + LOOK_BEYOND * _outward(cells, costmap)
+    away = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
+    return Frontier(size, centroid, beyond, cell, length, float(away.min()))
 
 
 def frontier_cells(costmap: Costmap) -> NDArray[np.bool_]:
     """(rows, cols) free cells with an unknown one among their four neighbours."""
-    unknown = costmap.kinds == UNKNOWN
-    free = (costmap.kinds == OPEN) | (costmap.kinds == TIGHT)
-    beside = np.zeros_like(unknown)
-    beside[1:] |= unknown[:-1]
-    beside[:-1] |= unknown[1:]
-    beside[:, 1:] |= unknown[:, :-1]
-    beside[:, :-1] |= unknown[:, 1:]
-    return free & beside
+    return _beside_unknown(costmap.kinds)
+
+
+@kernel
+def _beside_unknown(kinds):
+    rows, cols = kinds.shape
+    found = np.zeros((rows, cols), np.bool_)
+    for row in range(rows):
+        for col in range(cols):
+            if kinds[row, col] == OPEN or kinds[row, col] == TIGHT:
+                found[row, col] = (
+                    (row > 0 and kinds[row - 1, col] == UNKNOWN)
+                    or (row + 1 < rows and kinds[row + 1, col] == UNKNOWN)
+                    or (col > 0 and kinds[row, col - 1] == UNKNOWN)
+                    or (col + 1 < cols and kinds[row, col + 1] == UNKNOWN)
+                )
+    return found
 
 
 def _outward(cells: NDArray[np.int64], costmap: Costmap) -> Array:
     """(2,) unit vector from a frontier's cells (n, 2) to the unknown cells beside them; zero where
     these lie on all sides."""
-    unknown = np.pad(costmap.kinds == UNKNOWN, 1)
-    total = np.zeros(2)
-    for row, col in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        total += unknown[tuple((cells + (1 + row, 1 + col)).T)].sum() * np.array([col, row])
-    return total / max(float(np.hypot(*total)), 1.0)
+    x, y = _towards_unknown(cells, costmap.kinds)
+    return np.array([x, y]) / max(float(np.hypot(x, y)), 1.0)
 
 
-def _gate(
-    cells: NDArray[np.int64], plan: Plan, near: Array, to: NDArray[np.int32]
-) -> tuple[tuple[int, int] | None, float]:
-    """The reachable cell of least path cost near a frontier's cells (n, 2); the path's length."""
-    rows, cols = cells[near[tuple(cells.T)] <= GATE_DISTANCE].T
-    if not len(rows):
-        return None, np.inf
-    gate_rows, gate_cols = to[0, rows, cols], to[1, rows, cols]
-    best = int(np.argmin(plan.cost[gate_rows, gate_cols]))
-    row, col = int(gate_rows[best]), int(gate_cols[best])
-    return (row, col), float(plan.length[row, col])
+@kernel
+def _towards_unknown(cells, kinds):
+    """Columns and rows, sum of the steps from `cells` to unknown ones among their neighbours."""
+    (rows, cols), x, y = kinds.shape, 0.0, 0.0
+    for k in range(len(cells)):
+        row, col = cells[k]
+        x += col + 1 < cols and kinds[row, col + 1] == UNKNOWN
+        x -= col > 0 and kinds[row, col - 1] == UNKNOWN
+        y += row + 1 < rows and kinds[row + 1, col] == UNKNOWN
+        y -= row > 0 and kinds[row - 1, col] == UNKNOWN
+    return x, y
+
+
+@kernel
+def _best(cells, away, gates, cost):
+    """Row and column of the gate of least cost, the first of several; NONE without one."""
+    best, found = np.inf, (NONE, NONE)
+    for k in range(len(cells)):
+        row, col = cells[k]
+        if away[row, col] <= GATE_DISTANCE:
+            gate = gates[0, row, col], gates[1, row, col]
+            if cost[gate] < best or found[0] == NONE:
+                best, found = cost[gate], (int(gate[0]), int(gate[1]))
+    return found

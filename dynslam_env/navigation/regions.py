@@ -1,18 +1,18 @@
-"""Regions of a raster: clusters of cells, dilation, and distances."""
+"""Regions of a raster: clusters of cells, and the cells around some."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
-from slam.geometry import Array
 from slam.kernel import kernel
 
 Bools = NDArray[np.bool_]
 Cells = NDArray[np.int64]
+Window = tuple[slice, slice]
 
 FOUR_NEIGHBOURS = np.array([(0, 1, 0), (1, 1, 1), (0, 1, 0)], dtype=np.bool_)
 EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.bool_)
@@ -29,57 +29,108 @@ def clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
 
 def loose_clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
     """The same, with gaps of up to two cells allowed within a cluster."""
-    return _parts(cells, dilated(cells, EIGHT_NEIGHBOURS), min_cells)
+    return _parts(cells, dilated(cells, EIGHT_NEIGHBOURS), min_cells) if cells.any() else []
 
 
 def dilated(cells: Bools, shape: Bools) -> Bools:
     """(rows, cols) `cells` and their neighbours, FOUR_NEIGHBOURS or EIGHT_NEIGHBOURS."""
-    found: Any = ndimage.binary_dilation(cells, shape)
-    return found
+    return around(cells, np.argwhere(shape) - 1)
 
 
-def distance_to(cells: Bools, resolution: float) -> Array:
-    """(rows, cols) m to the centre of the nearest of `cells`; inf if there is none."""
+def extent(cells: Bools, margin: int = 0) -> Window:
+    """The rows and columns that hold all `cells`, and `margin` more on each side; empty without a
+    cell."""
+    top, bottom, left, right = _extent(cells)
+    return slice(max(top - margin, 0), bottom + margin), slice(
+        max(left - margin, 0), right + margin
+    )
+
+
+@kernel
+def _extent(cells):
+    """The first row of `cells`, the one after the last; the columns likewise; zeros without any."""
+    (rows, cols), bottom, right = cells.shape, 0, 0
+    top, left = rows, cols
+    for row in range(rows):
+        for col in range(cols):
+            if cells[row, col]:
+                top, bottom = min(top, row), row + 1
+                left, right = min(left, col), max(right, col + 1)
+    return min(top, bottom), bottom, min(left, right), right
+
+
+def near_to(cells: Bools, resolution: float, distance: float) -> Bools:
+    """(rows, cols) whether the centre of one of `cells` is within `distance`, m."""
     if not cells.any():
-        return np.full(cells.shape, np.inf)
-    found: Any = ndimage.distance_transform_edt(~cells, sampling=resolution)
-    return found
+        return np.zeros_like(cells)
+    return around(cells, _offsets_within(resolution, distance))
+
+
+def _offsets_within(resolution: float, distance: float) -> Cells:
+    """(n, 2) rows and columns from a cell to those whose centres are within `distance`, m."""
+    reach = math.ceil(distance / resolution)
+    offsets = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
+    return offsets[np.sqrt(np.square(offsets * resolution).sum(axis=1)) <= distance]
 
 
 def around(cells: Bools, offsets: Cells) -> Bools:
     """(rows, cols) whether one of `cells` lies at one of `offsets` (n, 2), rows and columns, which
     are symmetric."""
-    return _stamped(np.argwhere(cells), offsets, np.zeros_like(cells))
+    return _stamped(cells, offsets, np.zeros_like(cells))
 
 
 @kernel
 def _stamped(cells, offsets, found):
     rows, cols = found.shape
-    for k in range(len(cells)):
-        for n in range(len(offsets)):
-            row, col = cells[k, 0] + offsets[n, 0], cells[k, 1] + offsets[n, 1]
-            if 0 <= row < rows and 0 <= col < cols:
-                found[row, col] = True
-    return found
-
-
-def nearest_of(cells: Bools, resolution: float) -> tuple[Array, NDArray[np.int32]]:
-    """(rows, cols) m to the nearest of `cells`, and (2, rows, cols) its row and column; inf and
-    zeros if there is none."""
-    if not cells.any():
-        return np.full(cells.shape, np.inf), np.zeros((2, *cells.shape), dtype=np.int32)
-    found: Any = ndimage.distance_transform_edt(~cells, sampling=resolution, return_indices=True)
+    for r in range(rows):
+        for c in range(cols):
+            if cells[r, c]:
+                for n in range(len(offsets)):
+                    row, col = r + offsets[n, 0], c + offsets[n, 1]
+                    if 0 <= row < rows and 0 <= col < cols:
+                        found[row, col] = True
     return found
 
 
 def _parts(cells: Bools, joined: Bools, min_cells: int) -> list[Cells]:
     """Those of `cells` in each 8-connected set of `joined`."""
-    labelled: Any = ndimage.label(joined, EIGHT_NEIGHBOURS)
-    labels = np.where(cells, labelled[0], 0)
-    sizes = np.bincount(labels.ravel())
-    found = []
-    for label, window in enumerate(ndimage.find_objects(labels), start=1):
-        if window is not None and sizes[label] >= min_cells:
-            here = np.argwhere(labels[window] == label)
-            found.append(here + [part.start for part in window])
-    return found
+    found, ends = _grouped(cells, joined)
+    least = max(min_cells, 1)
+    sides = pairwise([0, *ends.tolist()])
+    return [found.T[start:end] for start, end in sides if end - start >= least]
+
+
+@kernel
+def _grouped(cells, joined):
+    """(2, n) rows and columns of `cells`, by the 8-connected sets of `joined` that hold them, and
+    (sets,) the end of each set. Sets and cells are in the order of their rows, then columns."""
+    rows, cols = cells.shape
+    labels, stack = np.zeros((rows, cols), np.int32), np.empty(rows * cols, np.int32)
+    sizes, count = np.zeros(64, np.int64), 0
+    for row in range(rows):
+        for col in range(cols):
+            if not joined[row, col] or labels[row, col]:
+                continue
+            if count == len(sizes):
+                sizes = np.append(sizes, np.zeros_like(sizes))
+            count += 1
+            labels[row, col], stack[0], left = count, row * cols + col, 1
+            while left:
+                left -= 1
+                r, c = stack[left] // cols, stack[left] % cols
+                sizes[count - 1] += cells[r, c]
+                for i in range(max(r - 1, 0), min(r + 2, rows)):
+                    for j in range(max(c - 1, 0), min(c + 2, cols)):
+                        if joined[i, j] and not labels[i, j]:
+                            labels[i, j], stack[left] = count, i * cols + j
+                            left += 1
+    ends = np.cumsum(sizes[:count])
+    free = ends - sizes[:count]
+    found = np.empty((2, ends[-1] if count else 0), np.int64)
+    for row in range(rows):
+        for col in range(cols):
+            if labels[row, col] and cells[row, col]:
+                k = labels[row, col] - 1
+                found[0, free[k]], found[1, free[k]] = row, col
+                free[k] += 1
+    return found, ends

@@ -105,18 +105,65 @@ class DynamicMap:
 
     def beliefs(self, time: float) -> Beliefs:
         """The whole map as arrays, predicted for `time`, s."""
-        known, tiles = self.map, self.map.cells.tiles
-        grid = known.predicted(time)
-        age = known.since_start(time) - tiles.dense(known.last)
-        watched = np.maximum(tiles.dense(known.times).sum(axis=2), MIN_WATCH_TIME)
-        flips = tiles.dense(known.counts).sum(axis=2) / watched
-        return Beliefs(
-            grid.spec,
-            grid.occupied.astype(np.float32),
-            grid.observed,
-            np.where(grid.observed, age, np.inf).astype(np.float32),
-            flips.astype(np.float32),
+        known, cells, tiles = self.map, self.map.cells, self.map.cells.tiles
+        ids, places = _observed_cells(tiles.index, cells.observed.flat)
+        h, last, closing, opening, flips = _rates(ids, cells.occupied.flat, known.times.flat,
+                                                  known.counts.flat, known.last.flat,
+                                                  known.prior)  # fmt: skip
+        age = known.since_start(time) - last
+        left = np.exp(-(closing + opening) * np.maximum(age, 0))
+        stationary = closing / (closing + opening)
+        h = stationary + left * (h - stationary)
+        shape, prior = tiles.spec.shape, cells.prior
+        found = Beliefs(
+            tiles.spec,
+            np.full(shape, prior, np.float32),
+            np.zeros(shape, np.bool_),
+            np.full(shape, np.inf, np.float32),
+            np.zeros(shape, np.float32),
         )
+        for layer, values in zip(found[1:], (h, True, age, flips), strict=True):
+            layer.ravel()[places] = values
+        return found
+
+
+@kernel
+def _observed_cells(index, observed):
+    """(n,) ids of the observed cells, and their places in an array of all rows and columns."""
+    count = 0
+    for tile_row in range(index.shape[0]):
+        for tile_col in range(index.shape[1]):
+            first = index[tile_row, tile_col] << (2 * SHIFT)
+            for k in range(first, first + (1 << (2 * SHIFT)) if first else 0):
+                count += observed[k]
+    ids, places, n = np.empty(count, np.int64), np.empty(count, np.int64), 0
+    for tile_row in range(index.shape[0]):
+        for tile_col in range(index.shape[1]):
+            first = index[tile_row, tile_col] << (2 * SHIFT)
+            for k in range(first, first + (1 << (2 * SHIFT)) if first else 0):
+                if observed[k]:
+                    row = (tile_row << SHIFT) + ((k >> SHIFT) & MASK)
+                    col = (tile_col << SHIFT) + (k & MASK)
+                    ids[n], places[n] = k, row * (index.shape[1] << SHIFT) + col
+                    n += 1
+    return ids, places
+
+
+@kernel
+def _rates(cells, occupied, times, counts, last, prior):
+    """(n,) of `cells`: h and the time of the last observation, rates of closing and opening as
+    `HMM.predicted` has them, 1/s, and observed changes per second."""
+    n, (changes, free_for, occupied_for) = len(cells), prior
+    h, seen, flips = (np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32))
+    closing, opening = np.empty(n), np.empty(n)
+    for k in range(n):
+        i = np.uint64(cells[k])
+        h[k], seen[k] = occupied[i], last[i]
+        closing[k] = (changes + counts[i, 1]) / (np.float32(free_for) + times[i, 0])
+        opening[k] = (changes + counts[i, 0]) / (np.float32(occupied_for) + times[i, 1])
+        watched = max(times[i, 0] + times[i, 1], np.float32(MIN_WATCH_TIME))
+        flips[k] = (np.float64(counts[i, 0]) + np.float64(counts[i, 1])) / watched
+    return h, seen, closing, opening, flips
 
 
 @kernel
