@@ -18,10 +18,9 @@ from dynslam_env.navigation.nearest import nearest
 from dynslam_env.navigation.regions import (
     EIGHT_NEIGHBOURS,
     FOUR_NEIGHBOURS,
-    around,
     dilated,
+    disc,
     extent,
-    near_to,
 )
 from slam.geometry import Array, Pose2, transform_points
 from slam.grid import GridSpec, OccupancyGrid
@@ -119,7 +118,7 @@ def inflated(
     near = radius + inflation.margin
     clearance[here] = room
     cost[here] = 1.0 + inflation.weight * np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)
-    swept = near_to(changing, cell, inflation.swept_distance)
+    swept = dilated(changing, disc(cell, inflation.swept_distance))
     cost[swept] += inflation.swept_weight
     return Costmap(spec, _kinds(occupied, observed, clearance, near), cost, clearance, swept)
 
@@ -141,10 +140,7 @@ def nearer_than(occupied: NDArray[np.bool_], cell: float, distance: float) -> ND
     """(rows, cols) whether the clearance, as in `inflated`, is less than `distance`, m.
 
     Where few cells are occupied, it takes a fraction of the time that all clearances take."""
-    reach = math.ceil(distance / cell + 0.5)
-    offsets = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
-    away = np.sqrt(np.square(offsets * cell).sum(axis=1)) - cell / 2
-    return around(occupied, offsets[away < distance])
+    return dilated(occupied, disc(cell, math.nextafter(distance, -math.inf), cell / 2))
 
 
 def coarse(

@@ -74,21 +74,29 @@ def reached(spec: GridSpec, kinds: Kinds, pose: Pose2) -> NDArray[np.bool_]:
 
 @kernel
 def _flood(row, col, kinds, found):
-    """Mark the cells to which the moves of `plan` lead."""
+    """Mark the cells to which the moves of `plan` lead: open ones in runs along the rows."""
     rows, cols = kinds.shape
-    stack = np.empty(rows * cols, dtype=np.int32)
-    stack[0], size = row * cols + col, 1
+    stack = np.empty((rows * cols, 2), dtype=np.int32)
+    stack[0, 0], stack[0, 1], size = row, col, 1
     found[row, col] = True
     while size:
         size -= 1
-        r, c = stack[size] // cols, stack[size] % cols
-        tight = kinds[r, c] != OPEN
+        r, first = stack[size]
+        last, tight = first, kinds[r, first] != OPEN
+        while not tight and first > 0 and kinds[r, first - 1] == OPEN and not found[r, first - 1]:
+            first -= 1
+            found[r, first] = True
+        while not tight and last + 1 < cols and kinds[r, last + 1] == OPEN:
+            if found[r, last + 1]:
+                break
+            last += 1
+            found[r, last] = True
         for i in range(max(r - 1, 0), min(r + 2, rows)):
-            for j in range(max(c - 1, 0), min(c + 2, cols)):
+            for j in range(max(first - 1, 0), min(last + 2, cols)):
                 enters = kinds[i, j] == OPEN or (tight and kinds[i, j] == TIGHT)
                 if enters and not found[i, j]:
                     found[i, j] = True
-                    stack[size] = i * cols + j
+                    stack[size, 0], stack[size, 1] = i, j
                     size += 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,9 @@ Bools = NDArray[np.bool_]
 Cells = NDArray[np.int64]
 Window = tuple[slice, slice]
 
-FOUR_NEIGHBOURS = np.array([(0, 1, 0), (1, 1, 1), (0, 1, 0)], dtype=np.bool_)
-EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.bool_)
+FOUR_NEIGHBOURS = np.array([0, 1, 0])
+EIGHT_NEIGHBOURS = np.array([1, 1, 1])
+"""Shapes around a cell: (2 k + 1,) columns to each side, in the rows from k before to k after."""
 
 
 def clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
@@ -32,9 +34,38 @@ def loose_clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
     return _parts(cells, dilated(cells, EIGHT_NEIGHBOURS), min_cells) if cells.any() else []
 
 
-def dilated(cells: Bools, shape: Bools) -> Bools:
-    """(rows, cols) `cells` and their neighbours, FOUR_NEIGHBOURS or EIGHT_NEIGHBOURS."""
-    return around(cells, np.argwhere(shape) - 1)
+def dilated(cells: Bools, shape: Cells) -> Bools:
+    """(rows, cols) `cells` and those around them, in a shape such as FOUR_NEIGHBOURS, or `disc`."""
+    return _dilated(cells, shape) if cells.any() else np.zeros_like(cells)
+
+
+@cache
+def disc(resolution: float, distance: float, border: float = 0.0) -> Cells:
+    """The shape of the cells whose centres are within `distance`, m, less `border` m."""
+    reach = math.ceil((distance + border) / resolution)
+    sides = np.square(np.arange(-reach, reach + 1) * resolution)
+    within = np.sqrt(sides[:, None] + sides) - border <= distance
+    return np.maximum((within.sum(axis=1) - 1) // 2, -1)
+
+
+@kernel
+def _dilated(cells, shape):
+    rows, cols = cells.shape
+    found, reach = np.zeros((rows, cols), np.bool_), len(shape) // 2
+    for row in range(rows):
+        col = 0
+        while col < cols:
+            if not cells[row, col]:
+                col += 1
+                continue
+            first = col
+            while col < cols and cells[row, col]:
+                col += 1
+            for k in range(len(shape)):
+                r, side = row + k - reach, shape[k]
+                if 0 <= r < rows and side >= 0:
+                    found[r, max(first - side, 0) : min(col + side, cols)] = True
+    return found
 
 
 def extent(cells: Bools, margin: int = 0) -> Window:
@@ -57,39 +88,6 @@ def _extent(cells):
                 top, bottom = min(top, row), row + 1
                 left, right = min(left, col), max(right, col + 1)
     return min(top, bottom), bottom, min(left, right), right
-
-
-def near_to(cells: Bools, resolution: float, distance: float) -> Bools:
-    """(rows, cols) whether the centre of one of `cells` is within `distance`, m."""
-    if not cells.any():
-        return np.zeros_like(cells)
-    return around(cells, _offsets_within(resolution, distance))
-
-
-def _offsets_within(resolution: float, distance: float) -> Cells:
-    """(n, 2) rows and columns from a cell to those whose centres are within `distance`, m."""
-    reach = math.ceil(distance / resolution)
-    offsets = np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
-    return offsets[np.sqrt(np.square(offsets * resolution).sum(axis=1)) <= distance]
-
-
-def around(cells: Bools, offsets: Cells) -> Bools:
-    """(rows, cols) whether one of `cells` lies at one of `offsets` (n, 2), rows and columns, which
-    are symmetric."""
-    return _stamped(cells, offsets, np.zeros_like(cells))
-
-
-@kernel
-def _stamped(cells, offsets, found):
-    rows, cols = found.shape
-    for r in range(rows):
-        for c in range(cols):
-            if cells[r, c]:
-                for n in range(len(offsets)):
-                    row, col = r + offsets[n, 0], c + offsets[n, 1]
-                    if 0 <= row < rows and 0 <= col < cols:
-                        found[row, col] = True
-    return found
 
 
 def _parts(cells: Bools, joined: Bools, min_cells: int) -> list[Cells]:

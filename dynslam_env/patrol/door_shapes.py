@@ -15,6 +15,8 @@ from slam.scan import Scan
 
 MIN_WIDTH, MAX_WIDTH = 0.75, 0.97  # m between jambs
 MAX_SPACING = 0.3  # m from an echo on a wall to the next, beside a gap
+LEAST_SQUARE = 0.99 * MIN_WIDTH**2  # m^2: beyond these two, no hypotenuse is needed
+MOST_SQUARE = 1.01 * (MAX_WIDTH + 2.0 * MAX_SPACING) ** 2
 WALL_TOLERANCE, WALL_SLOPE = 0.02, 0.05  # of a wall's echoes from its line: m, and per m from it
 WALL_REACH, MIN_WALL = 0.35, 0.18  # m, checked on each side of the gap; least wall found there
 MIN_RECESS = 0.04  # m, of a closed leaf behind the wall's face
@@ -63,6 +65,9 @@ def _suspects(ranges, bearings, sensor, longest):
         if ranges[i] < MAX_DISTANCE and count < n:
             for j in range(i + MIN_BEAMS + 1, n - 1):
                 if not ranges[j] < MAX_DISTANCE:
+                    continue
+                square = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2
+                if square < LEAST_SQUARE or square > MOST_SQUARE:
                     continue
                 width = np.hypot(x[j] - x[i], y[j] - y[i])
                 if width < MIN_WIDTH or width > MAX_WIDTH + 2.0 * MAX_SPACING:

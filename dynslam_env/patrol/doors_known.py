@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from dynslam_env.patrol.memory import CELL_SIZE, DynamicMap
@@ -18,7 +20,7 @@ class DoorsKnown:
     """Reads P(closed) of a layout's doors from the dynamic map."""
 
     def __init__(self, layout: Layout):
-        self._points = np.array([_points(door) for door in layout.doors]).reshape(-1, 2)
+        self._points = _points(layout.doors).reshape(-1, 2)
         self._shape = len(layout.doors), len(LEAF_SHARES), len(SIDE_CELLS)
 
     def near(self, memory: DynamicMap, time: float) -> Array:
@@ -50,10 +52,13 @@ def brier(near: Array, openings: Array) -> Array:
     return np.mean((closed(near) - (openings < CLOSED_ANGLE)) ** 2, axis=-1)
 
 
-def _points(door: Door) -> Array:
-    """(LEAF_SHARES, SIDE_CELLS, 2) m, points along the closed leaf and beside it."""
-    along = np.array([np.cos(door.closed), np.sin(door.closed)])
-    across = np.array([-along[1], along[0]])
-    middle = np.array(door.hinge) - 0.5 * door.swing * door.thickness * across
-    steps = (LEAF_SHARES * door.width)[:, None, None] * along
-    return middle + steps + (SIDE_CELLS * CELL_SIZE)[:, None] * across
+def _points(doors: Sequence[Door]) -> Array:
+    """(d, LEAF_SHARES, SIDE_CELLS, 2) m, points along the closed leaves and beside them."""
+    rows = [(*door.hinge, door.closed, door.swing, door.width, door.thickness) for door in doors]
+    x, y, closed, swing, width, thickness = np.array(rows, dtype=np.float64).reshape(-1, 6).T
+    along = np.column_stack([np.cos(closed), np.sin(closed)])
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    middle = np.column_stack([x, y]) - (0.5 * swing * thickness)[:, None] * across
+    steps = (width[:, None] * LEAF_SHARES)[:, :, None] * along[:, None]
+    beside = (SIDE_CELLS * CELL_SIZE)[:, None] * across[:, None]
+    return (middle[:, None] + steps)[:, :, None] + beside[:, None]

@@ -44,25 +44,26 @@ MAX_DRAWS = 10  # of two places with a way between them
 
 def floor_costmap(layout: Layout, radius: float, closed: Sequence[Door]) -> Costmap:
     """The costmap of a floor for a robot of `radius` m, with only these doors, which are closed."""
-    spec, occupied = _floor(layout, closed)
+    spec, walls, leaves = _floor(layout, closed)
+    occupied = walls | leaves
     return inflated(spec, occupied, np.ones_like(occupied), np.zeros_like(occupied), radius)
 
 
-def _floor(layout: Layout, closed: Sequence[Door]) -> tuple[GridSpec, Bools]:
-    """The grid of a floor, and (rows, cols) whether a wall or one of these doors is there."""
-    solids = np.concatenate([layout.walls, *(leaf(door, 0.0) for door in closed)])
-    ends = solids.reshape(-1, 2)
+def _floor(layout: Layout, closed: Sequence[Door]) -> tuple[GridSpec, Bools, Bools]:
+    """The grid of a floor, (rows, cols) whether a wall is there, and whether one of these doors."""
+    leaves = np.concatenate([np.empty((0, 4)), *(leaf(door, 0.0) for door in closed)])
+    ends = np.concatenate([layout.walls, leaves]).reshape(-1, 2)
     low, high = ends.min(axis=0), ends.max(axis=0)
     spec = GridSpec.around((low[0], low[1]), (high[0], high[1]), CELL)
-    return spec, rasterise(solids, spec)
+    return spec, rasterise(layout.walls, spec), rasterise(leaves, spec)
 
 
-def _reached(layout: Layout, radius: float) -> Bools:
-    """(rows, cols) the cells of a floor to which the robot can drive while all doors are open."""
-    spec, occupied = _floor(layout, closed=())
-    kinds = np.where(nearer_than(occupied, CELL, radius + Inflation().margin), TIGHT, OPEN)
-    kinds[occupied] = OCCUPIED
-    return reached(spec, kinds.astype(np.uint8), layout.start)
+def _reached(spec: GridSpec, walls: Bools, radius: float, start: Pose2) -> Bools:
+    """(rows, cols) the cells to which the robot can drive from its start among these walls."""
+    kinds = np.full(spec.shape, OPEN, np.uint8)
+    kinds[nearer_than(walls, CELL, radius + Inflation().margin)] = TIGHT
+    kinds[walls] = OCCUPIED
+    return reached(spec, kinds, start)
 
 
 class Questions:
@@ -76,9 +77,10 @@ class Questions:
     def __init__(self, layout: Layout, radius: float, rng: np.random.Generator):
         self._rng, self._doors = rng, len(layout.doors)
         self._layout, self._radius = layout, radius
-        there, (spec, occupied) = _reached(layout, radius), _floor(layout, layout.doors)
+        spec, walls, leaves = _floor(layout, layout.doors)
+        there = _reached(spec, walls, radius, layout.start)
         least = np.nextafter(radius + MARGIN, np.inf)  # the clearance must be more than this sum
-        wide = there & ~nearer_than(occupied, CELL, least)
+        wide = there & ~nearer_than(walls | leaves, CELL, least)
         cells = np.argwhere(wide if wide.any() else there)
         self._places = min(MAX_PLACES, len(cells))
         places = spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])

@@ -22,10 +22,13 @@ def tour(plan: FloorPlan, root: int) -> list[Point]:
     stops = [(MIDDLE, root), *_visit(plan, root, None)]
     if stops[-1] != (MIDDLE, root):
         stops.append((MIDDLE, root))
-    points = [_at(plan, stops[0])]
+    at = {stop: _at(plan, stop) for stop in set(stops)}
+    points = [at[stops[0]]]
     for before, stop in pairwise(stops):
-        corner = _corner(plan, before, stop)
-        points[-1:] = [corner] if corner else [points[-1], _at(plan, stop)]
+        corner = None
+        if MIDDLE not in (before[0], stop[0]) and before[1] == stop[1]:
+            corner = _corner(plan, at, before, stop)
+        points[-1:] = [corner] if corner else [points[-1], at[stop]]
     return points
 
 
@@ -51,12 +54,13 @@ def _at(plan: FloorPlan, stop: Stop) -> Point:
     return (left + right) / 2, (bottom + top) / 2
 
 
-def _corner(plan: FloorPlan, before: Stop, stop: Stop) -> Point | None:
-    """Intersection of the axes of two close doorways, m, which replaces the points before both."""
-    if MIDDLE in (before[0], stop[0]) or before[1] != stop[1]:
+def _corner(plan: FloorPlan, at: dict[Stop, Point], before: Stop, stop: Stop) -> Point | None:
+    """Intersection of the axes of two close doorways of a space, m, which replaces the points
+    before both."""
+    here, there = at[before], at[stop]
+    if math.dist(here, there) >= MIN_LEG_LENGTH:
         return None
-    here, there = _at(plan, before), _at(plan, stop)
     level = [plan.wall(plan.doorways[each[0]]).level for each in (before, stop)]
-    if math.dist(here, there) >= MIN_LEG_LENGTH or level[0] == level[1]:
+    if level[0] == level[1]:
         return None
     return (here[0], there[1]) if level[0] else (there[0], here[1])

@@ -106,10 +106,8 @@ class Temporal(Windowed):
     def grid_of(self, window: int) -> OccupancyGrid:
         """The map of one window alone (equation 6); unobserved cells have the prior."""
         tiles = self.cells.tiles
-        log_odds = Layer(np.float32, self.evidence.prior_log_odds, (AREA,))
-        observed = Layer(np.bool_, False, (AREA,))
-        log_odds.resize(tiles.used)
-        observed.resize(tiles.used)
+        log_odds = Layer(np.float32, self.evidence.prior_log_odds, (AREA,), tiles.used)
+        observed = Layer(np.bool_, False, (AREA,), tiles.used)
         last = self.last.flat[: tiles.used * AREA]
         _look_up(window, last, self._records, log_odds.flat, observed.flat)
         return OccupancyGrid(tiles.spec, probability(tiles.dense(log_odds)), tiles.dense(observed))

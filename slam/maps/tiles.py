@@ -31,12 +31,12 @@ class Layer:
     flat    (cells, ...) likewise
     """
 
-    def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...]):
+    def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...], slots: int):
         self.fill = fill
         self._area = shape[0] if shape else 1
-        self._memory = np.empty((INITIAL_SLOTS, *shape), dtype)
+        self._memory = np.empty((max(INITIAL_SLOTS, slots), *shape), dtype)
         self._used = 0
-        self.resize(0)
+        self.resize(slots)
 
     def resize(self, slots: int) -> None:
         """Set the number of slots; new ones are blank."""
@@ -107,9 +107,8 @@ class Tiles:
         self.free = np.zeros(0, np.int64)
         self.shared = False
         self._layers: list[Layer] = []
-        self._places = Layer(np.int32, 0, (2,))
-        self._references = Layer(np.int32, 0, ())
-        self._resize(1)
+        self._places = Layer(np.int32, 0, (2,), self.used)
+        self._references = Layer(np.int32, 0, (), self.used)
         self.references[0] = 1
 
     @property
@@ -139,8 +138,7 @@ class Tiles:
 
     def layer(self, dtype: DTypeLike, fill: float = 0, shape: tuple[int, ...] = (AREA,)) -> Layer:
         """Add a layer, which grows with the tiles; `shape` is that of the values of one tile."""
-        layer = Layer(dtype, fill, shape)
-        layer.resize(self.used)
+        layer = Layer(dtype, fill, shape, self.used)
         self._layers.append(layer)
         return layer
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -87,20 +88,12 @@ class Endpoint:
                 f"Endpoint.sigma may be {most:g} m at most with cells of {tiles.resolution:g} m, "
                 f"got {self.sigma:g}"
             )
-        h = np.clip(np.arange(256), field.H_MIN, field.H_MAX) / 255
-        log_f = np.linspace(math.log(h[-1]), math.log(h[0]), TABLE_SIZE)
-        transformed = np.log(self.z_hit * np.exp(log_f) + self.z_rand)
-        falloff = 0.5 * (tiles.resolution / self.sigma) ** 2
-        self._model = (
-            np.float32(falloff),
-            np.log(h).astype(np.float32),
-            transformed.astype(np.float32),
-        )
+        self._model = _tables(self.sigma, tiles.resolution, self.z_hit, self.z_rand)
         prior = min(max(round(255 * map_model.cells.prior), field.H_MIN), field.H_MAX)
         self._h_level = tiles.layer(np.uint8, prior)
         self._centroid = tiles.layer(np.int8, field.NO_CENTROID, (AREA, 2))
         self._stale = tiles.layer(np.bool_, shape=(BLOCKS**2,))
-        unknown = float(np.log(self.z_hit * h[prior] + self.z_rand))
+        unknown = float(np.log(self.z_hit * (prior / 255) + self.z_rand))
         self.set_field(tiles, tiles.layer(np.float32, unknown))
 
     def set_field(self, tiles: Tiles, layer: Layer) -> None:
@@ -193,3 +186,15 @@ class FrozenEndpoint:
         endpoint = Endpoint(*self._parameters)
         endpoint.set_field(*self._field.unpacked())
         return endpoint
+
+
+@cache
+def _tables(
+    sigma: float, resolution: float, z_hit: float, z_rand: float
+) -> tuple[np.float32, np.ndarray, np.ndarray]:
+    """The last arguments of `field.refresh`; the same for all maps of these parameters."""
+    h = np.clip(np.arange(256), field.H_MIN, field.H_MAX) / 255
+    log_f = np.linspace(math.log(h[-1]), math.log(h[0]), TABLE_SIZE)
+    transformed = np.log(z_hit * np.exp(log_f) + z_rand)
+    falloff = 0.5 * (resolution / sigma) ** 2
+    return np.float32(falloff), np.log(h).astype(np.float32), transformed.astype(np.float32)
