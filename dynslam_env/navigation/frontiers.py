@@ -43,52 +43,53 @@ def frontiers(
 ) -> list[Frontier]:
     """All frontiers of at least `min_cells` cells, for a robot at `position`, m."""
     groups = clusters(frontier_cells(costmap), min_cells)
-    gates = _Gates.of(plan, costmap.spec.resolution)
-    return [_frontier(cells, costmap, gates, position) for cells in groups]
+    if not groups:
+        return []
+    gates, ends = (
+        _Gates.of(plan, costmap.spec.resolution),
+        np.cumsum([len(here) for here in groups]),
+    )
+    columns = np.concatenate([here.T for here in groups], axis=1)
+    points = costmap.spec.centres(columns.T)
+    away = np.hypot(*(points - position).T)
+    found = []
+    for here, end in zip(groups, ends.tolist(), strict=True):
+        size, (cell, length) = len(here), gates.best(here)
+        centroid = points[end - size : end].sum(axis=0) / size
+        beyond = centroid + LOOK_BEYOND * _outward(here, costmap)
+        distance = float(away[end - size : end].min())
+        found.append(Frontier(size, centroid, beyond, cell, length, distance))
+    return found
 
 
 class _Gates(NamedTuple):
-    """The reachable cells nearest to each cell, of a plan.
+    """The reachable cells of a plan that are nearest to the cells around them.
 
-    plan  the plan
-    away  (rows, cols) m, to that cell
-    cell  (2, rows, cols) its row and column
+    plan    the plan
+    corner  row and column at which the arrays begin
+    away    (rows, cols) m, to the nearest reachable cell
+    cell    (2, rows, cols) its row and column, from the corner
     """
 
     plan: Plan
+    corner: tuple[int, int]
     away: Array
     cell: NDArray[np.int32]
 
     @staticmethod
     def of(plan: Plan, resolution: float) -> _Gates:
-        """Those within GATE_DISTANCE, and some beyond."""
-        away = np.full(plan.cost.shape, np.inf)
-        cell = np.full((2, *plan.cost.shape), NONE, dtype=np.int32)
-        here = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
-        corner = np.array([side.start for side in here])[:, None, None]
-        away[here], found = nearest(plan.reached[here], resolution)
-        cell[:, *here] = found + corner
-        return _Gates(plan, away, cell)
+        """Those of the cells within GATE_DISTANCE, and of some beyond."""
+        rows, cols = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
+        away, cell = nearest(plan.reached[rows, cols], resolution)
+        return _Gates(plan, (rows.start, cols.start), away, cell)
 
     def best(self, cells: NDArray[np.int64]) -> tuple[tuple[int, int] | None, float]:
         """Row and column of the reachable cell of least path cost near a frontier's cells (n, 2);
         the path's length."""
-        row, col = _best(cells, self.away, self.cell, self.plan.cost)
+        row, col = _best(cells, self.corner, self.away, self.cell, self.plan.cost)
         if row == NONE:
             return None, math.inf
         return (row, col), float(self.plan.length[row, col])
-
-
-def _frontier(
-    cells: NDArray[np.int64], costmap: Costmap, gates: _Gates, position: tuple[float, float]
-) -> Frontier:
-    """The frontier of `cells` (n, 2)."""
-    points, size = costmap.spec.centres(cells), len(cells)
-    centroid = points.sum(axis=0) / size
-    cell, length = gates.best(cells)
-    beyond = centroid + LOOK_BEYOND * _outward(cells, costmap)
-    away = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
-    return Frontier(size, centroid, beyond, cell, length, float(away.min()))
 
 
 def frontier_cells(costmap: Costmap) -> NDArray[np.bool_]:
@@ -133,13 +134,14 @@ def _towards_unknown(cells, kinds):
 
 
 @kernel
-def _best(cells, away, gates, cost):
+def _best(cells, corner, away, gates, cost):
     """Row and column of the gate of least cost, the first of several; NONE without one."""
     best, found = np.inf, (NONE, NONE)
     for k in range(len(cells)):
-        row, col = cells[k]
-        if away[row, col] <= GATE_DISTANCE:
-            gate = gates[0, row, col], gates[1, row, col]
+        row, col = cells[k, 0] - corner[0], cells[k, 1] - corner[1]
+        inside = 0 <= row < away.shape[0] and 0 <= col < away.shape[1]
+        if inside and away[row, col] <= GATE_DISTANCE:
+            gate = int(corner[0] + gates[0, row, col]), int(corner[1] + gates[1, row, col])
             if cost[gate] < best or found[0] == NONE:
-                best, found = cost[gate], (int(gate[0]), int(gate[1]))
+                best, found = cost[gate], gate
     return found

@@ -163,7 +163,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def time(self) -> float:
         """s since the episode began."""
-        return self.place.scan.time
+        return self.place.physics.time
 
     @property
     def robot(self) -> Robot:

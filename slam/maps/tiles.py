@@ -266,12 +266,26 @@ class Tiles:
 
     def dense(self, layer: Layer) -> np.ndarray:
         """A copy of a layer as one array (rows, cols, ...) of the grid `spec`."""
-        (rows, cols), shape = self.index.shape, layer.values.shape[2:]
-        tiles = layer.values.reshape(-1, TILE, TILE, *shape)
-        result = np.empty((rows, TILE, cols, TILE, *shape), tiles.dtype)
-        for row, slots in zip(result, self.index, strict=True):
-            row[:] = np.moveaxis(tiles[slots], 1, 0)
-        return result.reshape(rows * TILE, cols * TILE, *shape)
+        (rows, cols), values = self.index.shape, layer.values
+        result = np.empty((rows * TILE, cols * TILE, *values.shape[2:]), values.dtype)
+        if result.size:
+            source, target = (each.reshape(-1).view(np.uint8) for each in (values, result))
+            _spread(self.index, source, target)
+        return result
+
+
+@kernel
+def _spread(index, source, target):
+    """Copy the rows of cells of all tiles, as bytes, to where they lie in one array."""
+    rows, cols = index.shape
+    width = len(target) // (rows * cols * TILE)  # bytes of a row of a tile
+    for tile_row in range(rows):
+        for tile_col in range(cols):
+            first = index[tile_row, tile_col] * TILE
+            for row in range(TILE):
+                at = ((tile_row * TILE + row) * cols + tile_col) * width
+                start = (first + row) * width
+                target[at : at + width] = source[start : start + width]
 
 
 @kernel
