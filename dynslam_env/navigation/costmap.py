@@ -120,20 +120,14 @@ def inflated(
     cost[here] = 1.0 + inflation.weight * np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)
     swept = dilated(changing, disc(cell, inflation.swept_distance))
     cost[swept] += inflation.swept_weight
-    return Costmap(spec, _kinds(occupied, observed, clearance, near), cost, clearance, swept)
+    kinds = kinds_of(occupied, clearance < near)
+    kinds[~(observed | occupied)] = UNKNOWN
+    return Costmap(spec, kinds, cost, clearance, swept)
 
 
-@kernel
-def _kinds(occupied, observed, clearance, near):
-    rows, cols = occupied.shape
-    kinds = np.full((rows, cols), UNKNOWN, np.uint8)
-    for row in range(rows):
-        for col in range(cols):
-            if occupied[row, col]:
-                kinds[row, col] = OCCUPIED
-            elif observed[row, col]:
-                kinds[row, col] = TIGHT if clearance[row, col] < near else OPEN
-    return kinds
+def kinds_of(occupied: NDArray[np.bool_], tight: NDArray[np.bool_]) -> Kinds:
+    """(rows, cols) kinds of cells that all were observed, of those occupied and those too near."""
+    return np.where(occupied, OCCUPIED, np.where(tight, TIGHT, OPEN)).astype(np.uint8)
 
 
 def nearer_than(occupied: NDArray[np.bool_], cell: float, distance: float) -> NDArray[np.bool_]:

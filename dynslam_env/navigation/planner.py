@@ -92,12 +92,17 @@ def _flood(row, col, kinds, found):
             last += 1
             found[r, last] = True
         for i in range(max(r - 1, 0), min(r + 2, rows)):
+            before = False  # whether the cell before is open, and will find this one
             for j in range(max(first - 1, 0), min(last + 2, cols)):
-                enters = kinds[i, j] == OPEN or (tight and kinds[i, j] == TIGHT)
-                if enters and not found[i, j]:
+                is_open = kinds[i, j] == OPEN
+                if found[i, j] or not (is_open or (tight and kinds[i, j] == TIGHT)):
+                    before = False
+                    continue
+                if not (before and is_open):
                     found[i, j] = True
                     stack[size, 0], stack[size, 1] = i, j
                     size += 1
+                before = is_open
 
 
 @kernel

@@ -17,12 +17,10 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
 from dynslam_env.navigation.costmap import (
-    OCCUPIED,
-    OPEN,
-    TIGHT,
     Costmap,
     Inflation,
     inflated,
+    kinds_of,
     nearer_than,
 )
 from dynslam_env.navigation.planner import plan, reached
@@ -60,10 +58,8 @@ def _floor(layout: Layout, closed: Sequence[Door]) -> tuple[GridSpec, Bools, Boo
 
 def _reached(spec: GridSpec, walls: Bools, radius: float, start: Pose2) -> Bools:
     """(rows, cols) the cells to which the robot can drive from its start among these walls."""
-    kinds = np.full(spec.shape, OPEN, np.uint8)
-    kinds[nearer_than(walls, CELL, radius + Inflation().margin)] = TIGHT
-    kinds[walls] = OCCUPIED
-    return reached(spec, kinds, start)
+    near = nearer_than(walls, CELL, radius + Inflation().margin)
+    return reached(spec, kinds_of(walls, near), start)
 
 
 class Questions:
@@ -81,11 +77,11 @@ class Questions:
         there = _reached(spec, walls, radius, layout.start)
         least = np.nextafter(radius + MARGIN, np.inf)  # the clearance must be more than this sum
         wide = there & ~nearer_than(walls | leaves, CELL, least)
-        cells = np.argwhere(wide if wide.any() else there)
+        cells = np.flatnonzero(wide if wide.any() else there)
         self._places = min(MAX_PLACES, len(cells))
-        places = spec.centres(cells[rng.choice(len(cells), self._places, replace=False)])
-        sides = [_sides(door) for door in layout.doors]
-        self._nodes = np.concatenate([np.reshape(sides, (-1, 2)), places])
+        drawn = cells[rng.choice(len(cells), self._places, replace=False)]
+        places = spec.centres(np.column_stack(np.divmod(drawn, spec.cols)))
+        self._nodes = np.concatenate([_sides(layout.doors), places])
 
     @cached_property
     def _far(self) -> Array:
@@ -148,10 +144,12 @@ class Questions:
         return graph
 
 
-def _sides(door: Door) -> Array:
-    """(2, 2) m, points on both sides of a doorway."""
-    across = np.array([-np.sin(door.closed), np.cos(door.closed)]) * SIDE_DISTANCE
-    return np.array([door.middle + across, door.middle - across])
+def _sides(doors: Sequence[Door]) -> Array:
+    """(2 d, 2) m, points on both sides of each doorway."""
+    closed = np.array([door.closed for door in doors])
+    across = np.column_stack([-np.sin(closed), np.cos(closed)]) * SIDE_DISTANCE
+    middles = np.reshape([door.middle for door in doors], (-1, 2))
+    return np.stack([middles + across, middles - across], axis=1).reshape(-1, 2)
 
 
 def _distances(costs: Costmap, nodes: Array) -> Array:
