@@ -71,9 +71,9 @@ class LongPatrolEnv(DoorPatrolEnv):
     ) -> tuple[Observation, dict[str, Any]]:
         """See `DoorPatrolEnv`."""
         observation, info = super().reset(seed=seed, options=options)
-        layout = self.place.layout
-        self._asking = np.random.default_rng(np.frombuffer(layout.walls.tobytes(), np.uint32))
-        self._questions = Questions(layout, self.robot.radius, self._asking)
+        walls = self.place.layout.walls
+        self._asking = np.random.default_rng(np.frombuffer(walls.tobytes(), np.uint32))
+        self._questions: Questions | None = None  # the first step makes them
         return observation, info
 
     def step(
@@ -84,10 +84,13 @@ class LongPatrolEnv(DoorPatrolEnv):
         return observation, reward, ended, cut, info | {"regrets": self._regrets(info)}
 
     def _regrets(self, info: dict[str, Any]) -> list[float]:
+        if self._questions is None:
+            self._questions = Questions(self.place.layout, self.robot.radius, self._asking)
+        questions = self._questions
         count = self._asking.poisson(self.period / QUESTION_PERIOD)
         if not count or not len(info["door_angles"]):
             return []
         believed = closed(self._doors.near(self.patroller.memory, self.time))
         is_open = info["door_angles"] >= CLOSED_ANGLE
-        asked = [self._questions.regret(believed, is_open) for _ in range(count)]
+        asked = [questions.regret(believed, is_open) for _ in range(count)]
         return [lost for lost in asked if lost is not None]

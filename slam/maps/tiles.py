@@ -20,6 +20,7 @@ AREA = TILE * TILE  # cells of a tile
 MAX_TILES = 40_000  # that `Tiles.index` may span, allocated or not: a square of 640 m at 5 cm
 INITIAL_SLOTS = 16  # of a layer
 GROWTH = 2.0  # factor by which memory grows
+VIEWS = "values", "flat", "_cells"  # attributes of a layer, of its memory
 
 
 class Layer:
@@ -34,7 +35,7 @@ class Layer:
     def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...], slots: int):
         self.fill = fill
         self._area = shape[0] if shape else 1
-        self._memory = np.empty((max(INITIAL_SLOTS, slots), *shape), dtype)
+        self._set_memory(np.empty((max(INITIAL_SLOTS, slots), *shape), dtype))
         self._used = 0
         self.resize(slots)
 
@@ -45,23 +46,26 @@ class Layer:
             grown = np.empty((max(slots, int(GROWTH * have)), *self._memory.shape[1:]),
                              self._memory.dtype)  # fmt: skip
             grown[: self._used] = self.values
-            self._memory = grown
-        self._memory[self._used : slots] = self.fill
+            self._set_memory(grown)
+        self._memory[self._used : slots].fill(self.fill)
         self._used = slots
         self._view()
 
+    def _set_memory(self, memory: np.ndarray) -> None:
+        self._memory, self._cells = memory, memory.reshape(-1, *memory.shape[2:])
+
     def _view(self) -> None:
-        self.values = values = self._memory[: self._used]
-        self.flat = values.reshape(self._used * self._area, *values.shape[2:])
+        self.values, self.flat = self._memory[: self._used], self._cells[: self._used * self._area]
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy has the slots in use, and makes its views anew."""
-        own = {name: value for name, value in vars(self).items() if name not in ("values", "flat")}
+        own = {name: value for name, value in vars(self).items() if name not in VIEWS}
         return own | {"_memory": self._memory[: self._used]}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the views of a copy refer to its own memory."""
         self.__dict__.update(state)
+        self._set_memory(self._memory)
         self._view()
 
 
