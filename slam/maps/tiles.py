@@ -273,23 +273,24 @@ class Tiles:
         (rows, cols), values = self.index.shape, layer.values
         result = np.empty((rows * TILE, cols * TILE, *values.shape[2:]), values.dtype)
         if result.size:
-            source, target = (each.reshape(-1).view(np.uint8) for each in (values, result))
+            source, target = (each.reshape(-1).view(np.uint64) for each in (values, result))
             _spread(self.index, source, target)
         return result
 
 
 @kernel
 def _spread(index, source, target):
-    """Copy the rows of cells of all tiles, as bytes, to where they lie in one array."""
+    """Copy the rows of cells of all tiles, as words of 8 bytes, to where they lie in one array."""
     rows, cols = index.shape
-    width = len(target) // (rows * cols * TILE)  # bytes of a row of a tile
+    width = len(target) // (rows * cols * TILE)  # words of a row of a tile
     for tile_row in range(rows):
         for tile_col in range(cols):
             first = index[tile_row, tile_col] * TILE
             for row in range(TILE):
                 at = ((tile_row * TILE + row) * cols + tile_col) * width
                 start = (first + row) * width
-                target[at : at + width] = source[start : start + width]
+                for k in range(width):
+                    target[np.uint64(at + k)] = source[np.uint64(start + k)]
 
 
 @kernel
