@@ -64,7 +64,8 @@ def _dilated(cells, shape):
             for k in range(len(shape)):
                 r, side = row + k - reach, shape[k]
                 if 0 <= r < rows and side >= 0:
-                    found[r, max(first - side, 0) : min(col + side, cols)] = True
+                    for c in range(max(first - side, 0), min(col + side, cols)):
+                        found[r, c] = True
     return found
 
 
