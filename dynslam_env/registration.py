@@ -93,6 +93,7 @@ gymnasium.register(
 gymnasium.register(
     id=PATROLS[1],
     entry_point="dynslam_env.patrol.goals:DoorPatrolGoalsEnv",
+    vector_entry_point="dynslam_env.patrol.goals_vector:DoorPatrolGoalsVectorEnv",
     reward_threshold=REWARD_THRESHOLDS[PATROLS[1]],
 )
 gymnasium.register(

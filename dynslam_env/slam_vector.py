@@ -8,6 +8,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
 
 from dynslam_env.env import Observation
 from dynslam_env.reset_options import EpisodeOptions
@@ -82,7 +83,7 @@ class SlamVectorEnv(DoorWorldVectorEnv):
         self._runs[i] = SlamRun(self._build(view.pose), view, self._scan_every)
         self._show(i)
 
-    def _drive(self, which: Rows, commands: Array) -> Array:
+    def _drive(self, which: Rows, commands: NDArray[Any]) -> Array:
         rewards = super()._drive(which, commands)
         ends, last = self._batch.progress.ends, self._steps + 1 >= self._config.limit
         for i in which.tolist():

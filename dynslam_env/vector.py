@@ -181,15 +181,13 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
 
     def step(self, actions: NDArray[np.float32]) -> Stepped:
         """Drive all robots for one control step of 0.1 s; actions (n, 2)."""
-        commands = actions_of(actions, (self.num_envs, 2))
-        if not np.isfinite(commands[~self._over]).all():  # checked before any world is reset
-            raise InputError("actions are finite numbers from -1 to 1, got some that are not")
+        commands = self._commands(actions, ~self._over)  # checked before any world is reset
         stepped = self._ready()
         which = self._all if stepped.all() else np.flatnonzero(stepped)
         rewards = np.where(stepped, self._drive(which, commands), 0.0)
         self._steps[which] += 1
         terminated = self._batch.progress.ends.any(axis=1) & stepped
-        truncated = (self._steps >= self._config.limit) & stepped
+        truncated = self._truncated() & stepped
         over, infos = terminated | truncated, {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and over.any():
             infos, stepped = self._finish(over), stepped & ~over
@@ -215,7 +213,19 @@ class DoorWorldVectorEnv(gym.vector.VectorEnv[Observation, NDArray[np.float32], 
         """Stop the threads."""
         self._batch.close()
 
-    def _drive(self, which: Rows, commands: Array) -> Array:
+    def _commands(self, actions: NDArray[Any], driven: Bools) -> NDArray[Any]:
+        """The actions of all worlds, checked for those that are `driven` (n,); raises InputError
+        for wrong ones."""
+        commands = actions_of(actions, (self.num_envs, 2))
+        if not np.isfinite(commands[driven]).all():
+            raise InputError("actions are finite numbers from -1 to 1, got some that are not")
+        return commands
+
+    def _truncated(self) -> Bools:
+        """(n,) whether the time limit of an episode is reached."""
+        return self._steps >= self._config.limit
+
+    def _drive(self, which: Rows, commands: NDArray[Any]) -> Array:
         """Step worlds `which`; (n,) rewards."""
         self._batch.step(which, commands)
         return self._batch.progress.rewards

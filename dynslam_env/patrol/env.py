@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any, Unpack
 
 import gymnasium as gym
@@ -11,19 +10,17 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from dynslam_env.env import DoorWorldEnv
-from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
+from dynslam_env.patrol.snapshots import snapshot_of
 from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
 from slam.errors import InputError
-from slam.geometry import Pose2
-from slam.grid import OccupancyGrid
 from slam.interface import Slam
 
 Observation = dict[str, Any]
@@ -127,29 +124,9 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def snapshot(self) -> PatrolSnapshot:
         """What the robot knows now; its maps must be read before the next step."""
-        patroller, scan = self.patroller, self.place.scan
-
-        def read_map() -> OccupancyGrid:
-            self._check_current(patroller, scan.time)
-            return self.slam.map()
-
-        def read_beliefs() -> Beliefs:
-            self._check_current(patroller, scan.time)
-            return patroller.memory.beliefs(scan.time)
-
-        read_doors = partial(self._read_doors, patroller, scan.time)  # kept: it can be copied
-        return PatrolSnapshot(
-            scan.time, Pose2.of(self.slam.pose), patroller.estimate.covariance, scan,
-            self.robot, self.limits, self.period, read_map, read_beliefs, read_doors,
-        )  # fmt: skip
-
-    def _read_doors(self, patroller: Patroller, time: float) -> list[DoorBelief]:
-        self._check_current(patroller, time)
-        return patroller.memory.door_beliefs(time)
-
-    def _check_current(self, patroller: Patroller, time: float) -> None:
-        if self._patroller is not patroller or self.time != time:
-            raise RuntimeError("a snapshot's maps must be read before the environment's step")
+        return snapshot_of(
+            self.patroller, self.slam, self.place.scan, self.robot, self.patrol_config
+        )
 
     def door_beliefs(self) -> list[DoorBelief]:
         """What the robot believes now of each doorway that it suspects; none with `DynamicMap`."""
@@ -163,7 +140,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def time(self) -> float:
         """s since the episode began."""
-        return self.place.physics.time
+        return self.place.scan.time
 
     @property
     def robot(self) -> Robot:
@@ -199,12 +176,17 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             self.wrapped.estimate, self.place.scan, self.patrol_config.memory()
         )
         self._doors = DoorsKnown(self.place.layout)
-        return self._observation(), self._info(info) | {"collision": 0.0}
+        return self.observation(), self._info(info) | {"collision": 0.0}
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action for `hold` control steps."""
+        reward, info = self.advance(action)
+        return self.observation(), reward, False, False, info
+
+    def advance(self, action: NDArray[np.float32]) -> tuple[float, dict[str, Any]]:
+        """A step without its observation: reward and info."""
         patroller, patrol_config, info = self.patroller, self.patrol_config, {}
         command = patrol_config.commands(action, self.robot)
         for k in range(1, patrol_config.hold + 1):
@@ -215,7 +197,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         gains = patroller.gains(self.time)
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
-        return self._observation(), sum(terms.values()), False, False, told
+        return sum(terms.values()), told
 
     @property
     def scored(self) -> bool:
@@ -234,7 +216,8 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Close the window."""
         self.wrapped.close()
 
-    def _observation(self) -> Observation:
+    def observation(self) -> Observation:
+        """What the agent observes now."""
         return self.patroller.observation(self.place.scan, self.patrol_config.limits)
 
     def _info(self, info: dict[str, Any]) -> dict[str, Any]:

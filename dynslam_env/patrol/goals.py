@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Unpack
 
 import gymnasium as gym
@@ -10,24 +9,12 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from dynslam_env.navigation.blacklist import Blacklist
-from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
-from dynslam_env.navigation.pilot import REPLAN_PERIOD, Pilot
-from dynslam_env.navigation.planning_snapshot import planning_snapshot
 from dynslam_env.patrol.config import PatrolKeywords
 from dynslam_env.patrol.env import DoorPatrolEnv, Observation
-from dynslam_env.patrol.goal_options import (
-    FEATURES,
-    SLOTS,
-    GoalCandidate,
-    GoalOptions,
-    goal_options,
-)
-from dynslam_env.patrol.observation import observation_space
+from dynslam_env.patrol.goal_driver import Decision, GoalConfig, GoalDriver, goals_space, slots_of
+from dynslam_env.patrol.goal_options import SLOTS, GoalOptions
 from dynslam_env.reset_options import episode_options
 from dynslam_env.simulation.config import check_keywords
-from slam.errors import InputError
-from slam.validation import positive_number
 
 
 class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
@@ -102,7 +89,8 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     | `patience` | 4.0 s   | longest decision, a multiple of the period of 0.4 s                |
     | `budget`   | 100.0 s | time of an episode, likewise                                       |
 
-    To train on it, take the vector environments of stable-baselines3:
+    `gym.make_vec("DoorPatrolGoals-v0", 8)` steps many at once. To train on it by
+    stable-baselines3, take its vector environments:
 
     ```python
     from sb3_contrib import MaskablePPO
@@ -122,8 +110,8 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     def __init__(
         self,
         *,
-        patience: float = 4.0,
-        budget: float = 100.0,
+        patience: float = GoalConfig.patience,
+        budget: float = GoalConfig.budget,
         score_every: int = 0,
         render_mode: str | None = None,
         **parts: Unpack[PatrolKeywords],
@@ -131,25 +119,15 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         check_keywords(DoorPatrolGoalsEnv, PatrolKeywords, parts)
         self.patrol = DoorPatrolEnv(score_every=score_every, render_mode=render_mode, **parts)
         self.render_mode = self.patrol.render_mode
-        self._patience = _periods("patience", patience, self.patrol.period)
-        self._budget = _periods("budget", budget, self.patrol.period)
-        self._replan = math.ceil(REPLAN_PERIOD / self.patrol.period)
+        self._limits = GoalConfig(patience, budget).steps(self.patrol.period)
         self.action_space = spaces.Discrete(SLOTS)
-        self.observation_space = spaces.Dict(
-            {
-                **observation_space().spaces,
-                "goals": spaces.Box(-1.0, 1.0, (SLOTS, FEATURES), np.float32),
-                "action_mask": spaces.MultiBinary(SLOTS),
-            }
-        )
-        self._options: GoalOptions | None = None
+        self.observation_space = goals_space()
+        self._driver = GoalDriver(self._limits, np.random.default_rng(0))
 
     @property
     def options(self) -> GoalOptions:
         """The goals that can be chosen now."""
-        if self._options is None:
-            raise gym.error.ResetNeeded("there are no goals before reset()")
-        return self._options
+        return self._driver.options
 
     def action_masks(self) -> NDArray[np.bool_]:
         """(9,) whether an action has a goal."""
@@ -162,46 +140,28 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         super().reset(seed=seed)
         observation, info = self.patrol.reset(seed=seed, options=options)
         rng = episode_options(options, seed).rng(self.np_random)
-        self._pilot, self._blacklist = Pilot(rng), Blacklist()
-        self._steps = 0
-        return self._shown(observation), info
+        self._driver = GoalDriver(self._limits, rng)
+        return observation | self._driver.look(self.patrol.snapshot()), info
 
     def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive to the goal, at most for `patience`."""
-        if not self.action_space.contains(action):
-            raise InputError(f"actions are whole numbers from 0 to {SLOTS - 1}, got {action!r}")
-        chosen = self.options.chosen(int(action))
-        self._pilot.go(chosen.goal, self.options.planning)
-        snapshot = self.patrol.snapshot()
-        observation, rewards, infos = {}, [], []
-        for _ in range(max(1, min(self._patience, self._budget - self._steps))):
-            observation, reward, _, _, info = self.patrol.step(self._pilot.action(snapshot))
-            snapshot = self.patrol.snapshot()
-            rewards.append(reward)
-            infos.append(info)
-            if not self._continue(chosen, len(infos), snapshot):
-                break
-        self._steps += len(infos)
-        reached = self._pilot.arrived(snapshot)
-        if reached:
-            self._blacklist.add(chosen.goal.target, snapshot.time, chosen.rest)
-        told = _summed(infos) | {"reached": reached}
-        shown, over = self._shown(observation), self._steps >= self._budget
-        if over and self.patrol.scored:
-            told["slam"] = self.patrol.finish()
-        return shown, sum(rewards), False, over, told
-
-    def _continue(self, chosen: GoalCandidate, steps: int, snapshot: PatrolSnapshot) -> bool:
-        """Whether the decision goes on, after `steps` steps of it; replan in time."""
-        pilot = self._pilot
-        if pilot.stuck:
-            self._blacklist.add(chosen.goal.target, snapshot.time)
-            pilot.halt()
-        elif steps % self._replan == 0:
-            pilot.replan(planning_snapshot(snapshot))
-        return pilot.recovering(snapshot) or (
-            pilot.goal is not None and not pilot.arrived(snapshot)
-        )
+        [slot], driver, patrol = slots_of([action], self.action_space), self._driver, self.patrol
+        driver.choose(slot)
+        decision, snapshot, info, goes_on = Decision.begun(), patrol.snapshot(), {}, True
+        while goes_on:
+            reward, info = patrol.advance(driver.action(snapshot))
+            decision.add(reward, info["reward_terms"], info["door_brier"], info["collision"])
+            snapshot = patrol.snapshot()
+            goes_on = driver.goes_on(snapshot)
+        brier, collision = decision.means
+        told = info | {
+            "reward_terms": decision.reward_terms, "door_brier": brier, "collision": collision,
+            "steps": driver.steps, "reached": driver.arrived(snapshot),
+        }  # fmt: skip
+        shown = patrol.observation() | driver.look(snapshot)
+        if driver.over and patrol.scored:
+            told["slam"] = patrol.finish()
+        return shown, decision.reward, False, driver.over, told
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """See `DoorPatrolEnv`."""
@@ -210,25 +170,3 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
     def close(self) -> None:
         """Close the window."""
         self.patrol.close()
-
-    def _shown(self, observation: Observation) -> Observation:
-        self._options = goal_options(planning_snapshot(self.patrol.snapshot()), self._blacklist)
-        mask = self._options.mask.astype(np.int8)
-        return observation | {"goals": self._options.features(), "action_mask": mask}
-
-
-def _periods(name: str, seconds: float, period: float) -> int:
-    """`seconds` as a number of periods; raises InputError unless it is a whole number."""
-    positive_number(name, seconds)
-    periods = round(seconds / period)
-    if not periods or not math.isclose(periods * period, seconds):
-        raise InputError(f"{name} must be a multiple of {period:g} s, got {seconds!r}")
-    return periods
-
-
-def _summed(infos: list[dict[str, Any]]) -> dict[str, Any]:
-    """One info for all steps of a decision."""
-    terms = [info["reward_terms"] for info in infos]
-    means = {key: float(np.mean([i[key] for i in infos])) for key in ("door_brier", "collision")}
-    totals = {name: sum(term[name] for term in terms) for name in terms[0]}
-    return infos[-1] | means | {"reward_terms": totals, "steps": len(infos)}

@@ -20,6 +20,7 @@ class Patroller:
 
     memory    the dynamic map
     estimate  of the SLAM, after the last scan
+    time      s, of the last call of `gains`
     """
 
     def __init__(self, first: Estimate, scan: Scan, memory: DynamicMap | None = None):
@@ -28,7 +29,7 @@ class Patroller:
         self.memory.look(scan, first.pose)
         self.estimate = first
         self._pose_bits = pose_bits(first.covariance)
-        self._time = self._looked = scan.time
+        self.time = self._looked = scan.time
         self._velocity = np.zeros(2)
         self._information, self._distance, self._contacts, self._control_steps = 0.0, 0.0, 0, 0
 
@@ -47,8 +48,8 @@ class Patroller:
 
     def gains(self, time: float) -> RewardTerms:
         """The reward terms since the last call; `time` is now, s."""
-        freshness = self.memory.freshness(time) * (time - self._time)
-        self._time = time
+        freshness = self.memory.freshness(time) * (time - self.time)
+        self.time = time
         before, self._pose_bits = self._pose_bits, pose_bits(self.estimate.covariance)
         collision = self._contacts / max(self._control_steps, 1)
         gains = RewardTerms(

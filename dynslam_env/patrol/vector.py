@@ -7,10 +7,11 @@ from typing import Any, Unpack
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
 
 import slam as slam_library
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
-from dynslam_env.patrol.doors_known import DoorsKnown, brier
+from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
@@ -54,30 +55,41 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         check_keywords(DoorPatrolVectorEnv, PatrolVectorKeywords, keywords)
         self.patrol_config, others = PatrolConfig.split(keywords)
         super().__init__(num_envs, render_mode=render_mode, task=NO_TASK, **others)
-        self.single_action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
-        self.single_observation_space = observation_space()
+        self.single_action_space, self.single_observation_space = self._spaces()
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         slam_library.make(self.patrol_config.slam)  # raises for an unknown name now, not at a reset
-        self._patrols: list[_Patrol] = [None] * num_envs  # type: ignore[list-item]
+        self._patrols: list[Patrol] = [None] * num_envs  # type: ignore[list-item]
         self._touched = np.zeros(num_envs)
-        self._terms = np.zeros((len(self.patrol_config.reward.weights), num_envs))
+        self._names = tuple(self.patrol_config.reward.weights)
+        self._terms = np.zeros((len(self._names), num_envs))
         self._views = {
             key: np.zeros((num_envs, *space.shape), space.dtype)
             for key, space in self.single_observation_space.spaces.items()
             if space.shape is not None
         }
 
+    def _spaces(self) -> tuple[spaces.Space[Any], spaces.Dict]:
+        """Of the actions and observations of one patrol."""
+        return spaces.Box(-1.0, 1.0, (2,), np.float32), observation_space()
+
     def _reset(self, i: int, asked: EpisodeOptions | None = None) -> None:
         super()._reset(i, asked)
         batch = self._batch
         system = slam_library.make(self.patrol_config.slam, Pose2.of(batch.drive.poses[i]), 0)
         doors, truth = DoorsKnown(batch.layouts[i]), Pose2.of(batch.drive.poses[i])
-        self._patrols[i] = _Patrol(system, self._scan(i), doors, truth, self.patrol_config.memory())
+        self._patrols[i] = Patrol(system, self._scan(i), doors, truth, self.patrol_config.memory())
         self._touched[i] = 0.0
         self._show(i)
 
-    def _drive(self, which: Rows, commands: Array) -> Array:
+    def _drive(self, which: Rows, commands: NDArray[Any]) -> Array:
+        rewards = self._advance(which, commands)
+        for i in which.tolist():
+            self._show(i)
+        return rewards
+
+    def _advance(self, which: Rows, commands: NDArray[Any]) -> Array:
+        """Hold actions (n, 2) in worlds `which`; (n,) rewards."""
         batch, patrol_config = self._batch, self.patrol_config
         commands = patrol_config.commands(commands, self.world_config.robot)
         patrols = [(i, self._patrols[i]) for i in which.tolist()]
@@ -99,7 +111,6 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             terms = patrol_config.reward.terms(gains)
             rewards[i], self._touched[i] = sum(terms.values()), gains.collision
             self._terms[:, i] = list(terms.values())
-            self._show(i)
         return rewards
 
     def _scan(self, i: int) -> Scan:
@@ -108,17 +119,20 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
 
     def _show(self, i: int) -> None:
         """Write the observation of world `i`."""
+        for key, value in self._view_of(i).items():
+            self._views[key][i] = value
+
+    def _view_of(self, i: int) -> Observation:
+        """The observation of world `i`."""
         patrol = self._patrols[i]
-        view = patrol.robot.observation(patrol.scan, self.patrol_config.limits)
-        for key, rows in self._views.items():
-            rows[i] = view[key]
+        return patrol.robot.observation(patrol.scan, self.patrol_config.limits)
 
     def _briers(self) -> Array:
         """(n,) Brier score of the doors; zero where a world has not begun yet."""
         briers = np.zeros(self.num_envs)
         for i, patrol in enumerate(self._patrols):
             if patrol is not None:
-                briers[i] = brier(patrol.near(), self.physics[i].openings)
+                briers[i] = patrol.brier(self.physics[i].openings)
         return briers
 
     def _observations(self) -> Observation:
@@ -129,7 +143,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             "pose": self._batch.drive.poses.copy(),
             "door_angles": self._openings.array(),
             "collision": self._touched.copy(),
-            "time": self._steps * self.patrol_config.hold * CONTROL_DT,
+            "time": self._periods() * self.patrol_config.hold * CONTROL_DT,
             "door_brier": self._briers(),
         }
         for rows in infos.values():
@@ -137,42 +151,47 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         told = masked(infos, mask) | self._slam_infos(mask)
         return told | self._split_infos(mask) | self._fault_infos(mask)
 
+    def _periods(self) -> NDArray[np.int64]:
+        """(n,) for how many an action was held, since the reset."""
+        return self._steps
+
     def _slam_infos(self, mask: Bools) -> Infos:
         """The results of the SLAMs of worlds `mask`; zero for the others."""
         results = [None if each is None else each.result for each in self._patrols]
         return masked({"slam": masked(columns_of(results, mask), mask)}, mask)
 
     def _view(self, i: int) -> WorldView:
-        return _PatrolView(self._batch, i, self._patrols, self.patrol_config)
+        return PatrolWorldView(self._batch, i, self._patrols, self.patrol_config)
 
     def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
             return {}
-        names = self.patrol_config.reward.weights
-        terms = dict(zip(names, np.where(mask, self._terms, 0.0), strict=True))
+        terms = dict(zip(self._names, np.where(mask, self._terms, 0.0), strict=True))
         return masked({"reward_terms": masked(terms, mask)}, mask)
 
 
-class _PatrolView(WorldView):
+class PatrolWorldView(WorldView):
     """One of the patrols, as `DoorPatrolEnv` shows it."""
 
-    def __init__(self, batch: WorldBatch, i: int, patrols: list[_Patrol], config: PatrolConfig):
+    def __init__(self, batch: WorldBatch, i: int, patrols: list[Patrol], config: PatrolConfig):
         super().__init__(batch, i)
         self._patrols = patrols
         self.limits, self.period = config.limits, config.period
 
     @property
     def slam(self) -> Slam:
+        """The SLAM of this episode."""
         _ = self._begun
         return self._patrols[self._row].slam
 
     @property
     def patroller(self) -> Patroller:
+        """The dynamic map and the SLAM's last estimate."""
         _ = self._begun
         return self._patrols[self._row].robot
 
 
-class _Patrol:
+class Patrol:
     """One robot, its SLAM, the last scan given to it, and the doors' score."""
 
     def __init__(
@@ -197,6 +216,6 @@ class _Patrol:
         self._moved, self.result = Pose2(), result_of(estimate, truth)
         return estimate
 
-    def near(self) -> Array:
+    def brier(self, openings: Array) -> float:
         """See `DoorsKnown`."""
-        return self._doors.near(self.robot.memory, self.scan.time)
+        return self._doors.brier(self.robot.memory, self.scan.time, openings)
