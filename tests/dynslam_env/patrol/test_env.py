@@ -176,7 +176,7 @@ def test_the_trap_would_catch_who_looks(monkeypatch):
     monkeypatch.setattr(Patroller, "observation", cheat)
     monkeypatch.setattr(slam_run, "errors_of", lambda estimate, truth: {})
     with pytest.raises(AssertionError, match="the truth was looked at: x"):
-        env.unwrapped._observation()
+        env.unwrapped.observation()
 
 
 @pytest.mark.parametrize("action", [0.5, [0.5], [0.1, 0.2, 0.3], [[0.1, 0.2]]])

@@ -107,9 +107,11 @@ def test_an_empty_slot_looks_around():
 
 def test_the_reward_is_the_sum_of_the_patrols(monkeypatch):
     env, observation = begun(seed=3, budget=40.0)
-    given, step = [], DoorPatrolEnv.step
+    given, advance = [], DoorPatrolEnv.advance
     with monkeypatch.context() as patch:
-        patch.setattr(DoorPatrolEnv, "step", lambda self, a: (given.append(a), step(self, a))[1])
+        patch.setattr(
+            DoorPatrolEnv, "advance", lambda self, a: (given.append(a), advance(self, a))[1]
+        )
         rows = driven(env, observation, door_first)
     patrol: Any = gym.make("DoorPatrol-v0")
     patrol.reset(seed=3)
@@ -187,7 +189,7 @@ def test_nobody_looks_at_the_truth(monkeypatch):
 
         return run
 
-    for name in ("__init__", "reset", "step"):
+    for name in ("__init__", "reset", "advance"):
         monkeypatch.setattr(DoorPatrolEnv, name, let(name))
     for key in TRUTH:
         monkeypatch.setattr(DoorWorldEnv, key, trapped(key))

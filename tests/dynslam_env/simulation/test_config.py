@@ -26,6 +26,7 @@ from dynslam_env import (
 from dynslam_env.patrol.config import PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
+from dynslam_env.patrol.goals_vector import DoorPatrolGoalsVectorEnv
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv, PatrolVectorKeywords
 from dynslam_env.simulation.config import PlaceKeywords, WorldConfig, WorldKeywords
 from dynslam_env.vector import VectorConfig, VectorKeywords, WorldVectorKeywords
@@ -86,6 +87,7 @@ KINDS = [
     (DoorPatrolEnv, PatrolKeywords),
     (DoorPatrolVectorEnv, PatrolVectorKeywords),
     (DoorPatrolGoalsEnv, PatrolKeywords),
+    (DoorPatrolGoalsVectorEnv, PatrolVectorKeywords),
 ]
 
 
