@@ -88,3 +88,16 @@ def test_nearer_than_is_a_threshold_of_the_clearance(share, distance):
     whole = inflated(spec, occupied, ~occupied, np.zeros_like(occupied), 0.2)
     near = nearer_than(occupied, spec.resolution, distance)
     np.testing.assert_array_equal(near, whole.clearance < distance)
+
+
+def test_beyond_what_was_observed_it_is_unknown_and_far_from_everything():
+    spec = GridSpec(0.1, 0, 0, 40, 40)
+    occupied, observed = (np.zeros(spec.shape, np.bool_) for _ in range(2))
+    observed[10:20, 5:25], occupied[10, 5:25] = True, True
+    made = inflated(spec, occupied, observed, np.zeros_like(occupied), 0.2)
+    inside = (slice(10, 20), slice(5, 25))
+    np.testing.assert_allclose(made.clearance[inside][:, 0], 0.1 * np.arange(10) - 0.05)
+    outside = np.ones(spec.shape, np.bool_)
+    outside[inside] = False
+    assert np.isinf(made.clearance[outside]).all()
+    assert (made.kinds[outside] == UNKNOWN).all()

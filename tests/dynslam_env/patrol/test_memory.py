@@ -1,10 +1,18 @@
 import math
 from itertools import pairwise
+from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.memory import FRESHNESS_SCALE, FULL_WEIGHT_TIME, STATIC_WEIGHT, DynamicMap
+from dynslam_env.patrol.memory import (
+    FRESHNESS_SCALE,
+    FULL_WEIGHT_TIME,
+    MIN_WATCH_TIME,
+    STATIC_WEIGHT,
+    DynamicMap,
+)
 from slam import Pose2
 
 from .drawn import UP, fan, wall
@@ -178,3 +186,21 @@ def test_it_is_not_known_where_nothing_was_seen():
     beliefs = memory.beliefs(3.0)
     assert (np.isinf(beliefs.age) == ~beliefs.observed).all()
     assert beliefs.age[beliefs.observed] == pytest.approx(3.0)
+
+
+def test_beliefs_are_the_whole_map_predicted():
+    """As `HMM.predicted` and the layers of the map tell them, in arrays of all cells."""
+    env: Any = gym.make("DoorPatrol-v0").unwrapped
+    env.reset(seed=3)
+    for k in range(60):
+        env.step(np.array([0.6, 0.4 * math.sin(k)], np.float32))
+    memory, time = env.patroller.memory, env.time + 1.5
+    known, tiles, beliefs = memory.map, memory.map.cells.tiles, memory.beliefs(time)
+    grid = known.predicted(time)
+    watched = np.maximum(tiles.dense(known.times).sum(axis=2), MIN_WATCH_TIME)
+    flips = tiles.dense(known.counts).sum(axis=2) / watched
+    age = np.where(grid.observed, known.since_start(time) - tiles.dense(known.last), np.inf)
+    assert beliefs.spec == grid.spec
+    assert (flips > 0).any()
+    for mine, theirs in zip(beliefs[1:], (grid.occupied, grid.observed, age, flips), strict=True):
+        np.testing.assert_array_equal(mine, theirs.astype(mine.dtype))

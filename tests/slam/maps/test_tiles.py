@@ -167,3 +167,17 @@ def test_dense_of_no_tiles_is_empty() -> None:
     tiles = Tiles(1.0)
     assert tiles.dense(tiles.layer(np.float32)).shape == (0, 0)
     assert tiles.dense(tiles.layer(np.int16, 0, (AREA, 2))).shape == (0, 0, 2)
+
+
+@pytest.mark.parametrize(("dtype", "shape"), [(np.bool_, ()), (np.float32, ()), (np.uint8, (2,))])
+def test_dense_has_every_cell_at_its_row_and_column(dtype, shape) -> None:
+    tiles = Tiles(0.1)
+    layer = tiles.layer(dtype, 0, (AREA, *shape))
+    tiles.extend((-7.0, -1.0), (7.0, 8.0))
+    tiles.index[0, 1], tiles.index[1, 0], tiles.index[1, 2] = 1, 2, 3
+    tiles.allocate(4)
+    layer.values[1:] = np.random.default_rng(0).integers(0, 2, layer.values[1:].shape)
+    dense = tiles.dense(layer)
+    assert dense.shape == (*tiles.spec.shape, *shape)
+    for row, col in np.random.default_rng(1).integers(0, tiles.spec.shape, (300, 2)).tolist():
+        np.testing.assert_array_equal(dense[row, col], layer.flat[tiles.cell(row, col)])
