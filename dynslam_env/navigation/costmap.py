@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -120,14 +121,21 @@ def inflated(
     cost[here] = 1.0 + inflation.weight * np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)
     swept = dilated(changing, disc(cell, inflation.swept_distance))
     cost[swept] += inflation.swept_weight
-    kinds = kinds_of(occupied, clearance < near)
-    kinds[~(observed | occupied)] = UNKNOWN
-    return Costmap(spec, kinds, cost, clearance, swept)
+    return Costmap(spec, kinds_of(occupied, observed, clearance < near), cost, clearance, swept)
 
 
-def kinds_of(occupied: NDArray[np.bool_], tight: NDArray[np.bool_]) -> Kinds:
-    """(rows, cols) kinds of cells that all were observed, of those occupied and those too near."""
-    return np.where(occupied, OCCUPIED, np.where(tight, TIGHT, OPEN)).astype(np.uint8)
+@kernel
+def kinds_of(occupied, observed, tight):
+    """(rows, cols) uint8 kinds of cells, `tight` being those too near to an occupied one."""
+    rows, cols = occupied.shape
+    kinds = np.full((rows, cols), UNKNOWN, np.uint8)
+    for row in range(rows):
+        for col in range(cols):
+            if occupied[row, col]:
+                kinds[row, col] = OCCUPIED
+            elif observed[row, col]:
+                kinds[row, col] = TIGHT if tight[row, col] else OPEN
+    return kinds
 
 
 def nearer_than(occupied: NDArray[np.bool_], cell: float, distance: float) -> NDArray[np.bool_]:
@@ -211,11 +219,16 @@ def _counterpart(
 
 def _body(spec: GridSpec, pose: Pose2, radius: float) -> NDArray[np.int64]:
     """(n, 2) the cells whose centres the robot covers, and its own."""
-    reach = math.ceil(radius / spec.resolution)
     centre = spec.cells(np.array([[pose.x, pose.y]]))
-    cells = centre + np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
+    cells = centre + _square(math.ceil(radius / spec.resolution))
     away = np.hypot(*(spec.centres(cells) - (pose.x, pose.y)).T)
     return np.concatenate([cells[away < radius - spec.resolution / 2], centre])
+
+
+@cache
+def _square(reach: int) -> NDArray[np.int64]:
+    """(n, 2) rows and columns from a cell to those around it."""
+    return np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
 
 
 @kernel

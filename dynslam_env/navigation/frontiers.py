@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -45,51 +46,28 @@ def frontiers(
     groups = clusters(frontier_cells(costmap), min_cells)
     if not groups:
         return []
-    gates, ends = (
-        _Gates.of(plan, costmap.spec.resolution),
-        np.cumsum([len(here) for here in groups]),
-    )
-    columns = np.concatenate([here.T for here in groups], axis=1)
-    points = costmap.spec.centres(columns.T)
+    cells = np.concatenate([here.T for here in groups], axis=1)
+    ends = np.cumsum([len(here) for here in groups])
+    points = costmap.spec.centres(cells.T)
     away = np.hypot(*(points - position).T)
-    found = []
-    for here, end in zip(groups, ends.tolist(), strict=True):
-        size, (cell, length) = len(here), gates.best(here)
-        centroid = points[end - size : end].sum(axis=0) / size
-        beyond = centroid + LOOK_BEYOND * _outward(here, costmap)
-        distance = float(away[end - size : end].min())
-        found.append(Frontier(size, centroid, beyond, cell, length, distance))
-    return found
+    gates = _gates(cells, ends, plan, costmap.spec.resolution)
+    sides = pairwise([0, *ends.tolist()])
+    centroids = [points[start:end].sum(axis=0) / (end - start) for start, end in sides]
+    beyond = centroids + LOOK_BEYOND * _outward(cells, ends, costmap)
+    nearest_cells = np.minimum.reduceat(away, [0, *ends[:-1]])
+    found = zip(groups, centroids, beyond, gates.tolist(), nearest_cells.tolist(), strict=True)
+    return [_frontier(plan, len(here), *others) for here, *others in found]
 
 
-class _Gates(NamedTuple):
-    """The reachable cells of a plan that are nearest to the cells around them.
-
-    plan    the plan
-    corner  row and column at which the arrays begin
-    away    (rows, cols) m, to the nearest reachable cell
-    cell    (2, rows, cols) its row and column, from the corner
-    """
-
-    plan: Plan
-    corner: tuple[int, int]
-    away: Array
-    cell: NDArray[np.int32]
-
-    @staticmethod
-    def of(plan: Plan, resolution: float) -> _Gates:
-        """Those of the cells within GATE_DISTANCE, and of some beyond."""
-        rows, cols = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
-        away, cell = nearest(plan.reached[rows, cols], resolution)
-        return _Gates(plan, (rows.start, cols.start), away, cell)
-
-    def best(self, cells: NDArray[np.int64]) -> tuple[tuple[int, int] | None, float]:
-        """Row and column of the reachable cell of least path cost near a frontier's cells (n, 2);
-        the path's length."""
-        row, col = _best(cells, self.corner, self.away, self.cell, self.plan.cost)
-        if row == NONE:
-            return None, math.inf
-        return (row, col), float(self.plan.length[row, col])
+def _frontier(
+    plan: Plan, size: int, centroid: Array, beyond: Array, gate: list[int], distance: float
+) -> Frontier:
+    """A frontier, with the path to its `gate`: row and column, or NONE."""
+    row, col = gate
+    if row == NONE:
+        return Frontier(size, centroid, beyond, None, math.inf, distance)
+    length = float(plan.length[row, col])
+    return Frontier(size, centroid, beyond, (row, col), length, distance)
 
 
 def frontier_cells(costmap: Costmap) -> NDArray[np.bool_]:
@@ -113,35 +91,52 @@ def _beside_unknown(kinds):
     return found
 
 
-def _outward(cells: NDArray[np.int64], costmap: Costmap) -> Array:
-    """(2,) unit vector from a frontier's cells (n, 2) to the unknown cells beside them; zero where
-    these lie on all sides."""
-    x, y = _towards_unknown(cells, costmap.kinds)
-    return np.array([x, y]) / max(float(np.hypot(x, y)), 1.0)
+def _outward(cells: NDArray[np.int64], ends: NDArray[np.int64], costmap: Costmap) -> Array:
+    """(f, 2) unit vectors from the cells (2, n) of frontiers, which end at `ends` (f,), to the
+    unknown ones beside them; zero where these lie on all sides."""
+    towards = _towards_unknown(cells, ends, costmap.kinds)
+    return towards / np.maximum(np.hypot(*towards.T), 1.0)[:, None]
 
 
 @kernel
-def _towards_unknown(cells, kinds):
-    """Columns and rows, sum of the steps from `cells` to unknown ones among their neighbours."""
-    (rows, cols), x, y = kinds.shape, 0.0, 0.0
-    for k in range(len(cells)):
-        row, col = cells[k]
-        x += col + 1 < cols and kinds[row, col + 1] == UNKNOWN
-        x -= col > 0 and kinds[row, col - 1] == UNKNOWN
-        y += row + 1 < rows and kinds[row + 1, col] == UNKNOWN
-        y -= row > 0 and kinds[row - 1, col] == UNKNOWN
-    return x, y
+def _towards_unknown(cells, ends, kinds):
+    """(f, 2) columns and rows: sums of the steps from cells to unknown ones among neighbours."""
+    rows, cols = kinds.shape
+    found, k = np.zeros((len(ends), 2)), 0
+    for f in range(len(ends)):
+        while k < ends[f]:
+            row, col = cells[0, k], cells[1, k]
+            found[f, 0] += col + 1 < cols and kinds[row, col + 1] == UNKNOWN
+            found[f, 0] -= col > 0 and kinds[row, col - 1] == UNKNOWN
+            found[f, 1] += row + 1 < rows and kinds[row + 1, col] == UNKNOWN
+            found[f, 1] -= row > 0 and kinds[row - 1, col] == UNKNOWN
+            k += 1
+    return found
+
+
+def _gates(
+    cells: NDArray[np.int64], ends: NDArray[np.int64], plan: Plan, resolution: float
+) -> NDArray[np.int64]:
+    """(f, 2) row and column of the reachable cell of least path cost near the cells (2, n) of each
+    frontier; NONE without one."""
+    rows, cols = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
+    away, nearby = nearest(plan.reached[rows, cols], resolution)
+    return _cheapest(cells, ends, (rows.start, cols.start), away, nearby, plan.cost)
 
 
 @kernel
-def _best(cells, corner, away, gates, cost):
-    """Row and column of the gate of least cost, the first of several; NONE without one."""
-    best, found = np.inf, (NONE, NONE)
-    for k in range(len(cells)):
-        row, col = cells[k, 0] - corner[0], cells[k, 1] - corner[1]
-        inside = 0 <= row < away.shape[0] and 0 <= col < away.shape[1]
-        if inside and away[row, col] <= GATE_DISTANCE:
-            gate = int(corner[0] + gates[0, row, col]), int(corner[1] + gates[1, row, col])
-            if cost[gate] < best or found[0] == NONE:
-                best, found = cost[gate], gate
+def _cheapest(cells, ends, corner, away, nearby, cost):
+    """The first cell of least cost of each frontier, of those `nearby`, which are counted from
+    `corner`."""
+    found, k = np.full((len(ends), 2), NONE, np.int64), 0
+    for f in range(len(ends)):
+        best = np.inf
+        while k < ends[f]:
+            row, col = cells[0, k] - corner[0], cells[1, k] - corner[1]
+            k += 1
+            inside = 0 <= row < away.shape[0] and 0 <= col < away.shape[1]
+            if inside and away[row, col] <= GATE_DISTANCE:
+                gate = corner[0] + nearby[0, row, col], corner[1] + nearby[1, row, col]
+                if cost[gate] < best:
+                    best, found[f, 0], found[f, 1] = cost[gate], gate[0], gate[1]
     return found

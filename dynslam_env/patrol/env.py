@@ -140,7 +140,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     @property
     def time(self) -> float:
         """s since the episode began."""
-        return self.place.scan.time
+        return self.patroller.time
 
     @property
     def robot(self) -> Robot:
@@ -194,7 +194,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             patroller.move(self.place.displacement, info["collision"])
             if k % patrol_config.scan_every == 0 and self.place.scan_arrived:
                 patroller.look(self.wrapped.estimate, self.place.scan)
-        gains = patroller.gains(self.time)
+        gains = patroller.gains(self.place.scan.time)
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
         return sum(terms.values()), told

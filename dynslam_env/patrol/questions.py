@@ -59,7 +59,7 @@ def _floor(layout: Layout, closed: Sequence[Door]) -> tuple[GridSpec, Bools, Boo
 def _reached(spec: GridSpec, walls: Bools, radius: float, start: Pose2) -> Bools:
     """(rows, cols) the cells to which the robot can drive from its start among these walls."""
     near = nearer_than(walls, CELL, radius + Inflation().margin)
-    return reached(spec, kinds_of(walls, near), start)
+    return reached(spec, kinds_of(walls, np.ones_like(walls), near), start)
 
 
 class Questions:
