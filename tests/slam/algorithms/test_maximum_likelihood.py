@@ -1,5 +1,7 @@
+import gc
 import itertools
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -331,3 +333,16 @@ def test_what_is_remembered_is_what_later_scans_are_matched_with(episode) -> Non
     assert estimate.pose[:2] == pytest.approx(truth[:2], abs=0.01)
     assert estimate.pose.theta == pytest.approx(truth.theta, abs=0.01)
     assert np.linalg.eigvalsh(estimate.covariance).min() > 0
+
+
+def test_one_that_is_dropped_frees_its_map_at_once(episode):
+    """Without a wait for the search for cycles of objects."""
+    slam = MaximumLikelihood(true_start(episode))
+    run(slam, episode)
+    freed = weakref.ref(slam.map_model)
+    gc.disable()
+    try:
+        del slam
+        assert freed() is None
+    finally:
+        gc.enable()
