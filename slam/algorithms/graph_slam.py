@@ -59,11 +59,11 @@ class GraphSlam:
     """Builds a sequence of local maps, closes loops between them, and optimises their pose graph.
 
     Each local map ("stretch") covers a stretch of the path and has its own frame, within which
-    poses are not revised before `finish`. The nodes of the graph are these frames. Its edges are the
-    pose of each local map in the one before, and loops: matches of a finished local map with older
-    ones, in a search window given by the uncertainty along the most certain chain of edges. After a
-    loop the graph is optimised with a robust kernel that switches off loops which contradict the
-    rest.
+    poses are not revised before `finish`. The nodes of the graph are these frames. Its edges are
+    the pose of each local map in the one before, and loops: matches of a finished local map with
+    older ones, in a search window given by the uncertainty along the most certain chain of edges.
+    After a loop the graph is optimised with a robust kernel that switches off loops which
+    contradict the rest.
 
     Of each place a few local maps are kept; those that more make redundant are forgotten, and their
     edges and the robot's poses in them given to others of the same place. So memory and time are

@@ -49,7 +49,7 @@ def echoes_of(scans: Sequence[Scan], poses: Array, map_model: MapModel) -> Echoe
     begins = np.cumsum([0] + [len(part) for part in parts])
     points, tangents, bearings = np.split(np.concatenate(parts), (2, 4), axis=1)
     world, turned = _in_world(begins, poses, points, tangents)
-    means = _averaged(world, turned)
+    means = _averaged(world - poses[0, :2], turned)
     own = _turned_back(begins, poses, means)
     h = map_model.cells.sample(world)[0]
     return Echoes(
@@ -99,16 +99,17 @@ def _turned_back(begins, poses, tangents):
 
 def _averaged(points: Array, tangents: Array) -> Array:
     """(n, 2) the mean of the tangents (n, 2) of like direction in the square of each point."""
-    cells = np.floor((points - points.min(axis=0, initial=0.0)) / CELL).astype(np.int64)
+    cells = np.floor(points / CELL).astype(np.int64)
     key = (cells[:, 0] * MAX_CELLS + cells[:, 1]) * DIRECTIONS
     turns = np.arctan2(tangents[:, 1], tangents[:, 0]) / math.tau
-    classes = np.floor(turns * DIRECTIONS).astype(np.int64) % DIRECTIONS
+    classes = np.rint(turns * DIRECTIONS).astype(np.int64) % DIRECTIONS
     keys, place = np.unique(key + classes, return_inverse=True)
-    sums = np.column_stack([np.bincount(place, part, len(keys)) for part in tangents.T])
+    sums = np.zeros((len(keys), 2))
+    np.add.at(sums, place, tangents)
     wide = sums.copy()
     for step in (-1, 1):
         beside = keys - keys % DIRECTIONS + (keys + step) % DIRECTIONS
-        found = np.searchsorted(keys, beside).clip(0, len(keys) - 1)
+        found = np.searchsorted(keys, beside) % max(len(keys), 1)
         wide += np.where((keys[found] == beside)[:, None], sums[found], 0.0)
     wide = wide[place]
     return wide / np.hypot(*wide.T)[:, None]

@@ -72,9 +72,8 @@ class Path:
         with the two nearest ones, and more with the nearer one."""
         chosen = self._of(number)
         poses = self._within[chosen]
-        distances, nearest = KDTree(_places(before)).query(_places(poses), min(2, len(before)))
-        if len(before) == 1:
-            distances, nearest = distances[:, None], nearest[:, None]
+        tree, ranks = KDTree(_places(before)), [1, 2][: len(before)]
+        distances, nearest = tree.query(_places(poses), ranks)  # pyright: ignore[reportArgumentType]
         corrections = compose(after, inverse(before))
         moved = compose(corrections[nearest], poses[:, None])
         total = distances.sum(axis=1)
