@@ -14,8 +14,9 @@ import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.second_start import NO_POSES, SecondStart
-from slam.geometry import Array, Pose2, compose, lever_jacobian, turned
-from slam.graph.chain import chained
+from slam.geometry import Array, Pose2, between, compose, lever_jacobian, turned
+from slam.graph.alignment import ALIGNED, Alignment
+from slam.graph.chain import MIN_WEIGHT, chained
 from slam.graph.covariance import MIN_INFORMATION, size
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap
@@ -58,10 +59,11 @@ class GraphSlam:
     """Builds a sequence of local maps, closes loops between them, and optimises their pose graph.
 
     Each local map ("stretch") covers a stretch of the path and has its own frame, within which
-    poses are never revised. The nodes of the graph are these frames. Its edges are the pose of each
-    local map in the one before, and loops: matches of a finished local map with older ones, in a
-    search window given by the uncertainty along the most certain chain of edges. After a loop the
-    graph is optimised with a robust kernel that switches off loops which contradict the rest.
+    poses are not revised before `finish`. The nodes of the graph are these frames. Its edges are
+    the pose of each local map in the one before, and loops: matches of a finished local map with
+    older ones, in a search window given by the uncertainty along the most certain chain of edges.
+    After a loop the graph is optimised with a robust kernel that switches off loops which
+    contradict the rest.
 
     Of each place a few local maps are kept; those that more make redundant are forgotten, and their
     edges and the robot's poses in them given to others of the same place. So memory and time are
@@ -69,7 +71,8 @@ class GraphSlam:
     it is drawn anew, by a loop or by `finish`.
 
     Each update does one unit of that work (a match, or a step of the optimisation), which bounds
-    its time; where several local maps wait, it does one unit for each. `finish` does what is left.
+    its time; where several local maps wait, it does one unit for each. `finish` does what is left,
+    and then aligns all keyframes with each other.
 
     map_model   makes the global map
     local       makes a local map: a few metres, in which little changes
@@ -78,6 +81,7 @@ class GraphSlam:
                 keyframes are farther apart than usual
     candidates  maximum number of older local maps that a finished one is matched with
     visits      number of other local maps of the same place that make one redundant
+    alignment   of all keyframes at the end; None: their poses in the local maps stay
     watch       tells whether the robot is lost, and finds it again; None: nobody does
     again       maps the first metres again if the odometry is very wrong; None: they stay
     """
@@ -97,6 +101,7 @@ class GraphSlam:
         seeds: int = 40,
         candidates: int = 5,
         visits: int = 5,
+        alignment: Alignment | None = ALIGNED,
         watch: Watch | None = None,
         again: SecondStart | None = None,
     ):
@@ -114,6 +119,7 @@ class GraphSlam:
         self.stretch = stretch
         self.seeds = seeds
         self.candidates = candidates
+        self.alignment = alignment
         self.watch = watch
         self.again = again
         self.pose = start
@@ -132,7 +138,7 @@ class GraphSlam:
         self._path = Path()
         self._work: deque[Iterator[None]] = deque()
         self._revisions = 0
-        self._finished: Keyframe | None = None  # the last one at the last call of `finish`
+        self._finished: Scan | None = None  # the last keyframe's at the last call of `finish`
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Estimate the pose in the current local map, and do a unit of pending loop work."""
@@ -169,19 +175,45 @@ class GraphSlam:
         self.pose = pose
 
     def finish(self) -> None:
-        """After the last scan: complete pending work, and close loops of the last local map."""
-        last = self.places[-1].keyframes[-1] if self.places else None
-        if last is not self._finished:
+        """After the last scan: complete pending work, close loops of the last local map, and align
+        the keyframes."""
+        scan = self.places[-1].keyframes[-1].scan if self.places else None
+        new = scan is not self._finished
+        if new:
             self._work.append(self._close(self.places[-1]))
-            self._finished = last
+            self._finished = scan
         while self._work:
             self._do(self._work[0])
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
+        if new and self.alignment is not None:
+            self._align(self.alignment)
         self._whole = WholeMap(self.map_model)  # drop what was drawn so far
         self._matcher.pack()
         if len(self._path):
             self.pose = self._path.last(self.graph.poses)
+
+    def _align(self, alignment: Alignment) -> None:
+        """Align all keyframes with each other; edges of the graph that are trusted now measure
+        what this gives."""
+        graph, places, whole = self.graph, self.places, WholeMap(self.local)
+        whole.update(places, graph.poses)
+        within = [np.array([one.pose for one in place.keyframes]) for place in places]
+        poses = np.concatenate([compose(*one) for one in zip(graph.poses, within, strict=True)])
+        scans = [one.scan for place in places for one in place.keyframes]
+        aligned = alignment(scans, poses, whole.map_model)
+        trusted = graph.trust() >= MIN_WEIGHT
+        begin = 0
+        for number, before in enumerate(within):
+            own = aligned[begin : begin + len(before)]
+            begin += len(before)
+            graph.poses[number] = own[0]
+            after = between(own[0], own)
+            self._path.realign(number, before, after)
+            places[number].realign(after)
+        first, second = graph.poses[graph.edges.ends[trusted].T]
+        graph.edges.measured[trusted] = between(first, second)
+        self._middles = [place.middle() for place in places]
 
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, as believed now."""

@@ -27,6 +27,7 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.particle_filter import ParticleFilter
 from slam.algorithms.second_start import SecondStart
 from slam.geometry import Pose2
+from slam.graph.alignment import ALIGNED, Alignment
 from slam.interface import Builder, MapModel, MotionModel, Search, SensorModel, Slam
 from slam.maps.clamped import Clamped
 from slam.maps.filtered import Filtered
@@ -106,12 +107,14 @@ def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> B
 
 
 def graph_slam(
-    map_model: Callable[[], MapModel], watch: Callable[[], Watch | None] = Watch
+    map_model: Callable[[], MapModel],
+    watch: Callable[[], Watch | None] = Watch,
+    alignment: Alignment | None = ALIGNED,
 ) -> Builder:
     """A builder of graph SLAM with a map model for the global map."""
 
     def build(start: Pose2, rng: np.random.Generator | None = None) -> GraphSlam:
-        return GraphSlam(start, rng, map_model=map_model, watch=watch())
+        return GraphSlam(start, rng, map_model=map_model, alignment=alignment, watch=watch())
 
     return build if watch is nobody else partial(_twice, build)
 
@@ -160,4 +163,5 @@ for _name in ("static", "dynamic"):
         f"{_name}-ml/no-registration": _ml(registration=None),
         f"{_name}-ml/no-recovery": _ml(watch=nobody),
         f"{_name}-graph/no-recovery": graph_slam(MAPS[_name], watch=nobody),
+        f"{_name}-graph/no-alignment": graph_slam(MAPS[_name], alignment=None),
     }

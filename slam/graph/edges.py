@@ -65,6 +65,15 @@ class Edges:
         self._given = np.empty((INITIAL_EDGES, 3, 3))
         self.extend(edges)
 
+    @classmethod
+    def of(cls, ends: np.ndarray, measured: Array, information: Array) -> Edges:
+        """Edges that close no loop: (n, 2) poses, (n, 3) displacements, (n, 3, 3) information."""
+        result, n = cls(), len(ends)
+        result._n, result._ends = n, ends
+        result._measured, result._information = measured, information
+        result._loops, result._given = np.zeros(n, np.bool_), np.zeros((n, 3, 3))
+        return result
+
     def append(self, edge: Edge) -> None:
         """Add an edge."""
         n = self._n

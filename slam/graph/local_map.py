@@ -69,6 +69,14 @@ class LocalMap:
         self.keyframes = [Keyframe(scan.bare(), pose) for scan, pose in self.keyframes]
         self._path = self.path()
 
+    def realign(self, poses: Array) -> None:
+        """Set the poses (n, 3) of its own keyframes, the first at the origin."""
+        scans = [one.scan for one in self.keyframes]
+        self.keyframes = [Keyframe(*one) for one in zip(scans, map(Pose2.of, poses), strict=True)]
+        if self._path is not None:
+            self._path = None
+            self._path = self.path()
+
     def middle(self) -> Pose2:
         """The mean position of its own keyframes, with the heading of the frame."""
         x, y = np.mean([(one.pose.x, one.pose.y) for one in self.keyframes], axis=0).tolist()

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from slam.geometry import Array, Pose2, between, compose
+from slam.geometry import Array, Pose2, between, compose, inverse, wrap_angle
 
 INITIAL_UPDATES = 1024  # capacity of the array of poses, which is doubled when it is full
 POSE_BYTES = 24  # of a pose in memory
+PER_RAD = 0.5  # m, that headings which differ by 1 rad count as
+NO_UPDATES = np.empty(0, np.int64)
 
 
 class Path:
@@ -59,15 +62,38 @@ class Path:
     def forget(self, number: int, into: int, displacement: Pose2) -> None:
         """Give the poses of a local map to another one, in whose frame it is at `displacement`;
         local maps after it are renumbered."""
+        chosen = self._of(number)
+        self._within[chosen] = compose(displacement, self._within[chosen])
+        self._numbers[self._numbers == number] = into
+        self._numbers[self._numbers > number] -= 1
+
+    def realign(self, number: int, before: Array, after: Array) -> None:
+        """Move the poses of a local map with its keyframes, from `before` (n, 3) to `after`: each
+        with the two nearest ones, and more with the nearer one."""
+        chosen = self._of(number)
+        poses = self._within[chosen]
+        tree, ranks = KDTree(_places(before)), [1, 2][: len(before)]
+        distances, nearest = tree.query(_places(poses), ranks)  # pyright: ignore[reportArgumentType]
+        corrections = compose(after, inverse(before))
+        moved = compose(corrections[nearest], poses[:, None])
+        total = distances.sum(axis=1)
+        share = np.where(total > 0.0, distances[:, 0] / np.where(total > 0.0, total, 1.0), 0.0)
+        moved[:, -1, 2] = moved[:, 0, 2] + wrap_angle(moved[:, -1, 2] - moved[:, 0, 2])
+        self._within[chosen] = moved[:, 0] + share[:, None] * (moved[:, -1] - moved[:, 0])
+
+    def _of(self, number: int) -> np.ndarray:
+        """The updates whose poses are in the frame of a local map."""
         runs = np.flatnonzero(self._numbers == number)
         ends = np.append(self._begins[1:], self._n)
         own = [np.arange(self._begins[k], ends[k]) for k in runs.tolist()]
-        if own:
-            chosen = np.concatenate(own)
-            self._within[chosen] = compose(displacement, self._within[chosen])
-        self._numbers[runs] = into
-        self._numbers[self._numbers > number] -= 1
+        return np.concatenate([NO_UPDATES, *own])
 
     def _begin(self, since: int, number: int) -> None:
         self._begins = np.append(self._begins, since)
         self._numbers = np.append(self._numbers, number)
+
+
+def _places(poses: Array) -> Array:
+    """(n, 4) m: poses (n, 3) as points whose distances hold those of the headings."""
+    x, y, theta = poses.T
+    return np.column_stack([x, y, PER_RAD * np.cos(theta), PER_RAD * np.sin(theta)])

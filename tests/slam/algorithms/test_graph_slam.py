@@ -79,7 +79,7 @@ def test_loops_are_closed() -> None:
 
 
 def test_where_none_is_believed_there_are_none() -> None:
-    done = run(robot := GraphSlam(loops=NONE), driven())
+    done = run(robot := GraphSlam(loops=NONE, alignment=None), driven())
     assert not any(edge.loop for edge in robot.graph.edges)
     np.testing.assert_allclose(done.poses, done.online, atol=1e-9)
     assert len(robot.places) == len(robot.graph.poses) == len(robot.graph.edges) + 1 > 5
@@ -117,7 +117,7 @@ def test_what_was_added_while_poses_were_looked_for_moves_with_the_last_of_them(
 
 def test_a_match_is_looked_for_as_far_as_the_chain_leaves_in_doubt() -> None:
     """The covariance of where the panorama is predicted, along the axes of the other stretch."""
-    robot, asked = GraphSlam(loops=NONE), []
+    robot, asked = GraphSlam(loops=NONE, alignment=None), []
     match = robot._matcher.match
 
     def noting(place, scan, predicted, covariance):
@@ -515,7 +515,7 @@ def test_an_elsewhere_begun_drive_is_the_same_elsewhere() -> None:
     episode, start = driven(), Pose2(30.0, -20.0, 0.0)  # by whole tiles: nothing is rounded anew
     here = run(GraphSlam(true_start(episode)), episode).poses
     there = run(GraphSlam(start @ true_start(episode)), episode).poses
-    np.testing.assert_allclose(there, compose(start, here), atol=1e-6)
+    np.testing.assert_allclose(there, compose(start, here), atol=1e-5)
 
 
 @pytest.mark.parametrize(
