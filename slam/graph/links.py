@@ -16,14 +16,15 @@ from slam.validation import positive, whole
 class Links:
     """The pairs of keyframes that are likely to see the same surfaces.
 
-    before  numbers of keyframes before each one, that it is compared with
+    before  (k, n): every n-th keyframe is compared with the one k before it. Links over many
+            keyframes are fewer, as they cost most of the time when all are solved together
     others  most keyframes of other times that it is compared with, the nearest ones
     within  m, to these
     per_rad m, that a heading which differs by 1 rad counts as
     apart   least number of keyframes between two of them, so that they are of several visits
     """
 
-    before: tuple[int, ...] = (1, 2, 4, 8, 16, 32)
+    before: tuple[tuple[int, int], ...] = ((1, 1), (2, 1), (4, 1), (8, 1), (16, 2), (32, 4))
     others: int = 6
     within: float = 2.0
     per_rad: float = 0.7
@@ -37,19 +38,21 @@ class Links:
     def __call__(self, poses: Array) -> np.ndarray:
         """(links, 2) the earlier and the later keyframe of each link, of those at `poses` (n, 3) in
         the order of time."""
-        later = np.arange(len(poses))
-        pairs = [np.column_stack([later[:-k], later[k:]]) for k in self.before if k < len(poses)]
-        tree = KDTree(poses[:, :2])
-        for here in range(self.before[-1] + 1, len(poses)):
+        pairs, tree = [], KDTree(poses[:, :2])
+        for k, every in self.before:
+            later = np.arange(-(-k // every) * every, len(poses), every)
+            pairs.append(np.column_stack([later - k, later]))
+        soon = max(k for k, _ in self.before)
+        for here in range(soon + 1, len(poses)):
             near = np.array(tree.query_ball_point(poses[here, :2], self.within), dtype=np.int64)
-            near = near[near < here - self.before[-1]]
+            near = near[near < here - soon]
             off = poses[near] - poses[here]
             distance = np.hypot(off[:, 0], off[:, 1])
             distance += self.per_rad * np.abs(wrap_angle(off[:, 2]))
             order = near[np.argsort(distance, kind="stable")]
             chosen = _spread(order, self.others, self.apart)
             pairs.append(np.column_stack([chosen, np.full(len(chosen), here)]))
-        return np.concatenate(pairs) if pairs else np.empty((0, 2), np.int64)
+        return np.concatenate(pairs)
 
 
 @kernel

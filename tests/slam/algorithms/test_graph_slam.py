@@ -16,6 +16,8 @@ from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2, compose
 from slam.graph import pose_graph
+from slam.graph.alignment import ALIGNED
+from slam.graph.chain import MIN_WEIGHT
 from slam.graph.loops import Loops
 from slam.interface import Revising
 from slam.maps.clamped import Clamped
@@ -76,6 +78,28 @@ def test_loops_are_closed() -> None:
     assert found.max() < 0.5 * off(without.poses, driven()).max()
     assert found.max() < 0.5 * off(online, driven()).max()
     assert found.max() < 0.1 * off(driven().odometry.poses, driven()).max()
+
+
+def test_the_keyframes_are_aligned_at_the_end() -> None:
+    episode = drive(2.0, reach=3.0, seed=3)
+    before, after = (run(GraphSlam(alignment=given), episode) for given in (None, ALIGNED))
+    np.testing.assert_array_equal(before.online, after.online)
+    off_before, off_after = off(before.poses, episode), off(after.poses, episode)
+    assert np.sqrt((off_after**2).mean()) < 0.85 * np.sqrt((off_before**2).mean())
+
+
+def test_a_second_call_of_finish_changes_nothing_and_the_graph_agrees_with_it() -> None:
+    robot, *_ = finished()
+    before = state(robot)
+    robot.finish()
+    assert state(robot) == before
+    trusted = robot.graph.trust() > MIN_WEIGHT
+    assert trusted.any()
+    np.testing.assert_allclose(robot.graph.edges.errors(robot.graph.poses)[trusted], 0, atol=1e-9)
+    for place in robot.places:
+        assert tuple(place.keyframes[0].pose) == pytest.approx((0, 0, 0), abs=1e-12)
+    last = robot.places[-1].keyframes[-1].pose
+    np.testing.assert_allclose(Pose2.of(robot.graph.poses[-1]) @ last, robot.pose, atol=1e-6)
 
 
 def test_where_none_is_believed_there_are_none() -> None:

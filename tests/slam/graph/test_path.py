@@ -78,3 +78,30 @@ def test_whatever_is_forgotten_while_it_grows_every_pose_stays_where_it_was(
             frames = np.delete(frames, number, axis=0)
         same(path.poses(frames), np.array(expected))
         same(np.array(path.last(frames)), expected[-1])
+
+
+@given(seeds, st.integers(1, 4))
+def test_poses_at_keyframes_move_with_them(seed: int, keyframes: int) -> None:
+    rng = np.random.default_rng(seed)
+    path, frames, expected = random_path(rng, 40, 3)
+    number = 1
+    before = path._within[:40][path._of(number)][:keyframes].copy()
+    if not len(before):
+        return
+    after = compose(before, rng.uniform(-0.1, 0.1, before.shape))
+    own = path._of(number)
+    path.realign(number, before, after)
+    expected[own[: len(before)]] = compose(frames[number], after)
+    found = path.poses(frames)
+    same(found[own[: len(before)]], expected[own[: len(before)]])
+    others = np.setdiff1d(np.arange(40), own)
+    same(found[others], expected[others])
+
+
+def test_between_two_keyframes_a_pose_moves_with_both() -> None:
+    path, frames = Path(), np.zeros((1, 3))
+    for k in range(5):
+        path.append(0, Pose2(0.1 * k))
+    before = np.array([[0.0, 0.0, 0.0], [0.4, 0.0, 0.0]])
+    path.realign(0, before, before + np.array([[0.0, 0.0, 0.0], [0.0, 0.04, 0.0]]))
+    np.testing.assert_allclose(path.poses(frames)[:, 1], [0.0, 0.01, 0.02, 0.03, 0.04], atol=1e-12)
