@@ -57,6 +57,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Algorithms": (
         "slam.algorithms.maximum_likelihood.MaximumLikelihood",
         "slam.algorithms.graph_slam.GraphSlam", "slam.graph.loops.Loops",
+        "slam.graph.alignment.Alignment", "slam.graph.links.Links",
         "slam.algorithms.particle_filter.ParticleFilter",
         "slam.algorithms.dead_reckoning.DeadReckoning",
     ),
@@ -204,7 +205,9 @@ def _value(default: Any) -> str:
 
 
 def _numbers(values: tuple[float, ...]) -> str:
-    return ", ".join(f"{value:.4g}" for value in values)
+    return ", ".join(
+        f"({_numbers(value)})" if isinstance(value, tuple) else f"{value:.4g}" for value in values
+    )
 
 
 def _linked(name: str) -> str:

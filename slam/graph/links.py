@@ -16,12 +16,12 @@ from slam.validation import positive, whole
 class Links:
     """The pairs of keyframes that are likely to see the same surfaces.
 
-    before  (k, n): every n-th keyframe is compared with the one k before it. Links over many
-            keyframes are fewer, as they cost most of the time when all are solved together
-    others  most keyframes of other times that it is compared with, the nearest ones
-    within  m, to these
-    per_rad m, that a heading which differs by 1 rad counts as
-    apart   least number of keyframes between two of them, so that they are of several visits
+    before   (k, n): every n-th keyframe is compared with the one k before it. Links over many
+             keyframes are fewer, as they cost most of the time when all are solved together
+    others   most keyframes of other times that it is compared with, the nearest ones
+    within   m, to these
+    per_rad  m, that a heading which differs by 1 rad counts as
+    apart    least number of keyframes between two of them, so that they are of several visits
     """
 
     before: tuple[tuple[int, int], ...] = ((1, 1), (2, 1), (4, 1), (8, 1), (16, 2), (32, 4))
