@@ -43,7 +43,7 @@ class Links:
             later = np.arange(-(-k // every) * every, len(poses), every)
             pairs.append(np.column_stack([later - k, later]))
         soon = max(k for k, _ in self.before)
-        for here in range(soon + 1, len(poses)):
+        for here in range(len(poses)):
             near = np.array(tree.query_ball_point(poses[here, :2], self.within), dtype=np.int64)
             near = near[near < here - soon]
             off = poses[near] - poses[here]
