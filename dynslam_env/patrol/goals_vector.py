@@ -53,7 +53,8 @@ class DoorPatrolGoalsVectorEnv(DoorPatrolVectorEnv):
         check_keywords(DoorPatrolGoalsVectorEnv, PatrolVectorKeywords, keywords)
         super().__init__(num_envs, render_mode=render_mode, **keywords)
         self._limits = GoalConfig(patience, budget).steps(self.patrol_config.period)
-        self._drivers: list[GoalDriver | None] = [None] * num_envs
+        rng = np.random.default_rng(0)  # not used: a reset makes a driver with its own
+        self._drivers = [GoalDriver(self._limits, rng) for _ in range(num_envs)]
         self._pilot_rngs: list[np.random.Generator | None] = [None] * num_envs
         self._brier, self._reached = np.zeros(num_envs), np.zeros(num_envs, np.bool_)
 
@@ -83,12 +84,12 @@ class DoorPatrolGoalsVectorEnv(DoorPatrolVectorEnv):
     def _drive(self, which: Rows, commands: NDArray[Any]) -> Array:
         decisions = {i: Decision.begun() for i in which.tolist()}
         for i in which.tolist():
-            self._driver(i).choose(int(commands[i]))
+            self._drivers[i].choose(int(commands[i]))
         actions, active = np.zeros((self.num_envs, 2), np.float32), which
         snapshots = {i: self._snapshot(i) for i in which.tolist()}
         while len(active):
             for i in active.tolist():
-                actions[i] = self._driver(i).action(snapshots[i])
+                actions[i] = self._drivers[i].action(snapshots[i])
             rewards = self._advance(active, actions)
             for i in active.tolist():
                 terms = dict(zip(self._names, self._terms[:, i].tolist(), strict=True))
@@ -96,20 +97,15 @@ class DoorPatrolGoalsVectorEnv(DoorPatrolVectorEnv):
                 decisions[i].add(float(rewards[i]), terms, brier, float(self._touched[i]))
                 snapshots[i] = self._snapshot(i)
             active = np.array(
-                [i for i in active.tolist() if self._driver(i).goes_on(snapshots[i])], np.int64
+                [i for i in active.tolist() if self._drivers[i].goes_on(snapshots[i])], np.int64
             )
         total = np.zeros(self.num_envs)
         for i, decision in decisions.items():
             total[i], self._terms[:, i] = decision.reward, list(decision.reward_terms.values())
             self._brier[i], self._touched[i] = decision.means
-            self._reached[i] = self._driver(i).arrived(snapshots[i])
+            self._reached[i] = self._drivers[i].arrived(snapshots[i])
             self._show(i)
         return total
-
-    def _driver(self, i: int) -> GoalDriver:
-        driver = self._drivers[i]
-        assert driver is not None  # there is one from the reset on
-        return driver
 
     def _snapshot(self, i: int) -> PatrolSnapshot:
         patrol = self._patrols[i]
@@ -117,13 +113,13 @@ class DoorPatrolGoalsVectorEnv(DoorPatrolVectorEnv):
         return snapshot_of(patrol.robot, patrol.slam, patrol.scan, robot, self.patrol_config)
 
     def _view_of(self, i: int) -> Observation:
-        return super()._view_of(i) | self._driver(i).look(self._snapshot(i))
+        return super()._view_of(i) | self._drivers[i].look(self._snapshot(i))
 
     def _truncated(self) -> Bools:
-        return super()._truncated() | np.array([self._driver(i).over for i in self._all.tolist()])
+        return super()._truncated() | np.array([each.over for each in self._drivers])
 
     def _periods(self) -> NDArray[np.int64]:
-        return np.array([0 if each is None else each.driven for each in self._drivers])
+        return np.array([each.driven for each in self._drivers])
 
     def _briers(self) -> Array:
         return self._brier.copy()
@@ -134,7 +130,7 @@ class DoorPatrolGoalsVectorEnv(DoorPatrolVectorEnv):
     def _step_infos(self, mask: Bools) -> Infos:
         if not mask.any():
             return {}
-        steps = np.array([0 if each is None else each.steps for each in self._drivers])
+        steps = np.array([each.steps for each in self._drivers])
         told = {"steps": np.where(mask, steps, 0), "reached": self._reached & mask}
         return super()._step_infos(mask) | masked(told, mask)
 
@@ -148,7 +144,7 @@ class _GoalsView(PatrolWorldView):
         i: int,
         patrols: list[Patrol],
         config: PatrolConfig,
-        drivers: list[GoalDriver | None],
+        drivers: list[GoalDriver],
     ):
         super().__init__(batch, i, patrols, config)
         self._drivers = drivers
@@ -156,9 +152,7 @@ class _GoalsView(PatrolWorldView):
     @property
     def options(self) -> GoalOptions:
         _ = self._begun
-        driver = self._drivers[self._row]
-        assert driver is not None  # there is one from the reset on
-        return driver.options
+        return self._drivers[self._row].options
 
     def action_masks(self) -> NDArray[np.bool_]:
         return self.options.mask

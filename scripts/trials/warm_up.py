@@ -86,7 +86,7 @@ class Room(Source):
 
 def _scan(x: float, theta: float, time: float) -> Scan:
     angles = np.linspace(-math.pi / 2, math.pi / 2, 181)
-    angles.flags.writeable = False  # as those of the worlds: kernels are compiled for either
+    angles.flags.writeable = False  # as in the worlds: numba compiles other kernels for such arrays
     along, aside = np.cos(angles + theta), np.sin(angles + theta)
     ends = np.where(along > 0, LENGTH / 2 - x, -LENGTH / 2 - x)
     along, aside = np.where(along == 0, 1e-9, along), np.maximum(np.abs(aside), 1e-9)

@@ -90,9 +90,7 @@ class SecondStart:
         """Set `slam` back to before its first scan, with the parts of `fresh`."""
         kept = {"pose": self._start, "rng": slam.rng, "again": self}
         slam.rng.bit_generator.state = self._rng_state
-        for name, part in (vars(fresh) | kept).items():
-            own = getattr(part, "__self__", None) is fresh  # one of its methods
-            setattr(slam, name, getattr(slam, part.__name__) if own else part)
+        vars(slam).update(vars(fresh) | kept)
 
     def _again(self, slam: Beginner, fresh: Beginner) -> Estimate:
         """Map the scans so far again; what they showed of the odometry is not learned twice."""

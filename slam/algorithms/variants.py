@@ -11,7 +11,8 @@ is lost.
 
 `MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration` and `MAP-graph` notice that the robot
 is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over these
-maps, `MAP-graph` a graph of local maps: both close loops.
+maps, `MAP-graph` a graph of local maps: both close loops. `MAP-graph/no-alignment` leaves out the
+alignment of the keyframes, with which a graph ends.
 """
 
 from __future__ import annotations

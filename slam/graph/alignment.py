@@ -62,25 +62,22 @@ class Alignment:
         if len(poses) < 2:
             return poses
         echoes, links = echoes_of(scans, poses, map_model), self.links(poses)
-        chain = self._chain(poses)
-        ends = np.concatenate([links, chain.ends])
+        earlier = np.arange(len(poses) - 1)
+        ends = np.concatenate([links, np.column_stack([earlier, earlier + 1])])
         displacements = between(poses[ends[:, 0]], poses[ends[:, 1]])
-        edges = Edges.of(ends, displacements, np.zeros((len(ends), 3, 3)))
-        edges.information[len(links) :] = chain.information
-        system = System(edges, len(poses))
+        information = np.zeros((len(ends), 3, 3))
+        information[len(links) :] = self._of_odometry(displacements[len(links) :])
+        system = System(Edges.of(ends, displacements, information), len(poses))
         for sigma in self.sigmas:
             self._measure(echoes, poses, sigma, system.edges, len(links))
             poses = poses + system.step(poses, np.ones(len(ends)))
             poses[:, 2] = wrap_angle(poses[:, 2])
         return poses
 
-    def _chain(self, poses: Array) -> Edges:
-        """The edges between consecutive keyframes."""
-        first = np.arange(len(poses) - 1)
-        moved = between(poses[:-1], poses[1:])
-        deviations = np.array([self.drift.deviations(Pose2.of(one)) for one in moved])
-        information = deviations[:, :, None] ** -2 * np.eye(3)
-        return Edges.of(np.column_stack([first, first + 1]), moved, information)
+    def _of_odometry(self, displacements: Array) -> Array:
+        """(n, 3, 3) information about displacements (n, 3) between consecutive keyframes."""
+        deviations = np.array([self.drift.deviations(Pose2.of(one)) for one in displacements])
+        return deviations[:, :, None] ** -2 * np.eye(3)
 
     def _measure(self, echoes: Echoes, poses: Array, sigma: float, edges: Edges, n: int) -> None:
         """Write to the first n edges what the links measure around `poses` (n, 3)."""

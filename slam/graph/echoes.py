@@ -48,9 +48,10 @@ def echoes_of(scans: Sequence[Scan], poses: Array, map_model: MapModel) -> Echoe
     parts, sensors = [_lines(scan) for scan in scans], [scan.mount[:2] for scan in scans]
     begins = np.cumsum([0] + [len(part) for part in parts])
     points, tangents, bearings = np.split(np.concatenate(parts), (2, 4), axis=1)
-    world, turned = _in_world(begins, poses, points, tangents)
-    means = _averaged(world - poses[0, :2], turned)
-    own = _turned_back(begins, poses, means)
+    turns = poses * (0.0, 0.0, 1.0)
+    world = _moved(begins, poses, points)
+    means = _averaged(world - poses[0, :2], _moved(begins, turns, tangents))
+    own = _moved(begins, -turns, means).astype(np.float32)
     h = map_model.cells.sample(world)[0]
     return Echoes(
         begins, points, own, np.ascontiguousarray(bearings[:, 0]),
@@ -72,29 +73,15 @@ def _lines(scan: Scan) -> np.ndarray:
 
 
 @kernel
-def _in_world(begins, poses, points, tangents):
-    """(echoes, 2) points and tangents, world."""
-    world, turned = np.empty((len(points), 2)), np.empty((len(points), 2))
+def _moved(begins, poses, points):
+    """(echoes, 2) the points, each moved by the pose (n, 3) of its keyframe."""
+    moved = np.empty((len(points), 2))
     for n in range(len(poses)):
         c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])
         for k in range(begins[n], begins[n + 1]):
-            world[k, 0] = poses[n, 0] + c * points[k, 0] - s * points[k, 1]
-            world[k, 1] = poses[n, 1] + s * points[k, 0] + c * points[k, 1]
-            turned[k, 0] = c * tangents[k, 0] - s * tangents[k, 1]
-            turned[k, 1] = s * tangents[k, 0] + c * tangents[k, 1]
-    return world, turned
-
-
-@kernel
-def _turned_back(begins, poses, tangents):
-    """(echoes, 2) float32 tangents, world, in their robots' frames."""
-    own = np.empty((len(tangents), 2), np.float32)
-    for n in range(len(poses)):
-        c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])
-        for k in range(begins[n], begins[n + 1]):
-            own[k, 0] = c * tangents[k, 0] + s * tangents[k, 1]
-            own[k, 1] = -s * tangents[k, 0] + c * tangents[k, 1]
-    return own
+            moved[k, 0] = poses[n, 0] + c * points[k, 0] - s * points[k, 1]
+            moved[k, 1] = poses[n, 1] + s * points[k, 0] + c * points[k, 1]
+    return moved
 
 
 def _averaged(points: Array, tangents: Array) -> Array:

@@ -10,6 +10,7 @@ from slam.geometry import Array, Pose2, between, compose, inverse, wrap_angle
 INITIAL_UPDATES = 1024  # capacity of the array of poses, which is doubled when it is full
 POSE_BYTES = 24  # of a pose in memory
 PER_RAD = 0.5  # m, that headings which differ by 1 rad count as
+NO_DISTANCE = 1e-300  # m, instead of zero: two keyframes at a pose move it alike
 NO_UPDATES = np.empty(0, np.int64)
 
 
@@ -76,8 +77,7 @@ class Path:
         distances, nearest = tree.query(_places(poses), ranks)  # pyright: ignore[reportArgumentType]
         corrections = compose(after, inverse(before))
         moved = compose(corrections[nearest], poses[:, None])
-        total = distances.sum(axis=1)
-        share = np.where(total > 0.0, distances[:, 0] / np.where(total > 0.0, total, 1.0), 0.0)
+        share = distances[:, 0] / np.maximum(distances.sum(axis=1), NO_DISTANCE)
         moved[:, -1, 2] = moved[:, 0, 2] + wrap_angle(moved[:, -1, 2] - moved[:, 0, 2])
         self._within[chosen] = moved[:, 0] + share[:, None] * (moved[:, -1] - moved[:, 0])
 

@@ -52,7 +52,7 @@ def test_the_first_metres_have_their_true_length(variant: str) -> None:
     episode = drive(1.2)
     result = run(started(variant, episode), episode)
     again = len(result.first)
-    assert again > 20 < 120
+    assert 20 < again < 120
     assert errors(result.online, episode)[: again - 1].max() > 0.3
     assert errors(result.online, episode)[again - 1 :].max() < 0.15
     assert errors(result.poses, episode).max() < 0.15
@@ -174,8 +174,9 @@ def test_nothing_is_left_of_the_first_time() -> None:
     for _ in Playback(robot, episode):
         pass
     assert len(robot.first_poses) > 0
-    surroundings = robot._surroundings
-    assert surroundings.__self__ is robot  # type: ignore[attr-defined]
+    endpoint = robot._surroundings().endpoint
+    assert endpoint is robot.sensor_model
+    assert endpoint.tiles is robot.map_model.cells.tiles
     assert pickle.loads(pickle.dumps(robot)).pose == robot.pose
 
 
