@@ -102,6 +102,16 @@ def test_a_second_call_of_finish_changes_nothing_and_the_graph_agrees_with_it() 
     np.testing.assert_allclose(Pose2.of(robot.graph.poses[-1]) @ last, robot.pose, atol=1e-6)
 
 
+def test_a_lost_robot_is_searched_for_in_the_whole_map() -> None:
+    robot, *_ = finished()
+    assert robot._front is not None
+    endpoint, frame = robot._front._surroundings()
+    assert tuple(frame) == tuple(robot.graph.poses[-1])
+    own = robot._front.map_model.cells.tiles
+    assert endpoint.tiles is not own
+    assert endpoint.tiles.used > own.used
+
+
 def test_where_none_is_believed_there_are_none() -> None:
     done = run(robot := GraphSlam(loops=NONE, alignment=None), driven())
     assert not any(edge.loop for edge in robot.graph.edges)

@@ -145,6 +145,15 @@ def test_the_two_faces_of_a_wall_are_not_one() -> None:
     assert not g.any()
 
 
+@pytest.mark.parametrize(("apart", "one"), [(0.11, True), (0.13, False)])
+def test_surfaces_farther_apart_than_three_deviations_are_not_one(apart: float, one: bool) -> None:
+    """A wall that stands farther away in the second scan; the deviation is 4 cm."""
+    scans = [scan_at(Pose2(), walls=np.array([[x, -3.0, x, 3.0]])) for x in (1.0, 1.0 + apart)]
+    poses = np.zeros((2, 3))
+    H, g = compared(echoes_of(scans, poses, drawn(scans, poses)), Pose2())
+    assert H.any() == g.any() == one
+
+
 def test_a_wall_tells_nothing_of_the_place_along_it() -> None:
     H, _ = compared(pair(Pose2(), Pose2(0.3), np.array([[-50.0, 1.0, 50.0, 1.0]])), Pose2(0.3))
     assert H[1, 1] > 10.0
