@@ -107,8 +107,8 @@ class Recent:
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
     order, free = _order(scan), _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
-    angles, free = np.ascontiguousarray(scan.angles[::order]), np.ascontiguousarray(free[::order])
-    return Sight(scan.pieces, angles, free, scan.mount)
+    angles = scan.angles[::order].copy()  # writable: kernels are compiled for one kind
+    return Sight(scan.pieces, angles, np.ascontiguousarray(free[::order]), scan.mount)
 
 
 def _order(scan: Scan) -> int:
