@@ -24,6 +24,8 @@ SAME = 0.92  # cosine of the angle between the tangents of two echoes of one sur
 CUT = 3.0  # standard deviations beyond which two echoes are not of one surface
 LEAST_INFORMATION = 1.0  # 1/m^2, 1/rad^2, of a link: makes it invertible
 DRIFT = GaussianMotion(rotation_per_m=math.radians(20.0), rotation_per_rad=0.2)
+FAR = 256  # keyframes between two whose headings the map holds together: it bends less over 30 m
+EVERY = 16  # keyframes from one such pair to the next
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,7 @@ class Alignment:
     minimum is a measured displacement of the one from the other, and its curvature the information;
     all links are solved together. Consecutive keyframes are also held together as by an odometry
     as good as scan matching, which decides where the scans do not, as along a bare corridor.
+    Headings FAR apart are held together too: a map of many scans bends less than a chain of links.
 
     links   which keyframes are compared
     sigmas  m, standard deviation of the distances, of one Gauss-Newton step each: the first one
@@ -44,6 +47,7 @@ class Alignment:
     beta    weight of an echo in one link; it is compared in about twenty
     z_rand  likelihood of an echo that is not of the same surface, by that of one that is
     drift   errors of the displacement between consecutive keyframes, as estimated before
+    bend    rad, likewise of the heading between keyframes FAR apart
     """
 
     links: Links = LINKS
@@ -52,9 +56,10 @@ class Alignment:
     beta: float = 0.015
     z_rand: float = 0.3
     drift: GaussianMotion = DRIFT
+    bend: float = math.radians(2.0)
 
     def __post_init__(self) -> None:
-        positive(self, "along", "beta", "z_rand")
+        positive(self, "along", "beta", "z_rand", "bend")
 
     def __call__(self, scans: Sequence[Scan], poses: Array, map_model: MapModel) -> Array:
         """(n, 3) the poses of scans taken at about `poses` (n, 3), in the order of time. The first
@@ -62,11 +67,11 @@ class Alignment:
         if len(poses) < 2:
             return poses
         echoes, links = echoes_of(scans, poses, map_model), self.links(poses)
-        earlier = np.arange(len(poses) - 1)
-        ends = np.concatenate([links, np.column_stack([earlier, earlier + 1])])
+        ends = np.concatenate([links, _apart(len(poses), 1, 1), _apart(len(poses), FAR, EVERY)])
         displacements = between(poses[ends[:, 0]], poses[ends[:, 1]])
-        information = np.zeros((len(ends), 3, 3))
-        information[len(links) :] = self._of_odometry(displacements[len(links) :])
+        information, chain = np.zeros((len(ends), 3, 3)), len(links) + len(poses) - 1
+        information[len(links) : chain] = self._of_odometry(displacements[len(links) : chain])
+        information[chain:, 2, 2] = self.bend**-2
         system = System(Edges.of(ends, displacements, information), len(poses))
         for sigma in self.sigmas:
             self._measure(echoes, poses, sigma, system.edges, len(links))
@@ -91,6 +96,12 @@ class Alignment:
         off = np.linalg.solve(information, gradient[:, :, None])[:, :, 0]
         edges.measured[:n] = compose(here, -off)
         edges.information[:n] = information
+
+
+def _apart(n: int, k: int, every: int) -> np.ndarray:
+    """(pairs, 2) of n keyframes: numbers 0, `every`, ..., each with the one k after it."""
+    first = np.arange(0, n - k, every)
+    return np.column_stack([first, first + k])
 
 
 @kernel(error_model="numpy")

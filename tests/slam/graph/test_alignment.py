@@ -7,7 +7,7 @@ import pytest
 
 from slam.errors import InputError
 from slam.geometry import Pose2, between, compose, wrap_angle
-from slam.graph.alignment import Alignment, _compared
+from slam.graph.alignment import EVERY, FAR, Alignment, _compared
 from slam.graph.echoes import Echoes, echoes_of
 from slam.maps.static import Static
 from slam.scan import Scan
@@ -64,6 +64,22 @@ def test_drift_is_spread_over_the_way_when_a_place_is_seen_again() -> None:
     before = np.array(before)
     after = Alignment()(scans, before, drawn(scans, before))
     assert largest(after, truth)[0] < 0.4 * largest(before, truth)[0]
+
+
+def test_headings_far_apart_are_held_together_as_they_were() -> None:
+    rng, truth = np.random.default_rng(4), loop(FAR + 40)
+    scans = [scan_at(Pose2.of(pose), rng=rng) for pose in truth]
+    before = disturbed(truth, rng, 0.01, 0.5)
+
+    def change(bend: float) -> float:
+        """RMS, rad, of what an alignment changes in the turn between keyframes FAR apart."""
+        after = Alignment(bend=bend)(scans, before, drawn(scans, before))
+        turns = [
+            wrap_angle(poses[FAR::EVERY, 2] - poses[:-FAR:EVERY, 2]) for poses in (before, after)
+        ]
+        return float(np.sqrt((wrap_angle(turns[1] - turns[0]) ** 2).mean()))
+
+    assert change(1e-5) < 0.1 * change(1.0)
 
 
 def test_what_moved_counts_for_little() -> None:
