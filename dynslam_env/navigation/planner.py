@@ -109,44 +109,51 @@ def _flood(row, col, kinds, found):
 def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
     """Write cost, length and parent (rows, cols) of all cells that can be reached."""
     rows, cols = kinds.shape
-    done = np.zeros((rows, cols), dtype=np.bool_)
+    kinds, price = kinds.ravel(), price.ravel()
+    cost, length, parent = cost.ravel(), length.ravel(), parent.ravel()
+    done = np.zeros(len(cost), dtype=np.bool_)
+    steps = np.array([cell, cell * math.sqrt(2.0)])  # straight, diagonal
     keys, items = np.empty(1024), np.empty(1024, dtype=np.int32)
-    cost[row, col], length[row, col] = 0.0, 0.0
-    keys[0], items[0], size = 0.0, row * cols + col, 1
+    start = np.uint64(row * cols + col)
+    cost[start], length[start] = 0.0, 0.0
+    keys[0], items[0], size = 0.0, start, 1
     while size:
-        at = items[0]
+        at = np.uint64(items[0])
         size = _pop(keys, items, size)
-        r, c = at // cols, at % cols
-        if done[r, c]:
+        if done[at]:
             continue
-        done[r, c] = True
-        tight = kinds[r, c] != OPEN
-        here = price[r, c] * (TIGHT_COST_FACTOR if tight else 1.0)
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                i, j = r + dr, c + dc
-                if i < 0 or i >= rows or j < 0 or j >= cols or done[i, j]:
+        done[at] = True
+        r, c = int(at) // cols, int(at) % cols
+        tight = kinds[at] != OPEN
+        here = price[at] * (TIGHT_COST_FACTOR if tight else 1.0)
+        for dr in range(-1 if r else 0, 2 if r < rows - 1 else 1):
+            for dc in range(-1 if c else 0, 2 if c < cols - 1 else 1):
+                there = np.uint64(int(at) + dr * cols + dc)
+                if done[there]:
                     continue
-                if kinds[i, j] != OPEN and not (tight and kinds[i, j] == TIGHT):
+                if kinds[there] != OPEN and not (tight and kinds[there] == TIGHT):
                     continue
-                there = price[i, j] * (TIGHT_COST_FACTOR if kinds[i, j] == TIGHT else 1.0)
-                step = cell * math.sqrt(float(dr * dr + dc * dc))
-                total = cost[r, c] + step * (here + there) / 2
-                if total < cost[i, j]:
-                    cost[i, j], length[i, j] = total, length[r, c] + step
-                    parent[i, j] = at
+                weight = price[there] * (TIGHT_COST_FACTOR if kinds[there] == TIGHT else 1.0)
+                step = steps[np.uint64(dr & dc & 1)]
+                total = cost[at] + step * (here + weight) / 2
+                if total < cost[there]:
+                    cost[there], length[there] = total, length[at] + step
+                    parent[there] = at
                     if size == len(keys):
                         keys, items = np.append(keys, np.empty_like(keys)), np.append(items, items)
-                    size = _push(keys, items, size, total, i * cols + j)
+                    size = _push(keys, items, size, total, there)
 
 
 @kernel
 def _push(keys, items, size, key, item):
     """Insert into a binary heap, the least key first; returns its new size."""
-    k = size
-    while k > 0 and keys[(k - 1) // 2] > key:
-        keys[k], items[k] = keys[(k - 1) // 2], items[(k - 1) // 2]
-        k = (k - 1) // 2
+    k = np.uint64(size)
+    while k > 0:
+        above = (k - np.uint64(1)) >> np.uint64(1)
+        if keys[above] <= key:
+            break
+        keys[k], items[k] = keys[above], items[above]
+        k = above
     keys[k], items[k] = key, item
     return size + 1
 
@@ -156,11 +163,14 @@ def _pop(keys, items, size):
     """Remove the first item of the heap; returns its new size."""
     size -= 1
     key, item = keys[size], items[size]
-    k = 0
-    while 2 * k + 1 < size:
-        child = 2 * k + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
+    k, last = np.uint64(0), np.uint64(size)
+    while True:
+        child = (k << np.uint64(1)) + np.uint64(1)
+        if child >= last:
+            break
+        other = child + np.uint64(1)
+        if other < last:
+            child += np.uint64(keys[other] < keys[child])
         if keys[child] >= key:
             break
         keys[k], items[k] = keys[child], items[child]

@@ -67,6 +67,10 @@ class SuspectedDoor:
         apart = math.hypot(self.place[0] - x, self.place[1] - y)
         return apart < SAME_DOOR and abs(_turn(self.place[2], direction)) < SAME_DIRECTION
 
+    def distance(self, pose: Pose2) -> float:
+        """m, from its middle to a pose."""
+        return math.hypot(self.place[0] - pose.x, self.place[1] - pose.y)
+
     def look(self, time: float, share: float) -> None:
         """Add the share of a scan's beams that ended at the doorway; a state counts once it is
         confirmed."""
@@ -105,10 +109,9 @@ class PlaceDoors:
         """Add a scan at `pose`: new shapes, and the states of the doorways in view."""
         for row in suspects(scan, pose):
             self._see(row)
-        for door in self.doors:
-            if math.hypot(door.place[0] - pose.x, door.place[1] - pose.y) > MAX_SENSOR_DISTANCE:
-                continue
-            reached, ended, leaf = looked(scan, pose, door.place)
+        near = [door for door in self.doors if door.distance(pose) <= MAX_SENSOR_DISTANCE]
+        shown = looked(scan, pose, np.array([door.place for door in near]).reshape(-1, 4))
+        for door, (reached, ended, leaf) in zip(near, shown.tolist(), strict=True):
             if reached >= MIN_BEAMS:
                 door.look(scan.time, ended / reached)
             elif leaf:
