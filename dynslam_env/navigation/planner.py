@@ -40,7 +40,7 @@ class Plan(NamedTuple):
         """(n, 2) m, the centres of the cells from the start to `cell`; (0, 2) if no path leads."""
         if not math.isfinite(self.cost[cell]):
             return np.empty((0, 2))
-        cells = _trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
+        cells = trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
         return self.spec.centres(np.column_stack(np.divmod(cells, self.spec.cols)))
 
 
@@ -180,7 +180,7 @@ def _pop(keys, items, size):
 
 
 @kernel
-def _trace(parent, cell):
+def trace(parent, cell):
     """Flat indices of the cells from the start to `cell`."""
     n, at = 1, cell
     while parent[at] != NO_PARENT:

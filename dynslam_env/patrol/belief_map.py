@@ -44,7 +44,7 @@ class BeliefMap(DynamicMap):
         seen, ages = super().occupied(points, time), self.age(points, time)
         found = self.doors.drifted(seen, ages, time)
         doors = [door for door in self.doors.known() if door.seen]
-        inside = _doorways(points, np.array([door.place for door in doors]).reshape(-1, 4))
+        inside = _doorways(points, _places(doors))
         for k in np.flatnonzero(np.bincount(inside[inside >= 0])):
             found[inside == k] = self.doors.closed(doors[k], time)
         return found
@@ -57,35 +57,36 @@ class BeliefMap(DynamicMap):
         """See `DynamicMap`."""
         cells = super().beliefs(time)
         occupied, flips = cells.occupied.copy(), np.zeros_like(cells.flips)
-        for door in self.doors.known():
-            if door.seen:
-                self._overlay(door, time, cells, occupied, flips)
+        doors = [door for door in self.doors.known() if door.seen]
+        closed = np.array([self.doors.closed(door, time) for door in doors])
+        flipped = np.array([door.filter.flips > 0 for door in doors], dtype=np.bool_)
+        _overlay(_places(doors), closed, flipped, cells, occupied, flips)
         return cells._replace(occupied=occupied, flips=flips)
 
-    def _overlay(
-        self, door: SuspectedDoor, time: float, cells: Beliefs, occupied: Array, flips: Array
-    ) -> None:
-        """Write P(closed) and the flips of a door into the arrays (rows, cols) around it."""
-        closed, flipped = self.doors.closed(door, time), door.filter.flips > 0
-        reach = 1.5 * door.place[3] + SWEPT_MARGIN + DOORWAY_DEPTH + cells.spec.resolution
-        corners = cells.spec.cells(door.place[:2] + np.array([[-reach, -reach], [reach, reach]]))
-        block = np.clip(corners, 0, np.array(cells.spec.shape))
-        _write(door.place, closed, flipped, block, cells, occupied, flips)
+
+def _places(doors: list[SuspectedDoor]) -> Array:
+    """(d, 4) of each door, as `SuspectedDoor.place`."""
+    return np.array([door.place for door in doors]).reshape(-1, 4)
 
 
 @kernel
-def _write(place, closed, flipped, block, cells: Beliefs, occupied, flips):
-    """Write a door's P(closed), and its flips if it `flipped`, into a `block` of cells: their
-    (2, 2) first and last row and column."""
-    spec = cells.spec
-    for row in range(block[0, 0], block[1, 0]):
-        for col in range(block[0, 1], block[1, 1]):
-            x = (spec.col0 + col + 0.5) * spec.resolution
-            y = (spec.row0 + row + 0.5) * spec.resolution
-            if cells.observed[row, col] and _in_doorway(place, x, y):
-                occupied[row, col] = closed
-            if flipped and _swept(place, x, y):
-                flips[row, col] = cells.flips[row, col]
+def _overlay(places, closed, flipped, cells: Beliefs, occupied, flips):
+    """Write P(closed) (d,) of doors, and the flips of those that `flipped` (d,), into the arrays
+    (rows, cols) around them."""
+    spec, cell = cells.spec, cells.spec.resolution
+    for d in range(len(places)):
+        reach = 1.5 * places[d, 3] + SWEPT_MARGIN + DOORWAY_DEPTH + cell
+        top = int(np.floor((places[d, 1] - reach) / cell)) - spec.row0
+        left = int(np.floor((places[d, 0] - reach) / cell)) - spec.col0
+        bottom = int(np.floor((places[d, 1] + reach) / cell)) - spec.row0
+        right = int(np.floor((places[d, 0] + reach) / cell)) - spec.col0
+        for row in range(max(top, 0), min(bottom, spec.rows)):
+            for col in range(max(left, 0), min(right, spec.cols)):
+                x, y = (spec.col0 + col + 0.5) * cell, (spec.row0 + row + 0.5) * cell
+                if cells.observed[row, col] and _in_doorway(places[d], x, y):
+                    occupied[row, col] = closed[d]
+                if flipped[d] and _swept(places[d], x, y):
+                    flips[row, col] = cells.flips[row, col]
 
 
 @kernel

@@ -73,24 +73,24 @@ def _suspects(ranges, beams, sensor, longest):
             away = 2.0 * longest
         x[k] = sensor[0] + away * beams[0, k]
         y[k] = sensor[1] + away * beams[1, k]
+    spacing = np.full(n, np.inf)  # from the beam before
+    for k in range(1, n):
+        spacing[k] = np.hypot(x[k] - x[k - 1], y[k] - y[k - 1])
     found = np.empty((n, 6))
     count = 0
     i = 1
     while i < n - MIN_BEAMS - 2:
-        step = 1
-        if ranges[i] < MAX_DISTANCE and count < n:
+        step, before = 1, spacing[i]
+        if ranges[i] < MAX_DISTANCE and before < MAX_SPACING and count < n:
             for j in range(i + MIN_BEAMS + 1, n - 1):
-                if not ranges[j] < MAX_DISTANCE:
+                after = spacing[j + 1]
+                if not (ranges[j] < MAX_DISTANCE and after < MAX_SPACING):
                     continue
                 square = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2
                 if square < LEAST_SQUARE or square > MOST_SQUARE:
                     continue
                 width = np.hypot(x[j] - x[i], y[j] - y[i])
                 if width < MIN_WIDTH or width > MAX_WIDTH + 2.0 * MAX_SPACING:
-                    continue
-                before = np.hypot(x[i] - x[i - 1], y[i] - y[i - 1])
-                after = np.hypot(x[j + 1] - x[j], y[j + 1] - y[j])
-                if not (before < MAX_SPACING and after < MAX_SPACING):
                     continue
                 if width - before - after > MAX_WIDTH:
                     continue

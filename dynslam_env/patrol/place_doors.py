@@ -51,6 +51,7 @@ class SuspectedDoor:
         self.sightings, self.leaves = 0, 0
         self.filter = DoorFilter(laws)
         self.pending: tuple[float, float] | None = None  # time and odds of being closed
+        self.own: tuple[object, Array] | None = None  # see `PlaceDoors._own`
         self.see(row)
 
     def see(self, row: Array) -> None:
@@ -124,8 +125,7 @@ class PlaceDoors:
     def closed(self, door: SuspectedDoor, time: float) -> float:
         """P(closed at `time`), s, of a suspected door."""
         self._refresh(time)
-        own = responsibilities(door.filter.evidence, self._prior(door))
-        p = float(own @ door.filter.closed(time))
+        p = float(self._own(door) @ door.filter.closed(time))
         if door.pending and time - door.pending[0] <= CONFIRMING:
             p = _after(p, door.pending[1])
         return p
@@ -136,19 +136,14 @@ class PlaceDoors:
 
     def _belief(self, door: SuspectedDoor, time: float) -> DoorBelief:
         closed = self.closed(door, time)
-        after = [
-            self._forecast(door.filter.looked(time, state), door, time) for state in (False, True)
-        ]
+        looked = [door.filter.looked(time, state) for state in (False, True)]
+        own = [responsibilities(each.evidence, self._prior(door)) for each in looked]
+        after = [w @ each.forecast(time) for w, each in zip(own, looked, strict=True)]
         fresh = (1.0 - closed) * spread(after[0]) + closed * spread(after[1])
-        stale = spread(self._forecast(door.filter, door, time))
+        stale = spread(self._own(door) @ door.filter.forecast(time))
         stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
         age = math.inf if door.filter.time is None else time - door.filter.time
         return DoorBelief(door.place.copy(), closed, age, door.has_leaf, stale, fresh)
-
-    def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
-        """(HORIZONS,) P(closed) from `time`, s, on."""
-        own = responsibilities(doors.evidence, self._prior(door))
-        return own @ doors.forecast(time)
 
     def drifted(self, closed: Array, ages: Array, time: float) -> Array:
         """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
@@ -163,6 +158,13 @@ class PlaceDoors:
                 door.see(row)
                 return
         self.doors.append(SuspectedDoor(row, self.laws))
+
+    def _own(self, door: SuspectedDoor) -> Array:
+        """(h,) P(law | looks) of a door, anew after a look and after each `_refresh`."""
+        state = door.filter.time, door.has_leaf, self._refreshed
+        if door.own is None or door.own[0] != state:
+            door.own = state, responsibilities(door.filter.evidence, self._prior(door))
+        return door.own[1]
 
     def _prior(self, door: SuspectedDoor) -> Array:
         """(h,) weights of the laws for a door; with a leaf it is hardly one that never flips."""
