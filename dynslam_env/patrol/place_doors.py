@@ -176,10 +176,11 @@ class PlaceDoors:
             return
         self._refreshed = time
         doors = [door for door in self.known() if door.seen]
+        rows = [door.filter.evidence for door in doors], [self._prior(door) for door in doors]
+        shares = responsibilities(*np.array(rows)) if doors else ()
         total = PRIOR_WEIGHT * self.laws.prior
         still, bare = BARE_STILL_DOORS, BARE_DOORS
-        for door in doors:
-            share = responsibilities(door.filter.evidence, self._prior(door))
+        for door, share in zip(doors, shares, strict=True):
             if door.has_leaf:
                 total[:-1] += share[:-1]
             else:
