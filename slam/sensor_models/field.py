@@ -61,6 +61,9 @@ def mark_stale(
                 continue
             h_level[cell] = h
         slot = cell >> (2 * SHIFT)
+        within = (((cell >> SHIFT) & MASK) // BLOCK) * BLOCKS + (cell & MASK) // BLOCK
+        if margin == 0 and stale[slot, within]:
+            continue  # as most cells that beams crossed
         row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cell >> SHIFT) & MASK)
         col = ((places[slot, 1] - corner[1]) << SHIFT) + (cell & MASK)
         for r in range((row - margin) // BLOCK, (row + margin) // BLOCK + 1):
