@@ -52,7 +52,8 @@ def frontiers(
     away = np.hypot(*(points - position).T)
     gates = _gates(cells, ends, plan, costmap.spec.resolution)
     sides = pairwise([0, *ends.tolist()])
-    centroids = [points[start:end].sum(axis=0) / (end - start) for start, end in sides]
+    sums = [np.add.reduce(points[start:end], axis=0) for start, end in sides]
+    centroids = np.array(sums) / np.diff(ends, prepend=0)[:, None]
     beyond = centroids + LOOK_BEYOND * _outward(cells, ends, costmap)
     nearest_cells = np.minimum.reduceat(away, [0, *ends[:-1]])
     found = zip(groups, centroids, beyond, gates.tolist(), nearest_cells.tolist(), strict=True)

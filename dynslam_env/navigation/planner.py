@@ -110,30 +110,31 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
     """Write cost, length and parent (rows, cols) of all cells that can be reached."""
     rows, cols = kinds.shape
     done = np.zeros((rows, cols), dtype=np.bool_)
+    straight, diagonal = cell * math.sqrt(1.0), cell * math.sqrt(2.0)
     keys, items = np.empty(1024), np.empty(1024, dtype=np.int32)
     cost[row, col], length[row, col] = 0.0, 0.0
     keys[0], items[0], size = 0.0, row * cols + col, 1
     while size:
         at = items[0]
         size = _pop(keys, items, size)
-        r, c = at // cols, at % cols
+        r = at // cols
+        c = at - r * cols
         if done[r, c]:
             continue
         done[r, c] = True
         tight = kinds[r, c] != OPEN
         here = price[r, c] * (TIGHT_COST_FACTOR if tight else 1.0)
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                i, j = r + dr, c + dc
-                if i < 0 or i >= rows or j < 0 or j >= cols or done[i, j]:
+        so_far, way = cost[r, c], length[r, c]
+        for i in range(max(r - 1, 0), min(r + 2, rows)):
+            for j in range(max(c - 1, 0), min(c + 2, cols)):
+                kind = kinds[i, j]
+                if done[i, j] or (kind != OPEN and not (tight and kind == TIGHT)):
                     continue
-                if kinds[i, j] != OPEN and not (tight and kinds[i, j] == TIGHT):
-                    continue
-                there = price[i, j] * (TIGHT_COST_FACTOR if kinds[i, j] == TIGHT else 1.0)
-                step = cell * math.sqrt(float(dr * dr + dc * dc))
-                total = cost[r, c] + step * (here + there) / 2
+                there = price[i, j] * (TIGHT_COST_FACTOR if kind == TIGHT else 1.0)
+                step = straight if i == r or j == c else diagonal
+                total = so_far + step * (here + there) / 2
                 if total < cost[i, j]:
-                    cost[i, j], length[i, j] = total, length[r, c] + step
+                    cost[i, j], length[i, j] = total, way + step
                     parent[i, j] = at
                     if size == len(keys):
                         keys, items = np.append(keys, np.empty_like(keys)), np.append(items, items)

@@ -57,17 +57,18 @@ def _suspects(ranges, bearings, sensor, longest):
             away = 2.0 * longest
         x[k] = sensor[0] + away * np.cos(bearings[k])
         y[k] = sensor[1] + away * np.sin(bearings[k])
-    found = np.empty((n, 6))
+    found, square = np.empty((n, 6)), np.empty(n)
     count = 0
     i = 1
     while i < n - MIN_BEAMS - 2:
         step = 1
         if ranges[i] < MAX_DISTANCE and count < n:
+            for j in range(i + MIN_BEAMS + 1, n - 1):  # four at once
+                square[j] = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2
             for j in range(i + MIN_BEAMS + 1, n - 1):
-                if not ranges[j] < MAX_DISTANCE:
+                if square[j] < LEAST_SQUARE or square[j] > MOST_SQUARE:
                     continue
-                square = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2
-                if square < LEAST_SQUARE or square > MOST_SQUARE:
+                if not ranges[j] < MAX_DISTANCE:
                     continue
                 width = np.hypot(x[j] - x[i], y[j] - y[i])
                 if width < MIN_WIDTH or width > MAX_WIDTH + 2.0 * MAX_SPACING:

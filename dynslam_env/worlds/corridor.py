@@ -108,4 +108,4 @@ class Corridor:
             placement = RowPlacement(True, 0.0, near, near + side * self.room_depth)
             rooms, doors = build(row, placement, 0, len(spaces), self.door_width)
             spaces, doorways = spaces + rooms, doorways + doors
-        return FloorPlan(tuple(spaces), tuple(doorways), self.door_thickness)
+        return FloorPlan.known(tuple(spaces), tuple(doorways), self.door_thickness)
