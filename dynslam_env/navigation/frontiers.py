@@ -120,8 +120,9 @@ def _gates(
 ) -> NDArray[np.int64]:
     """(f, 2) row and column of the reachable cell of least path cost near the cells (2, n) of each
     frontier; NONE without one."""
-    rows, cols = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
-    away, nearby = nearest(plan.reached[rows, cols], resolution)
+    reached = plan.reached
+    rows, cols = extent(reached, math.ceil(GATE_DISTANCE / resolution))
+    away, nearby = nearest(reached[rows, cols], resolution)
     return _cheapest(cells, ends, (rows.start, cols.start), away, nearby, plan.cost)
 
 

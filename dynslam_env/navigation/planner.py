@@ -14,6 +14,7 @@ from slam.grid import GridSpec
 from slam.kernel import kernel
 
 NO_PARENT = -1
+U_0, U_1 = np.uint64(0), np.uint64(1)  # unsigned: numba checks no index for its sign
 TIGHT_COST_FACTOR = 10.0  # for cells where the robot does not fit: it leaves them at once
 
 
@@ -144,10 +145,13 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
 @kernel
 def _push(keys, items, size, key, item):
     """Insert into a binary heap, the least key first; returns its new size."""
-    k = size
-    while k > 0 and keys[(k - 1) // 2] > key:
-        keys[k], items[k] = keys[(k - 1) // 2], items[(k - 1) // 2]
-        k = (k - 1) // 2
+    k = np.uint64(size)
+    while k > U_0:
+        above = (k - U_1) >> U_1
+        if keys[above] <= key:
+            break
+        keys[k], items[k] = keys[above], items[above]
+        k = above
     keys[k], items[k] = key, item
     return size + 1
 
@@ -156,12 +160,14 @@ def _push(keys, items, size, key, item):
 def _pop(keys, items, size):
     """Remove the first item of the heap; returns its new size."""
     size -= 1
-    key, item = keys[size], items[size]
-    k = 0
-    while 2 * k + 1 < size:
-        child = 2 * k + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
+    last, k = np.uint64(size), U_0
+    key, item = keys[last], items[last]
+    while True:
+        child = (k << U_1) + U_1
+        if child >= last:
+            break
+        if child + U_1 < last and keys[child + U_1] < keys[child]:
+            child += U_1
         if keys[child] >= key:
             break
         keys[k], items[k] = keys[child], items[child]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.costmap import Costmap, Inflation, costmap
 from dynslam_env.navigation.door_belief import DoorBelief
