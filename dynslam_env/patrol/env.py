@@ -193,7 +193,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             patroller.move(self.place.displacement, info["collision"])
             if k % patrol_config.scan_every == 0 and self.place.scan_arrived:
                 patroller.look(self.wrapped.estimate, self.wrapped.scan)
-        gains = patroller.gains(self.place.physics.time)
+        gains = patroller.gains(self._scan.time)
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
         return sum(terms.values()), told
