@@ -14,6 +14,7 @@ from slam.grid import GridSpec
 from slam.kernel import kernel
 
 NO_PARENT = -1
+U_0, U_1 = np.uint64(0), np.uint64(1)  # unsigned: numba checks no index for its sign
 TIGHT_COST_FACTOR = 10.0  # for cells where the robot does not fit: it leaves them at once
 
 
@@ -110,30 +111,31 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
     """Write cost, length and parent (rows, cols) of all cells that can be reached."""
     rows, cols = kinds.shape
     done = np.zeros((rows, cols), dtype=np.bool_)
+    straight, diagonal = cell * math.sqrt(1.0), cell * math.sqrt(2.0)
     keys, items = np.empty(1024), np.empty(1024, dtype=np.int32)
     cost[row, col], length[row, col] = 0.0, 0.0
     keys[0], items[0], size = 0.0, row * cols + col, 1
     while size:
         at = items[0]
         size = _pop(keys, items, size)
-        r, c = at // cols, at % cols
+        r = at // cols
+        c = at - r * cols
         if done[r, c]:
             continue
         done[r, c] = True
         tight = kinds[r, c] != OPEN
         here = price[r, c] * (TIGHT_COST_FACTOR if tight else 1.0)
-        for dr in range(-1, 2):
-            for dc in range(-1, 2):
-                i, j = r + dr, c + dc
-                if i < 0 or i >= rows or j < 0 or j >= cols or done[i, j]:
+        so_far, way = cost[r, c], length[r, c]
+        for i in range(max(r - 1, 0), min(r + 2, rows)):
+            for j in range(max(c - 1, 0), min(c + 2, cols)):
+                kind = kinds[i, j]
+                if done[i, j] or (kind != OPEN and not (tight and kind == TIGHT)):
                     continue
-                if kinds[i, j] != OPEN and not (tight and kinds[i, j] == TIGHT):
-                    continue
-                there = price[i, j] * (TIGHT_COST_FACTOR if kinds[i, j] == TIGHT else 1.0)
-                step = cell * math.sqrt(float(dr * dr + dc * dc))
-                total = cost[r, c] + step * (here + there) / 2
+                there = price[i, j] * (TIGHT_COST_FACTOR if kind == TIGHT else 1.0)
+                step = straight if i == r or j == c else diagonal
+                total = so_far + step * (here + there) / 2
                 if total < cost[i, j]:
-                    cost[i, j], length[i, j] = total, length[r, c] + step
+                    cost[i, j], length[i, j] = total, way + step
                     parent[i, j] = at
                     if size == len(keys):
                         keys, items = np.append(keys, np.empty_like(keys)), np.append(items, items)
@@ -143,10 +145,13 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
 @kernel
 def _push(keys, items, size, key, item):
     """Insert into a binary heap, the least key first; returns its new size."""
-    k = size
-    while k > 0 and keys[(k - 1) // 2] > key:
-        keys[k], items[k] = keys[(k - 1) // 2], items[(k - 1) // 2]
-        k = (k - 1) // 2
+    k = np.uint64(size)
+    while k > U_0:
+        above = (k - U_1) >> U_1
+        if keys[above] <= key:
+            break
+        keys[k], items[k] = keys[above], items[above]
+        k = above
     keys[k], items[k] = key, item
     return size + 1
 
@@ -155,12 +160,14 @@ def _push(keys, items, size, key, item):
 def _pop(keys, items, size):
     """Remove the first item of the heap; returns its new size."""
     size -= 1
-    key, item = keys[size], items[size]
-    k = 0
-    while 2 * k + 1 < size:
-        child = 2 * k + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
+    last, k = np.uint64(size), U_0
+    key, item = keys[last], items[last]
+    while True:
+        child = (k << U_1) + U_1
+        if child >= last:
+            break
+        if child + U_1 < last and keys[child + U_1] < keys[child]:
+            child += U_1
         if keys[child] >= key:
             break
         keys[k], items[k] = keys[child], items[child]

@@ -57,24 +57,23 @@ def _suspects(ranges, bearings, sensor, longest):
             away = 2.0 * longest
         x[k] = sensor[0] + away * np.cos(bearings[k])
         y[k] = sensor[1] + away * np.sin(bearings[k])
-    found = np.empty((n, 6))
+    found, gaps = np.empty((n, 6)), np.zeros(n)  # m from each echo to the next
+    for k in range(n - 1):
+        gaps[k] = np.hypot(x[k + 1] - x[k], y[k + 1] - y[k])
     count = 0
     i = 1
     while i < n - MIN_BEAMS - 2:
         step = 1
-        if ranges[i] < MAX_DISTANCE and count < n:
+        before = gaps[i - 1]
+        if ranges[i] < MAX_DISTANCE and before < MAX_SPACING and count < n:
             for j in range(i + MIN_BEAMS + 1, n - 1):
-                if not ranges[j] < MAX_DISTANCE:
-                    continue
-                square = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2
+                square, after = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2, gaps[j]
                 if square < LEAST_SQUARE or square > MOST_SQUARE:
+                    continue
+                if not (ranges[j] < MAX_DISTANCE and after < MAX_SPACING):
                     continue
                 width = np.hypot(x[j] - x[i], y[j] - y[i])
                 if width < MIN_WIDTH or width > MAX_WIDTH + 2.0 * MAX_SPACING:
-                    continue
-                before = np.hypot(x[i] - x[i - 1], y[i] - y[i - 1])
-                after = np.hypot(x[j + 1] - x[j], y[j + 1] - y[j])
-                if not (before < MAX_SPACING and after < MAX_SPACING):
                     continue
                 if width - before - after > MAX_WIDTH:
                     continue
