@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.costmap import OCCUPIED, UNKNOWN, Costmap
-from dynslam_env.navigation.planner import Plan, plan
+from dynslam_env.navigation.planner import Plan, plan, trace
 from slam.geometry import Array, Pose2
+from slam.grid import GridSpec
 from slam.kernel import kernel
 
 MAX_VIEWPOINTS = 24
@@ -85,19 +86,15 @@ def ways_from(costmap: Costmap, here: Plan, points: Array, doors: Array, around:
     inside = ((cells >= 0) & (cells < costmap.spec.shape)).all(axis=1)
     lengths = np.full(len(points), np.inf)
     lengths[inside] = here.length[tuple(cells[inside].T)]
-    sees = around.copy()
-    for k in np.flatnonzero(np.isfinite(lengths)):
-        row, col = cells[k].tolist()
-        sees[k] |= _seen_on(here.path((row, col))[::WAY_STEP], costmap, doors)
+    sees, ends = around.copy(), np.flatnonzero(np.isfinite(lengths))
+    _see_on_ways(here.parent, cells[ends], doors, costmap.kinds, costmap.spec, ends, sees)
     moving = np.where(lengths > 0.3, OVERHEAD, 0.0)
     return Ways(lengths / DRIVING_SPEED + moving + LOOK_TIME, sees)
 
 
 def visible(costmap: Costmap, points: Array, doors: Array) -> Bools:
     """(n, d) whether doorways (d, 4) are seen from points (n, 2), m."""
-    spec = costmap.spec
-    origin = np.array([spec.col0, spec.row0]) * spec.resolution
-    return _visible(points.reshape(-1, 2), doors, costmap.kinds, origin, spec.resolution)
+    return _visible(points.reshape(-1, 2), doors, costmap.kinds, costmap.spec)
 
 
 def viewpoints(costmap: Costmap, reached: Plan, doors: Array) -> Array:
@@ -118,34 +115,55 @@ def viewpoints(costmap: Costmap, reached: Plan, doors: Array) -> Array:
     return points[kept]
 
 
-def _seen_on(path: Array, costmap: Costmap, doors: Array) -> Bools:
-    """(d,) whether doorways are seen ahead on a path (n, 2), m."""
-    if len(path) < 2:
-        return np.zeros(len(doors), np.bool_)
-    points, headings = path[:-1], np.arctan2(*np.diff(path, axis=0).T[::-1])
-    away = doors[None, :, :2] - points[:, None]
-    off = np.arctan2(away[..., 1], away[..., 0]) - headings[:, None]
-    ahead = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) < AHEAD
-    return (visible(costmap, points, doors) & ahead).any(axis=0)
+@kernel
+def _see_on_ways(parent, cells, doors, kinds, spec: GridSpec, rows, sees):
+    """Mark in `rows` (n,) of `sees` (v, d) the doorways seen ahead on the paths to `cells` (n, 2),
+    looking at each WAY_STEP-th cell."""
+    for k in range(len(cells)):
+        path = trace(parent.ravel(), cells[k, 0] * spec.cols + cells[k, 1])[::WAY_STEP]
+        for i in range(len(path) - 1):
+            x, y = _centre(path[i], spec)
+            after = _centre(path[i + 1], spec)
+            heading = np.arctan2(after[1] - y, after[0] - x)
+            for d in range(len(doors)):
+                if sees[rows[k], d]:
+                    continue
+                off = np.arctan2(doors[d, 1] - y, doors[d, 0] - x) - heading
+                ahead = np.abs((off + np.pi) % (2 * np.pi) - np.pi) < AHEAD
+                sees[rows[k], d] = ahead and _shows(x, y, doors[d], kinds, spec)
 
 
 @kernel
-def _visible(points, doors, kinds, origin, cell):
+def _centre(cell, spec: GridSpec):
+    """x, y of the centre of a cell, m, by its flat index."""
+    row, col = cell // spec.cols, cell % spec.cols
+    return (spec.col0 + col + 0.5) * spec.resolution, (spec.row0 + row + 0.5) * spec.resolution
+
+
+@kernel
+def _visible(points, doors, kinds, spec: GridSpec):
     found = np.zeros((len(points), len(doors)), np.bool_)
     for p in range(len(points)):
         for d in range(len(doors)):
-            dx, dy = doors[d, 0] - points[p, 0], doors[d, 1] - points[p, 1]
-            away = np.hypot(dx, dy)
-            across = abs(dx * np.sin(doors[d, 2]) - dy * np.cos(doors[d, 2]))
-            if away > MAX_SIGHT or away < 0.5 or across < MIN_INCIDENCE * away:
-                continue
-            steps, clear = int(np.ceil(2 * away / cell)), True
-            for s in range(int(steps * (1.0 - HIDDEN / away))):
-                i = int(np.floor((points[p, 1] + dy * s / steps - origin[1]) / cell))
-                j = int(np.floor((points[p, 0] + dx * s / steps - origin[0]) / cell))
-                clear = 0 <= i < kinds.shape[0] and 0 <= j < kinds.shape[1]
-                clear = clear and kinds[i, j] != OCCUPIED and kinds[i, j] != UNKNOWN
-                if not clear:
-                    break
-            found[p, d] = clear
+            found[p, d] = _shows(points[p, 0], points[p, 1], doors[d], kinds, spec)
     return found
+
+
+@kernel
+def _shows(x, y, door, kinds, spec: GridSpec):
+    """Whether a doorway is seen from a point, m."""
+    cell, left, below = spec.resolution, spec.col0 * spec.resolution, spec.row0 * spec.resolution
+    dx, dy = door[0] - x, door[1] - y
+    away = np.hypot(dx, dy)
+    across = abs(dx * np.sin(door[2]) - dy * np.cos(door[2]))
+    if away > MAX_SIGHT or away < 0.5 or across < MIN_INCIDENCE * away:
+        return False
+    steps = int(np.ceil(2 * away / cell))
+    for s in range(int(steps * (1.0 - HIDDEN / away))):
+        i = int(np.floor((y + dy * s / steps - below) / cell))
+        j = int(np.floor((x + dx * s / steps - left) / cell))
+        if not (0 <= i < kinds.shape[0] and 0 <= j < kinds.shape[1]):
+            return False
+        if kinds[i, j] == OCCUPIED or kinds[i, j] == UNKNOWN:
+            return False
+    return True

@@ -14,7 +14,6 @@ from slam.grid import GridSpec
 from slam.kernel import kernel
 
 NO_PARENT = -1
-U_0, U_1 = np.uint64(0), np.uint64(1)  # unsigned: numba checks no index for its sign
 TIGHT_COST_FACTOR = 10.0  # for cells where the robot does not fit: it leaves them at once
 
 
@@ -41,7 +40,7 @@ class Plan(NamedTuple):
         """(n, 2) m, the centres of the cells from the start to `cell`; (0, 2) if no path leads."""
         if not math.isfinite(self.cost[cell]):
             return np.empty((0, 2))
-        cells = _trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
+        cells = trace(self.parent.ravel(), cell[0] * self.spec.cols + cell[1])
         return self.spec.centres(np.column_stack(np.divmod(cells, self.spec.cols)))
 
 
@@ -110,44 +109,47 @@ def _flood(row, col, kinds, found):
 def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
     """Write cost, length and parent (rows, cols) of all cells that can be reached."""
     rows, cols = kinds.shape
-    done = np.zeros((rows, cols), dtype=np.bool_)
-    straight, diagonal = cell * math.sqrt(1.0), cell * math.sqrt(2.0)
+    kinds, price = kinds.ravel(), price.ravel()
+    cost, length, parent = cost.ravel(), length.ravel(), parent.ravel()
+    done = np.zeros(len(cost), dtype=np.bool_)
+    steps = np.array([cell, cell * math.sqrt(2.0)])  # straight, diagonal
     keys, items = np.empty(1024), np.empty(1024, dtype=np.int32)
-    cost[row, col], length[row, col] = 0.0, 0.0
-    keys[0], items[0], size = 0.0, row * cols + col, 1
+    start = np.uint64(row * cols + col)
+    cost[start], length[start] = 0.0, 0.0
+    keys[0], items[0], size = 0.0, start, 1
     while size:
-        at = items[0]
+        at = np.uint64(items[0])
         size = _pop(keys, items, size)
-        r = at // cols
-        c = at - r * cols
-        if done[r, c]:
+        if done[at]:
             continue
-        done[r, c] = True
-        tight = kinds[r, c] != OPEN
-        here = price[r, c] * (TIGHT_COST_FACTOR if tight else 1.0)
-        so_far, way = cost[r, c], length[r, c]
-        for i in range(max(r - 1, 0), min(r + 2, rows)):
-            for j in range(max(c - 1, 0), min(c + 2, cols)):
-                kind = kinds[i, j]
-                if done[i, j] or (kind != OPEN and not (tight and kind == TIGHT)):
+        done[at] = True
+        r, c = int(at) // cols, int(at) % cols
+        tight = kinds[at] != OPEN
+        here = price[at] * (TIGHT_COST_FACTOR if tight else 1.0)
+        for dr in range(-1 if r else 0, 2 if r < rows - 1 else 1):
+            for dc in range(-1 if c else 0, 2 if c < cols - 1 else 1):
+                there = np.uint64(int(at) + dr * cols + dc)
+                if done[there]:
                     continue
-                there = price[i, j] * (TIGHT_COST_FACTOR if kind == TIGHT else 1.0)
-                step = straight if i == r or j == c else diagonal
-                total = so_far + step * (here + there) / 2
-                if total < cost[i, j]:
-                    cost[i, j], length[i, j] = total, way + step
-                    parent[i, j] = at
+                if kinds[there] != OPEN and not (tight and kinds[there] == TIGHT):
+                    continue
+                weight = price[there] * (TIGHT_COST_FACTOR if kinds[there] == TIGHT else 1.0)
+                step = steps[np.uint64(dr & dc & 1)]
+                total = cost[at] + step * (here + weight) / 2
+                if total < cost[there]:
+                    cost[there], length[there] = total, length[at] + step
+                    parent[there] = at
                     if size == len(keys):
                         keys, items = np.append(keys, np.empty_like(keys)), np.append(items, items)
-                    size = _push(keys, items, size, total, i * cols + j)
+                    size = _push(keys, items, size, total, there)
 
 
 @kernel
 def _push(keys, items, size, key, item):
     """Insert into a binary heap, the least key first; returns its new size."""
     k = np.uint64(size)
-    while k > U_0:
-        above = (k - U_1) >> U_1
+    while k > 0:
+        above = (k - np.uint64(1)) >> np.uint64(1)
         if keys[above] <= key:
             break
         keys[k], items[k] = keys[above], items[above]
@@ -160,14 +162,15 @@ def _push(keys, items, size, key, item):
 def _pop(keys, items, size):
     """Remove the first item of the heap; returns its new size."""
     size -= 1
-    last, k = np.uint64(size), U_0
-    key, item = keys[last], items[last]
+    key, item = keys[size], items[size]
+    k, last = np.uint64(0), np.uint64(size)
     while True:
-        child = (k << U_1) + U_1
+        child = (k << np.uint64(1)) + np.uint64(1)
         if child >= last:
             break
-        if child + U_1 < last and keys[child + U_1] < keys[child]:
-            child += U_1
+        other = child + np.uint64(1)
+        if other < last:
+            child += np.uint64(keys[other] < keys[child])
         if keys[child] >= key:
             break
         keys[k], items[k] = keys[child], items[child]
@@ -177,7 +180,7 @@ def _pop(keys, items, size):
 
 
 @kernel
-def _trace(parent, cell):
+def trace(parent, cell):
     """Flat indices of the cells from the start to `cell`."""
     n, at = 1, cell
     while parent[at] != NO_PARENT:

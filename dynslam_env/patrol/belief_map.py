@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.door_belief import DoorBelief
 from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.place_doors import PlaceDoors, SuspectedDoor
 from slam.geometry import Array, Pose2
-from slam.grid import GridSpec
+from slam.kernel import kernel
 from slam.maps.log_odds import Evidence
 from slam.scan import Scan
 
@@ -44,10 +43,10 @@ class BeliefMap(DynamicMap):
         observed."""
         seen, ages = super().occupied(points, time), self.age(points, time)
         found = self.doors.drifted(seen, ages, time)
-        for door in self.doors.known():
-            inside = _in_doorway(door, points)
-            if inside.any() and door.seen:
-                found[inside] = self.doors.closed(door, time)
+        doors = [door for door in self.doors.known() if door.seen]
+        inside = _doorways(points, _places(doors))
+        for k in np.flatnonzero(np.bincount(inside[inside >= 0])):
+            found[inside == k] = self.doors.closed(doors[k], time)
         return found
 
     def door_beliefs(self, time: float) -> list[DoorBelief]:
@@ -58,45 +57,63 @@ class BeliefMap(DynamicMap):
         """See `DynamicMap`."""
         cells = super().beliefs(time)
         occupied, flips = cells.occupied.copy(), np.zeros_like(cells.flips)
-        for door in self.doors.known():
-            if door.seen:
-                self._overlay(door, time, cells, occupied, flips)
+        doors = [door for door in self.doors.known() if door.seen]
+        closed = np.array([self.doors.closed(door, time) for door in doors])
+        flipped = np.array([door.filter.flips > 0 for door in doors], dtype=np.bool_)
+        _overlay(_places(doors), closed, flipped, cells, occupied, flips)
         return cells._replace(occupied=occupied, flips=flips)
 
-    def _overlay(
-        self, door: SuspectedDoor, time: float, cells: Beliefs, occupied: Array, flips: Array
-    ) -> None:
-        """Write P(closed) and the flips of a door into the arrays (rows, cols) around it."""
-        block, points = _around(door, cells.spec)
-        shape = occupied[block].shape
-        inside = _in_doorway(door, points).reshape(shape) & cells.observed[block]
-        occupied[block][inside] = self.doors.closed(door, time)
-        if door.filter.flips:
-            swept = _swept(door, points).reshape(shape)
-            flips[block][swept] = cells.flips[block][swept]
+
+def _places(doors: list[SuspectedDoor]) -> Array:
+    """(d, 4) of each door, as `SuspectedDoor.place`."""
+    return np.array([door.place for door in doors]).reshape(-1, 4)
 
 
-def _around(door: SuspectedDoor, spec: GridSpec) -> tuple[tuple[slice, slice], Array]:
-    """The block of cells that a door may sweep, and the (n, 2) m centres of its cells."""
-    reach = 1.5 * door.place[3] + SWEPT_MARGIN + DOORWAY_DEPTH + spec.resolution
-    corners = spec.cells(door.place[:2] + np.array([[-reach, -reach], [reach, reach]]))
-    (top, left), (bottom, right) = np.clip(corners, 0, np.array(spec.shape)).tolist()
-    rows, cols = np.mgrid[top:bottom, left:right]
-    points = spec.centres(np.column_stack([rows.ravel(), cols.ravel()]))
-    return (slice(top, bottom), slice(left, right)), points
+@kernel
+def _overlay(places, closed, flipped, cells: Beliefs, occupied, flips):
+    """Write P(closed) (d,) of doors, and the flips of those that `flipped` (d,), into the arrays
+    (rows, cols) around them."""
+    spec, cell = cells.spec, cells.spec.resolution
+    for d in range(len(places)):
+        reach = 1.5 * places[d, 3] + SWEPT_MARGIN + DOORWAY_DEPTH + cell
+        top = int(np.floor((places[d, 1] - reach) / cell)) - spec.row0
+        left = int(np.floor((places[d, 0] - reach) / cell)) - spec.col0
+        bottom = int(np.floor((places[d, 1] + reach) / cell)) - spec.row0
+        right = int(np.floor((places[d, 0] + reach) / cell)) - spec.col0
+        for row in range(max(top, 0), min(bottom, spec.rows)):
+            for col in range(max(left, 0), min(right, spec.cols)):
+                x, y = (spec.col0 + col + 0.5) * cell, (spec.row0 + row + 0.5) * cell
+                if cells.observed[row, col] and _in_doorway(places[d], x, y):
+                    occupied[row, col] = closed[d]
+                if flipped[d] and _swept(places[d], x, y):
+                    flips[row, col] = cells.flips[row, col]
 
 
-def _in_doorway(door: SuspectedDoor, points: Array) -> NDArray[np.bool_]:
-    """(n,) whether points (n, 2), m, are between the jambs, within the depth of the wall."""
-    x, y, direction, width = door.place
-    along = (points - (x, y)) @ (np.cos(direction), np.sin(direction))
-    across = (points - (x, y)) @ (-np.sin(direction), np.cos(direction))
-    return (abs(along) <= width / 2) & (abs(across) <= DOORWAY_DEPTH)
+@kernel
+def _doorways(points, places):
+    """(n,) the last doorway of `places` (d, 4) in which each of the points (n, 2), m, is; or -1."""
+    found = np.full(len(points), -1)
+    for k in range(len(points)):
+        for d in range(len(places)):
+            if _in_doorway(places[d], points[k, 0], points[k, 1]):
+                found[k] = d
+    return found
 
 
-def _swept(door: SuspectedDoor, points: Array) -> NDArray[np.bool_]:
-    """(n,) whether points (n, 2), m, are where a leaf hung on either jamb may stand."""
-    x, y, direction, width = door.place
-    half = 0.5 * width * np.array([np.cos(direction), np.sin(direction)])
-    away = [np.hypot(*(points - (x, y) - side * half).T) for side in (-1, 1)]
-    return np.minimum(*away) <= width + SWEPT_MARGIN
+@kernel
+def _in_doorway(place, x, y):
+    """Whether a point, m, is between the jambs, within the depth of the wall."""
+    dx, dy, ux, uy = x - place[0], y - place[1], np.cos(place[2]), np.sin(place[2])
+    along, across = dx * ux + dy * uy, dy * ux - dx * uy
+    return abs(along) <= place[3] / 2 and abs(across) <= DOORWAY_DEPTH
+
+
+@kernel
+def _swept(place, x, y):
+    """Whether a point, m, is where a leaf hung on either jamb may stand."""
+    half, nearest = 0.5 * place[3], np.inf
+    for side in (-1.0, 1.0):
+        dx = x - place[0] - side * half * np.cos(place[2])
+        dy = y - place[1] - side * half * np.sin(place[2])
+        nearest = min(nearest, np.hypot(dx, dy))
+    return nearest <= place[3] + SWEPT_MARGIN

@@ -8,6 +8,7 @@ in a row behind a jamb, square to the wall.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
@@ -36,41 +37,57 @@ INNER_SHARE = 0.75  # of the width of a doorway in which beams count
 def suspects(scan: Scan, pose: Pose2) -> Array:
     """(n, 6) x, y of the middle, m; direction of the wall, rad; width, m; 1 if a leaf is seen,
     closed or open; 1 if it is closed. Each row is a gap or recess in one wall."""
-    sensor = np.array(pose @ scan.mount)
-    return _suspects(scan.ranges, scan.angles + sensor[2], sensor, min(scan.max_range, 1e6))
+    sensor, beams = _beams(scan, pose)
+    return _suspects(scan.ranges, beams, sensor, min(scan.max_range, 1e6))
 
 
-def looked(scan: Scan, pose: Pose2, place: Array) -> tuple[int, int, bool]:
-    """Beams that reached the doorway `place` (x, y, direction, width; m, rad), how many of them
-    ended at it, and whether a leaf that stands open towards the sensor is seen."""
+def looked(scan: Scan, pose: Pose2, places: Array) -> NDArray[np.int64]:
+    """(d, 3) of each doorway of `places` (d, 4), x, y, direction, width, m and rad: beams that
+    reached it, how many of them ended at it, and 1 if a leaf is seen that stands open towards the
+    sensor."""
+    sensor, beams = _beams(scan, pose)
+    return _looked(scan.ranges, beams, sensor, scan.max_range, places)
+
+
+def _beams(scan: Scan, pose: Pose2) -> tuple[Array, Array]:
+    """(3,) the sensor's pose, and (2, n) cosines and sines of the beams' bearings."""
     sensor = np.array(pose @ scan.mount)
-    return _looked(scan.ranges, scan.angles + sensor[2], sensor, scan.max_range, place)
+    return sensor, _directions(scan.angles + sensor[2])
 
 
 @kernel
-def _suspects(ranges, bearings, sensor, longest):
+def _directions(bearings):
+    found = np.empty((2, len(bearings)))
+    for k in range(len(bearings)):
+        found[0, k], found[1, k] = np.cos(bearings[k]), np.sin(bearings[k])
+    return found
+
+
+@kernel
+def _suspects(ranges, beams, sensor, longest):
     n = len(ranges)
     x, y = np.empty(n), np.empty(n)
     for k in range(n):
         away = ranges[k] if ranges[k] > 0.0 else np.nan
         if away > 2.0 * longest:  # no echo
             away = 2.0 * longest
-        x[k] = sensor[0] + away * np.cos(bearings[k])
-        y[k] = sensor[1] + away * np.sin(bearings[k])
-    found, gaps = np.empty((n, 6)), np.zeros(n)  # m from each echo to the next
-    for k in range(n - 1):
-        gaps[k] = np.hypot(x[k + 1] - x[k], y[k + 1] - y[k])
+        x[k] = sensor[0] + away * beams[0, k]
+        y[k] = sensor[1] + away * beams[1, k]
+    spacing = np.full(n, np.inf)  # from the beam before
+    for k in range(1, n):
+        spacing[k] = np.hypot(x[k] - x[k - 1], y[k] - y[k - 1])
+    found = np.empty((n, 6))
     count = 0
     i = 1
     while i < n - MIN_BEAMS - 2:
-        step = 1
-        before = gaps[i - 1]
+        step, before = 1, spacing[i]
         if ranges[i] < MAX_DISTANCE and before < MAX_SPACING and count < n:
             for j in range(i + MIN_BEAMS + 1, n - 1):
-                square, after = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2, gaps[j]
-                if square < LEAST_SQUARE or square > MOST_SQUARE:
-                    continue
+                after = spacing[j + 1]
                 if not (ranges[j] < MAX_DISTANCE and after < MAX_SPACING):
+                    continue
+                square = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2
+                if square < LEAST_SQUARE or square > MOST_SQUARE:
                     continue
                 width = np.hypot(x[j] - x[i], y[j] - y[i])
                 if width < MIN_WIDTH or width > MAX_WIDTH + 2.0 * MAX_SPACING:
@@ -138,14 +155,22 @@ def _wall(x, y, i, j, width, side):
 
 
 @kernel
-def _looked(ranges, bearings, sensor, longest, place):
+def _looked(ranges, beams, sensor, longest, places):
+    found = np.empty((len(places), 3), np.int64)
+    for d in range(len(places)):
+        found[d] = _looked_at(ranges, beams, sensor, longest, places[d])
+    return found
+
+
+@kernel
+def _looked_at(ranges, beams, sensor, longest, place):
     """Only the inner part of the doorway counts; beams that ended before it do not."""
     ux, uy = np.cos(place[2]), np.sin(place[2])
     dx, dy = place[0] - sensor[0], place[1] - sensor[1]
     half, side = place[3] / 2, dx * uy - dy * ux
     reached, ended, echoes, nearest, farthest = 0, 0, np.zeros(2), np.full(2, np.inf), np.zeros(2)
     for k in range(len(ranges)):
-        bx, by = np.cos(bearings[k]), np.sin(bearings[k])
+        bx, by = beams[0, k], beams[1, k]
         across = bx * uy - by * ux
         if not ranges[k] > 0.0:
             continue
@@ -172,4 +197,4 @@ def _looked(ranges, bearings, sensor, longest, place):
             reached += 1
             ended += behind < LEAF_TOLERANCE
     leaf = (echoes >= MIN_LEAF_ECHOES) & (farthest - nearest >= MIN_LEAF_LENGTH)
-    return reached, ended, leaf.any()
+    return reached, ended, int(leaf.any())

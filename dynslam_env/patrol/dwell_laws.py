@@ -23,6 +23,7 @@ DOUBLINGS = 14  # times of up to TICK * (2 ** DOUBLINGS - 1) s, 27 min; longer g
 PHASES = 6  # largest shape of an Erlang law; its dwell times deviate by 41 % of their mean
 SHAPES = (1, PHASES)  # 1: memoryless, 6: about as regular as a uniform law
 MEAN_DWELLS = 5.0 * 2.0 ** np.arange(8)  # s, 5 to 640
+REGULAR = len(MEAN_DWELLS) ** 2  # laws before those of shape PHASES: these use two phases
 LOOK_ERROR = 1e-3  # P(a confirmed look shows the other state)
 UNEQUAL = 0.25  # prior weight of a law for each doubling of one mean dwell over the other
 TRUST = 0.5  # exponent of the likelihood: looks are not independent of what is seen
@@ -33,6 +34,7 @@ class DwellLaws:
     """The laws that are compared, h of them; the last: no flip ever.
 
     steps  (h, DOUBLINGS, 2 PHASES, 2 PHASES) transition probabilities over TICK * 2 ** j s
+    across (DOUBLINGS, 2 PHASES, 2 PHASES, h) the same
     ahead  (h, HORIZONS, 2 PHASES) P(closed) at each of HORIZONS from each phase
     begin  (h, 2 PHASES) stationary distribution; phases 0 to PHASES - 1 are open, the rest closed
     prior  (h,) weights of the laws of doors that flip, before any look; 0 for the last
@@ -46,6 +48,7 @@ class DwellLaws:
         for _ in range(DOUBLINGS - 1):
             doubled.append(doubled[-1] @ doubled[-1])
         self.steps: Array = np.ascontiguousarray(np.stack(doubled, axis=1), dtype=np.float64)
+        self.across = np.ascontiguousarray(np.moveaxis(self.steps, 0, -1))
         self.ahead = _ahead(self.steps)
         self.begin = np.array([*begins, _begin(1, 1.0, 1.0)])
         i, j = np.indices((len(MEAN_DWELLS),) * 2)
@@ -112,7 +115,7 @@ class DoorFilter:
             self.flips += closed != self.state
             gone = time - self.time
             self.watched += gone if gone < 1.0 else 0.0
-        _look(self.phases, self._laws.steps, self._ticks(time), closed, LOOK_ERROR, self.evidence)
+        _look(self.phases, self._laws.across, self._ticks(time), closed, LOOK_ERROR, self.evidence)
         self.time, self.state = time, closed
 
     def looked(self, time: float, closed: bool) -> DoorFilter:
@@ -125,11 +128,11 @@ class DoorFilter:
 
     def closed(self, time: float) -> Array:
         """(h,) P(closed at `time`) by each law."""
-        return _closed(self.phases, self._laws.steps, self._ticks(time))
+        return _closed(self.phases, self._laws.across, self._ticks(time))
 
     def forecast(self, time: float) -> Array:
         """(h, HORIZONS) P(closed) at each of HORIZONS after `time`, s, by each law."""
-        return _forecast(self.phases, self._laws.steps, self._ticks(time), self._laws.ahead)
+        return _forecast(self.phases, self._laws.across, self._ticks(time), self._laws.ahead)
 
     def _ticks(self, time: float) -> int:
         gone = 0.0 if self.time is None else time - self.time
@@ -152,49 +155,49 @@ def responsibilities(evidence: Array, weights: Array) -> Array:
 
 
 @kernel
-def _advance(phases, steps, ticks, row):
-    """Write into `row` (2 PHASES,) the phases after `ticks`, of one law."""
+def _advanced(phases, across, ticks):
+    """(2 PHASES, h) the phases (h, 2 PHASES) after `ticks`; side by side, the laws are fast."""
     n = len(phases)
-    before = np.empty(n)
-    row[:] = phases
-    for j in range(len(steps)):
+    rows, before = np.ascontiguousarray(phases.T), np.empty((2 * PHASES, n))
+    for j in range(len(across)):
         if (ticks >> j) & 1:
-            before[:] = row
-            row[:] = 0.0
-            for a in range(n):
-                if before[a] > 0.0:
-                    for b in range(n):
-                        row[b] += before[a] * steps[j, a, b]
+            before[:], rows[:] = rows, 0.0
+            for a in range(2 * PHASES):
+                for b in range(2 * PHASES):
+                    first = REGULAR if a % PHASES or b % PHASES else 0
+                    for h in range(np.uint64(first), np.uint64(n)):
+                        rows[b, h] += before[a, h] * across[j, a, b, h]
+    return rows
 
 
 @kernel
-def _look(phases, steps, ticks, closed, error, evidence):
-    half = phases.shape[1] // 2
-    row = np.empty(2 * half)
+def _look(phases, across, ticks, closed, error, evidence):
+    rows, total = _advanced(phases, across, ticks), np.zeros(len(phases))
+    for a in range(2 * PHASES):
+        share = 1.0 - error if closed == (a >= PHASES) else error
+        for h in range(len(phases)):
+            rows[a, h] *= share
+            total[h] += rows[a, h]
     for h in range(len(phases)):
-        _advance(phases[h], steps[h], ticks, row)
-        row[:half] *= error if closed else 1.0 - error
-        row[half:] *= 1.0 - error if closed else error
-        total = row.sum()
-        evidence[h] += np.log(total)
-        phases[h] = row / total
+        evidence[h] += np.log(total[h])
+        for a in range(2 * PHASES):
+            phases[h, a] = rows[a, h] / total[h]
 
 
 @kernel
-def _closed(phases, steps, ticks):
-    half = phases.shape[1] // 2
-    found, row = np.empty(len(phases)), np.empty(2 * half)
-    for h in range(len(phases)):
-        _advance(phases[h], steps[h], ticks, row)
-        found[h] = row[half:].sum()
+def _closed(phases, across, ticks):
+    rows, found = _advanced(phases, across, ticks), np.zeros(len(phases))
+    for a in range(PHASES, 2 * PHASES):
+        for h in range(len(phases)):
+            found[h] += rows[a, h]
     return found
 
 
 @kernel
-def _forecast(phases, steps, ticks, ahead):
-    found, row = np.empty(ahead.shape[:2]), np.empty(phases.shape[1])
+def _forecast(phases, across, ticks, ahead):
+    rows, found = _advanced(phases, across, ticks), np.zeros(ahead.shape[:2])
     for h in range(len(phases)):
-        _advance(phases[h], steps[h], ticks, row)
         for t in range(ahead.shape[1]):
-            found[h, t] = (row * ahead[h, t]).sum()
+            for a in range(2 * PHASES):
+                found[h, t] += rows[a, h] * ahead[h, t, a]
     return found

@@ -51,6 +51,7 @@ class SuspectedDoor:
         self.sightings, self.leaves = 0, 0
         self.filter = DoorFilter(laws)
         self.pending: tuple[float, float] | None = None  # time and odds of being closed
+        self.own: tuple[object, Array] | None = None  # see `PlaceDoors._own`
         self.see(row)
 
     def see(self, row: Array) -> None:
@@ -66,6 +67,10 @@ class SuspectedDoor:
         """Whether a doorway with this middle, m, and direction, rad, is this one."""
         apart = math.hypot(self.place[0] - x, self.place[1] - y)
         return apart < SAME_DOOR and abs(_turn(self.place[2], direction)) < SAME_DIRECTION
+
+    def distance(self, pose: Pose2) -> float:
+        """m, from its middle to a pose."""
+        return math.hypot(self.place[0] - pose.x, self.place[1] - pose.y)
 
     def look(self, time: float, share: float) -> None:
         """Add the share of a scan's beams that ended at the doorway; a state counts once it is
@@ -105,10 +110,9 @@ class PlaceDoors:
         """Add a scan at `pose`: new shapes, and the states of the doorways in view."""
         for row in suspects(scan, pose):
             self._see(row)
-        for door in self.doors:
-            if math.hypot(door.place[0] - pose.x, door.place[1] - pose.y) > MAX_SENSOR_DISTANCE:
-                continue
-            reached, ended, leaf = looked(scan, pose, door.place)
+        near = [door for door in self.doors if door.distance(pose) <= MAX_SENSOR_DISTANCE]
+        shown = looked(scan, pose, np.array([door.place for door in near]).reshape(-1, 4))
+        for door, (reached, ended, leaf) in zip(near, shown.tolist(), strict=True):
             if reached >= MIN_BEAMS:
                 door.look(scan.time, ended / reached)
             elif leaf:
@@ -121,8 +125,7 @@ class PlaceDoors:
     def closed(self, door: SuspectedDoor, time: float) -> float:
         """P(closed at `time`), s, of a suspected door."""
         self._refresh(time)
-        own = responsibilities(door.filter.evidence, self._prior(door))
-        p = float(own @ door.filter.closed(time))
+        p = float(self._own(door) @ door.filter.closed(time))
         if door.pending and time - door.pending[0] <= CONFIRMING:
             p = _after(p, door.pending[1])
         return p
@@ -133,19 +136,14 @@ class PlaceDoors:
 
     def _belief(self, door: SuspectedDoor, time: float) -> DoorBelief:
         closed = self.closed(door, time)
-        after = [
-            self._forecast(door.filter.looked(time, state), door, time) for state in (False, True)
-        ]
+        looked = [door.filter.looked(time, state) for state in (False, True)]
+        own = [responsibilities(each.evidence, self._prior(door)) for each in looked]
+        after = [w @ each.forecast(time) for w, each in zip(own, looked, strict=True)]
         fresh = (1.0 - closed) * spread(after[0]) + closed * spread(after[1])
-        stale = spread(self._forecast(door.filter, door, time))
+        stale = spread(self._own(door) @ door.filter.forecast(time))
         stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
         age = math.inf if door.filter.time is None else time - door.filter.time
         return DoorBelief(door.place.copy(), closed, age, door.has_leaf, stale, fresh)
-
-    def _forecast(self, doors: DoorFilter, door: SuspectedDoor, time: float) -> Array:
-        """(HORIZONS,) P(closed) from `time`, s, on."""
-        own = responsibilities(doors.evidence, self._prior(door))
-        return own @ doors.forecast(time)
 
     def drifted(self, closed: Array, ages: Array, time: float) -> Array:
         """(n,) P(closed at `time`) where P was `closed` (n,) `ages` (n,) s ago, of doors that were
@@ -161,6 +159,13 @@ class PlaceDoors:
                 return
         self.doors.append(SuspectedDoor(row, self.laws))
 
+    def _own(self, door: SuspectedDoor) -> Array:
+        """(h,) P(law | looks) of a door, anew after a look and after each `_refresh`."""
+        state = door.filter.time, door.has_leaf, self._refreshed
+        if door.own is None or door.own[0] != state:
+            door.own = state, responsibilities(door.filter.evidence, self._prior(door))
+        return door.own[1]
+
     def _prior(self, door: SuspectedDoor) -> Array:
         """(h,) weights of the laws for a door; with a leaf it is hardly one that never flips."""
         return with_still(self.weights, STILL_WITH_LEAF if door.has_leaf else self.still)
@@ -171,10 +176,11 @@ class PlaceDoors:
             return
         self._refreshed = time
         doors = [door for door in self.known() if door.seen]
+        rows = [door.filter.evidence for door in doors], [self._prior(door) for door in doors]
+        shares = responsibilities(*np.array(rows)) if doors else ()
         total = PRIOR_WEIGHT * self.laws.prior
         still, bare = BARE_STILL_DOORS, BARE_DOORS
-        for door in doors:
-            share = responsibilities(door.filter.evidence, self._prior(door))
+        for door, share in zip(doors, shares, strict=True):
             if door.has_leaf:
                 total[:-1] += share[:-1]
             else:

@@ -27,6 +27,7 @@ class WorldView:
 
     def __init__(self, batch: WorldBatch, row: int = 0):
         self._batch, self._row = batch, row
+        self._scan: tuple[Scanner, float, bytes, Scan] | None = None  # the last one, and its source
 
     @property
     def layout(self) -> Layout:
@@ -66,9 +67,14 @@ class WorldView:
 
     @property
     def scan(self) -> Scan:
-        """The last scan, in double precision: no echo is inf, no reading NaN."""
+        """The last scan, in double precision: no echo is inf, no reading NaN. One object until
+        there is another, with what was computed of it."""
         batch, row = self._begun, self._row
-        return batch.scanners[row].scan(batch.ranges[row].copy(), batch.worlds[row].time)
+        scanner, ranges, time = batch.scanners[row], batch.ranges[row], batch.worlds[row].time
+        last, read = self._scan, ranges.tobytes()
+        if last is None or last[0] is not scanner or last[1] != time or last[2] != read:
+            last = self._scan = scanner, time, read, scanner.scan(ranges.copy(), time)
+        return last[3]
 
     @property
     def scan_arrived(self) -> bool:

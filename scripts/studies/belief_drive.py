@@ -74,10 +74,8 @@ class Sums:
 
     def watch(self, env: DoorPatrolEnv) -> None:
         """Note which doors the last scan looked at, by the truth."""
-        scan, pose = env.place.scan, env.place.pose
-        for d, place in enumerate(self._places):
-            if looked(scan, pose, place)[0] >= LOOK_BEAMS:
-                self._looked[d] = env.time
+        reached = looked(env.place.scan, env.place.pose, self._places)[:, 0]
+        self._looked[reached >= LOOK_BEAMS] = env.time
 
     def add(self, env: DoorPatrolEnv) -> None:
         """Ask both beliefs for all doors."""

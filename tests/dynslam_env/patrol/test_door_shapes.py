@@ -35,15 +35,15 @@ def test_it_is_found_where_the_robot_is():
 
 
 def test_beams_end_at_a_closed_door_and_pass_an_open_one():
-    reached, ended, leaf = looked(doorway(True), FACING, PLACE)
+    reached, ended, leaf = looked(doorway(True), FACING, PLACE[None])[0]
     assert reached > 10
     assert ended == reached
     assert not leaf
-    reached, ended, _ = looked(doorway(False), FACING, PLACE)
+    reached, ended, _ = looked(doorway(False), FACING, PLACE[None])[0]
     assert reached > 10
     assert ended == 0
 
 
 def test_a_doorway_behind_the_robot_or_behind_a_wall_is_not_looked_at():
-    assert looked(doorway(True), FACING, np.array([0.0, -2.0, 0.0, 0.9]))[0] == 0
-    assert looked(doorway(True), FACING, np.array([2.0, FACE + 1.0, 0.0, 0.9]))[0] == 0
+    hidden = np.array([[0.0, -2.0, 0.0, 0.9], [2.0, FACE + 1.0, 0.0, 0.9]])
+    assert (looked(doorway(True), FACING, hidden)[:, 0] == 0).all()
