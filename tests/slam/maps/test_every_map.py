@@ -269,4 +269,5 @@ def test_observed_cells_are_found_in_their_order(model) -> None:
     for k in range(5):
         grid.integrate(beam(1.0 + k, 10.0 * k), Pose2(0.3 * k, -0.2, k))
         ids = grid.cells.observed_ids()
-        assert len(ids) and np.array_equal(ids, np.flatnonzero(grid.cells.observed.flat))
+        assert len(ids)
+        assert np.array_equal(ids, np.flatnonzero(grid.cells.observed.flat))
