@@ -66,7 +66,10 @@ def _suspects(ranges, bearings, sensor, longest):
         step = 1
         before = gaps[i - 1]
         if ranges[i] < MAX_DISTANCE and before < MAX_SPACING and count < n:
+            last = bearings[i] + _aside(ranges[i], bearings[-1] - bearings[0])
             for j in range(i + MIN_BEAMS + 1, n - 1):
+                if bearings[j] > last:
+                    break
                 square, after = (x[j] - x[i]) ** 2 + (y[j] - y[i]) ** 2, gaps[j]
                 if square < LEAST_SQUARE or square > MOST_SQUARE:
                     continue
@@ -89,6 +92,16 @@ def _suspects(ranges, bearings, sensor, longest):
                 break
         i += step
     return found[:count]
+
+
+@kernel
+def _aside(away, view):
+    """rad, from a beam whose echo is `away` m: beams farther aside pass the echo at more than the
+    width of a doorway. Infinite if no beam does, or the field of view `view`, rad, comes round."""
+    if away * away <= MOST_SQUARE:
+        return np.inf
+    angle = np.arcsin(np.sqrt(MOST_SQUARE) / away)
+    return angle if view < 2.0 * np.pi - angle else np.inf
 
 
 @kernel
