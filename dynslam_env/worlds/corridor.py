@@ -95,7 +95,7 @@ class Corridor:
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, ends[0], clutter.solids)
-        start = Pose2(*path[0].tolist(), 0.0)
+        start = Pose2(float(self.margin), 0.0, 0.0)
         return Layout.known(clutter.walls(plan), plan.doors, start, path, routes)
 
     def _plan(self, rng: np.random.Generator) -> FloorPlan:
