@@ -57,7 +57,7 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
 * **The wheels.** `odometry` and `velocity` are what the wheels report, with errors. The default
   adds errors to the true motion; with `odometry=dynslam_env.WheelEncoders(wheel_ratio=1.01)` the
   ticks of two wheels are counted, which turn also where the robot pushes a wall. Their errors are
-  off unless they are given: `WheelEncoders()` tells the true motion.
+  off unless they are given: where no wheel slips, `WheelEncoders()` is exact but for the ticks.
 * **Splits.** `env.reset(options={"split": "test", "index": 17})` begins an episode that is the same
   for everybody; `difficulty="hard"` varies the worlds ([page](splits.md)).
 * **Your own.** [Worlds and door laws of your own](your-own.md#world) are registered by name.
