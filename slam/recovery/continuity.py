@@ -80,7 +80,8 @@ class Recent:
         row = self._newest = (self._newest + 1) % RECENT
         self._number = min(self._number + 1, RECENT)
         robot = scan.mount.inverse()
-        first, last = _write(scan.points, scan.angles, scan.hit, robot, self._outlines[row],
+        angles = scan.angles.copy()  # writable: kernels are compiled for one kind
+        first, last = _write(scan.points, angles, scan.hit, robot, self._outlines[row],
                              self._bearings[row])  # fmt: skip
         self._frames[row] = echoes, first, last, *robot, *step
 
@@ -106,7 +107,7 @@ class Recent:
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
     free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
-    angles, free = _ascending(scan.angles, free)
+    angles, free = _ascending(scan.angles.copy(), free)  # writable: see `Recent._keep`
     return Sight(scan.pieces, angles, free, scan.mount)
 
 
