@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +29,8 @@ class SlamRun:
     """A SLAM in one world from the first scan of an episode on, which it takes in at the true pose.
 
     slam      the SLAM
-    estimate  after the last scan that it took in
+    scan      the last one that it took in
+    estimate  after that scan
     result    of that scan: see `result_of`
     trail     the poses that it believes now
     """
@@ -37,10 +38,14 @@ class SlamRun:
     def __init__(self, slam: Slam, view: WorldView, scan_every: int):
         """`scan_every`: the SLAM takes in every so many-th scan."""
         self.slam, self._view, self._every = slam, view, scan_every
-        self.sampled = slam if isinstance(slam, Sampled) else None  # slow to ask
         self.trail: list[Pose2] = []
         self.steps, self._moved = 0, Pose2()
         self._update()
+
+    @cached_property
+    def sampled(self) -> Sampled | None:
+        """The SLAM, if its map can be read at some places; slow to ask."""
+        return self.slam if isinstance(self.slam, Sampled) else None
 
     def step(self) -> None:
         """After a step of the world: take in its odometry, and its scan if it is due."""
@@ -60,7 +65,8 @@ class SlamRun:
 
     def _update(self) -> None:
         """Update the SLAM with the scan and the displacement since the last one."""
-        self.estimate: Estimate = self.slam.update(self._moved, self._view.scan)
+        self.scan = self._view.scan
+        self.estimate: Estimate = self.slam.update(self._moved, self.scan)
         self._moved, self._waiting = Pose2(), False
         self.trail.append(self.estimate.pose)
         self.result = result_of(self.estimate, self._view.pose)

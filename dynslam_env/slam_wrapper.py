@@ -19,6 +19,7 @@ from slam.grid import OccupancyGrid
 from slam.interface import Builder, Estimate, Slam
 from slam.metrics.mapping import score_map
 from slam.metrics.surface import SeenSurface
+from slam.scan import Scan
 from slam.validation import whole_number
 
 
@@ -113,6 +114,11 @@ class SlamWrapper(
     def estimate(self) -> Estimate:
         """The estimate of the SLAM after the last scan that it processed."""
         return self._begun.estimate
+
+    @property
+    def scan(self) -> Scan:
+        """The last scan that the SLAM processed."""
+        return self._begun.scan
 
     @property
     def _begun(self) -> SlamRun:

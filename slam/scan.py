@@ -23,6 +23,27 @@ from slam.kernel import kernel
 PIECE = 0.1  # m, of a surface that counts once
 
 
+class Directions:
+    """The directions of the last beams that were asked for: the scans of a laser share them."""
+
+    def __init__(self) -> None:
+        self._last = 0.0, np.empty(0), np.empty((0, 2))  # turn, angles, directions
+
+    def of(self, angles: Array, turn: float) -> Array:
+        """(beams, 2) unit vectors of beams at `angles` of a sensor turned by `turn`; read-only."""
+        last = self._last  # read once: another thread may replace it
+        if turn == last[0] and np.array_equal(angles, last[1]):
+            return last[2]
+        turned = angles + turn
+        directions = np.column_stack([np.cos(turned), np.sin(turned)])
+        directions.flags.writeable = False
+        self._last = turn, angles.copy(), directions
+        return directions
+
+
+DIRECTIONS = Directions()
+
+
 @dataclass(frozen=True)
 class Scan:
     """One sweep of a planar laser.
@@ -77,7 +98,7 @@ class Scan:
     @cached_property
     def hit(self) -> np.ndarray:
         """(beams,) bool: an echo within the sensor's range."""
-        return (self.ranges >= self.min_range) & (self.ranges < self.max_range) & (self.ranges > 0)
+        return _hit(self.ranges, self.min_range, self.max_range)
 
     @cached_property
     def no_echo(self) -> np.ndarray:
@@ -87,11 +108,7 @@ class Scan:
     @cached_property
     def directions(self) -> Array:
         """(beams, 2) unit vectors of the beams in the robot's frame."""
-        angles = self.angles + self.mount.theta
-        directions = np.empty((len(angles), 2))
-        np.cos(angles, out=directions[:, 0])
-        np.sin(angles, out=directions[:, 1])
-        return directions
+        return DIRECTIONS.of(self.angles, self.mount.theta)
 
     @cached_property
     def points(self) -> Array:
@@ -108,6 +125,14 @@ class Scan:
         """(n, 2) of the end points those that are PIECE from the one before: a leaf right before
         the laser fills half of its beams, but is no more than its length of what the robot sees."""
         return _pieces(self.points)
+
+
+@kernel
+def _hit(ranges, least, most):
+    hit = np.empty(len(ranges), np.bool_)
+    for k in range(len(ranges)):
+        hit[k] = ranges[k] >= least and ranges[k] < most and ranges[k] > 0.0
+    return hit
 
 
 @kernel

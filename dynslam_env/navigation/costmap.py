@@ -162,12 +162,18 @@ def _any_of_four(h, seen, threshold):
     whether one was observed."""
     shape = h.shape[0] // 2, h.shape[1] // 2
     occupied, observed = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
-    for row in range(2 * shape[0]):
-        for col in range(2 * shape[1]):
-            if seen[row, col]:
-                observed[row >> 1, col >> 1] = True
-                if h[row, col] > threshold:
-                    occupied[row >> 1, col >> 1] = True
+    for row in range(shape[0]):
+        low, high = seen[2 * row], seen[2 * row + 1]
+        for col in range(shape[1]):
+            left, right = 2 * col, 2 * col + 1
+            if low[left] | low[right] | high[left] | high[right]:
+                observed[row, col] = True
+                occupied[row, col] = (
+                    (low[left] and h[2 * row, left] > threshold)
+                    or (low[right] and h[2 * row, right] > threshold)
+                    or (high[left] and h[2 * row + 1, left] > threshold)
+                    or (high[right] and h[2 * row + 1, right] > threshold)
+                )
     return occupied, observed
 
 

@@ -52,7 +52,8 @@ def frontiers(
     away = np.hypot(*(points - position).T)
     gates = _gates(cells, ends, plan, costmap.spec.resolution)
     sides = pairwise([0, *ends.tolist()])
-    centroids = [points[start:end].sum(axis=0) / (end - start) for start, end in sides]
+    sums = [np.add.reduce(points[start:end], axis=0) for start, end in sides]
+    centroids = np.array(sums) / np.diff(ends, prepend=0)[:, None]
     beyond = centroids + LOOK_BEYOND * _outward(cells, ends, costmap)
     nearest_cells = np.minimum.reduceat(away, [0, *ends[:-1]])
     found = zip(groups, centroids, beyond, gates.tolist(), nearest_cells.tolist(), strict=True)
@@ -119,8 +120,9 @@ def _gates(
 ) -> NDArray[np.int64]:
     """(f, 2) row and column of the reachable cell of least path cost near the cells (2, n) of each
     frontier; NONE without one."""
-    rows, cols = extent(plan.reached, math.ceil(GATE_DISTANCE / resolution))
-    away, nearby = nearest(plan.reached[rows, cols], resolution)
+    reached = plan.reached
+    rows, cols = extent(reached, math.ceil(GATE_DISTANCE / resolution))
+    away, nearby = nearest(reached[rows, cols], resolution)
     return _cheapest(cells, ends, (rows.start, cols.start), away, nearby, plan.cost)
 
 

@@ -45,8 +45,8 @@ def look_at(planning: PlanningSnapshot, centre: Array) -> Goal | None:
 
 
 def _bearing(planning: PlanningSnapshot, cell: tuple[int, int], place: Array) -> float:
-    x, y = (place - planning.centre(cell)).tolist()
-    return math.atan2(y, x)
+    (x, y), (here_x, here_y) = place.tolist(), planning.centre(cell)
+    return math.atan2(y - here_y, x - here_x)
 
 
 def _target(place: Array) -> tuple[float, float]:

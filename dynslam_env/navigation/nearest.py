@@ -51,11 +51,11 @@ def _nearest(cells, resolution, near, found):
     away = np.full((rows, cols), np.inf)
     kept, squares = np.empty(cols, np.int64), np.empty(cols)
     for row in range(rows):
-        last = -1
+        rows_here, last = near[row], -1
         for col in range(cols):
-            if near[row, col] == NONE:
+            if rows_here[col] == NONE:
                 continue
-            squares[col] = ((near[row, col] - row) * resolution) ** 2
+            squares[col] = ((rows_here[col] - row) * resolution) ** 2
             while last >= 1:
                 here, before = kept[last], kept[last - 1]
                 a, b = (here - before) * resolution, (col - here) * resolution
@@ -67,15 +67,17 @@ def _nearest(cells, resolution, near, found):
             kept[last] = col
         if last < 0:
             continue
-        k = 0
+        k, here = 0, kept[0]
+        found_rows, found_cols, away_here = found[0, row], found[1, row], away[row]
         for col in range(cols):
-            least = squares[kept[k]] + ((kept[k] - col) * resolution) ** 2
+            least = squares[here] + ((here - col) * resolution) ** 2
             while k < last:
-                after = squares[kept[k + 1]] + ((kept[k + 1] - col) * resolution) ** 2
+                following = kept[k + 1]
+                after = squares[following] + ((following - col) * resolution) ** 2
                 if least <= after:
                     break
-                least = after
+                least, here = after, following
                 k += 1
-            found[0, row, col], found[1, row, col] = near[row, kept[k]], kept[k]
-            away[row, col] = np.sqrt(least)
+            found_rows[col], found_cols[col] = rows_here[here], here
+            away_here[col] = np.sqrt(least)
     return away

@@ -35,7 +35,7 @@ class Pilot:
         """Drive to a goal that `planning` can reach."""
         path = planning.plan.path(goal.cell)
         clearance = planning.costmap.clearance[tuple(planning.costmap.spec.cells(path).T)]
-        self.goal, self._goal_point = goal, planning.centre(goal.cell)
+        self.goal, self._goal_point = goal, np.array(planning.centre(goal.cell))
         self.follower.follow(path, goal.heading, clearance)
 
     def halt(self) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from dynslam_env.navigation.beliefs import Beliefs
 from dynslam_env.navigation.costmap import Costmap, Inflation, costmap
 from dynslam_env.navigation.door_belief import DoorBelief
@@ -36,9 +34,10 @@ class PlanningSnapshot(NamedTuple):
         """x, y of the robot, m."""
         return self.pose.x, self.pose.y
 
-    def centre(self, cell: tuple[int, int]) -> Array:
-        """(2,) m, centre of a cell of the costmap."""
-        return self.costmap.spec.centres(np.array([cell]))[0]
+    def centre(self, cell: tuple[int, int]) -> tuple[float, float]:
+        """x, y in m of the centre of a cell of the costmap."""
+        spec, (row, col) = self.costmap.spec, cell
+        return (col + spec.col0 + 0.5) * spec.resolution, (row + spec.row0 + 0.5) * spec.resolution
 
 
 def planning_snapshot(

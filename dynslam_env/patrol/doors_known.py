@@ -13,6 +13,7 @@ from slam.geometry import Array
 CLOSED_ANGLE = 0.2  # rad: a door that is open no wider counts as closed
 LEAF_SHARES = np.linspace(0.15, 0.85, 8)  # of a closed leaf's width, where the map is read
 SIDE_CELLS = np.array([-1.0, 0.0, 1.0])  # cells beside the leaf: tolerance for the pose's error
+BESIDE = SIDE_CELLS * CELL_SIZE  # m
 UNSEEN_P_CLOSED = 0.5  # P(closed) of a door that was never observed
 
 
@@ -39,9 +40,10 @@ def closed(near: Array) -> Array:
     The mean along the leaf of the largest P(occupied) across it; UNSEEN_P_CLOSED where never
     observed."""
     along = np.fmax.reduce(near, axis=-1)
-    seen = ~np.isnan(along)
-    total = np.where(seen, along, 0.0).sum(axis=-1)
-    return np.where(seen.any(axis=-1), total / np.maximum(seen.sum(axis=-1), 1), UNSEEN_P_CLOSED)
+    seen = along == along  # not NaN
+    total = np.add.reduce(np.where(seen, along, 0.0), axis=-1)
+    number = np.add.reduce(seen, axis=-1, dtype=np.int64)
+    return np.where(number > 0, total / np.maximum(number, 1), UNSEEN_P_CLOSED)
 
 
 def brier(near: Array, openings: Array) -> Array:
@@ -49,16 +51,17 @@ def brier(near: Array, openings: Array) -> Array:
     (..., d) rad; NaN without doors."""
     if not openings.shape[-1]:
         return np.full(openings.shape[:-1], np.nan)
-    return np.mean((closed(near) - (openings < CLOSED_ANGLE)) ** 2, axis=-1)
+    errors = closed(near) - (openings < CLOSED_ANGLE)
+    return np.add.reduce(errors**2, axis=-1) / errors.shape[-1]
 
 
 def _points(doors: Sequence[Door]) -> Array:
     """(d, LEAF_SHARES, SIDE_CELLS, 2) m, points along the closed leaves and beside them."""
     rows = [(*door.hinge, door.closed, door.swing, door.width, door.thickness) for door in doors]
     x, y, closed, swing, width, thickness = np.array(rows, dtype=np.float64).reshape(-1, 6).T
-    along = np.column_stack([np.cos(closed), np.sin(closed)])
-    across = np.column_stack([-along[:, 1], along[:, 0]])
-    middle = np.column_stack([x, y]) - (0.5 * swing * thickness)[:, None] * across
-    steps = (width[:, None] * LEAF_SHARES)[:, :, None] * along[:, None]
-    beside = (SIDE_CELLS * CELL_SIZE)[:, None] * across[:, None]
-    return (middle[:, None] + steps)[:, :, None] + beside[:, None]
+    c, s = np.cos(closed), np.sin(closed)
+    depth, steps, found = 0.5 * swing * thickness, width[:, None] * LEAF_SHARES, []
+    for middle, along, across in ((x - depth * -s, c, -s), (y - depth * c, s, c)):
+        line = middle[:, None] + steps * along[:, None]
+        found.append(line[:, :, None] + (BESIDE * across[:, None])[:, None])
+    return np.stack(found, axis=-1)

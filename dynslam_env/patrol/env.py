@@ -22,6 +22,7 @@ from dynslam_env.simulation.robot import Robot
 from dynslam_env.slam_wrapper import SlamWrapper
 from slam.errors import InputError
 from slam.interface import Slam
+from slam.scan import Scan
 
 Observation = dict[str, Any]
 INFO_KEYS = ("pose", "door_angles", "time", "slam", "split", "index", "faults", "fault_times")
@@ -124,9 +125,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def snapshot(self) -> PatrolSnapshot:
         """What the robot knows now; its maps must be read before the next step."""
-        return snapshot_of(
-            self.patroller, self.slam, self.place.scan, self.robot, self.patrol_config
-        )
+        return self._snapshot(self.place.scan)
 
     def door_beliefs(self) -> list[DoorBelief]:
         """What the robot believes now of each doorway that it suspects; none with `DynamicMap`."""
@@ -170,10 +169,10 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start a new episode, deterministic for a given seed. `options` are those of the world."""
-        super().reset(seed=seed)
         _, info = self.wrapped.reset(seed=seed, options=options)
+        self._np_random, self._np_random_seed = self.place.np_random, self.place.np_random_seed
         self._patroller = Patroller(
-            self.wrapped.estimate, self.place.scan, self.patrol_config.memory()
+            self.wrapped.estimate, self.wrapped.scan, self.patrol_config.memory()
         )
         self._doors = DoorsKnown(self.place.layout)
         return self.observation(), self._info(info) | {"collision": 0.0}
@@ -193,8 +192,8 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
             *_, info = self.wrapped.step(command)
             patroller.move(self.place.displacement, info["collision"])
             if k % patrol_config.scan_every == 0 and self.place.scan_arrived:
-                patroller.look(self.wrapped.estimate, self.place.scan)
-        gains = patroller.gains(self.place.scan.time)
+                patroller.look(self.wrapped.estimate, self.wrapped.scan)
+        gains = patroller.gains(self._scan.time)
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}
         return sum(terms.values()), told
@@ -218,7 +217,15 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def observation(self) -> Observation:
         """What the agent observes now."""
-        return self.patroller.observation(self.place.scan, self.patrol_config.limits)
+        return self.patroller.observation(self._scan, self.patrol_config.limits)
+
+    def _snapshot(self, scan: Scan) -> PatrolSnapshot:
+        return snapshot_of(self.patroller, self.slam, scan, self.robot, self.patrol_config)
+
+    @property
+    def _scan(self) -> Scan:
+        """The last scan: that of the SLAM, which took it in, unless none arrived."""
+        return self.wrapped.scan if self.place.scan_arrived else self.place.scan
 
     def _info(self, info: dict[str, Any]) -> dict[str, Any]:
         brier = self._doors.brier(self.patroller.memory, self.time, info["door_angles"])

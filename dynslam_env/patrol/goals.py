@@ -137,9 +137,9 @@ class DoorPatrolGoalsEnv(gym.Env[Observation, np.int64]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start a new episode, deterministic for a given seed. `options` are those of the world."""
-        super().reset(seed=seed)
         observation, info = self.patrol.reset(seed=seed, options=options)
-        rng = episode_options(options, seed).rng(self.np_random)
+        self._np_random, self._np_random_seed = self.patrol.np_random, self.patrol.np_random_seed
+        rng = episode_options(options, seed).rng(self.np_random)  # the world only spawns from it
         self._driver = GoalDriver(self._limits, rng)
         return observation | self._driver.look(self.patrol.snapshot()), info
 

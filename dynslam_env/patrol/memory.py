@@ -130,23 +130,19 @@ class DynamicMap:
 @kernel
 def _observed_cells(index, observed):
     """(n,) ids of the observed cells, and their places in an array of all rows and columns."""
-    count = 0
-    for tile_row in range(index.shape[0]):
-        for tile_col in range(index.shape[1]):
-            first = index[tile_row, tile_col] << (2 * SHIFT)
-            for k in range(first, first + (1 << (2 * SHIFT)) if first else 0):
-                count += observed[k]
+    count, words = observed.sum(), observed.view(np.uint64)
     ids, places, n = np.empty(count, np.int64), np.empty(count, np.int64), 0
     for tile_row in range(index.shape[0]):
         for tile_col in range(index.shape[1]):
             first = index[tile_row, tile_col] << (2 * SHIFT)
-            for k in range(first, first + (1 << (2 * SHIFT)) if first else 0):
-                if observed[k]:
-                    row = (tile_row << SHIFT) + ((k >> SHIFT) & MASK)
-                    col = (tile_col << SHIFT) + (k & MASK)
-                    ids[n], places[n] = k, row * (index.shape[1] << SHIFT) + col
-                    n += 1
-    return ids, places
+            for begin in range(first, first + (1 << (2 * SHIFT)) if first else 0, WORD):
+                for k in range(begin, begin + WORD if words[begin // WORD] else 0):
+                    if observed[k]:
+                        row = (tile_row << SHIFT) + ((k >> SHIFT) & MASK)
+                        col = (tile_col << SHIFT) + (k & MASK)
+                        ids[n], places[n] = k, row * (index.shape[1] << SHIFT) + col
+                        n += 1
+    return ids[:n], places[:n]
 
 
 @kernel

@@ -58,7 +58,7 @@ def certainty(pose: Pose2, covariance: Array) -> tuple[np.ndarray, np.ndarray]:
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     own = turn @ covariance @ turn.T
-    deviations = np.sqrt(np.maximum(np.diag(own), 1e-12))
+    deviations = np.sqrt(np.maximum(own.diagonal(), 1e-12))
     low, high = DEVIATION_RANGE
     shown = np.log(np.minimum(np.maximum(deviations, low), high) / low) / math.log(high / low)
     correlations = (own / (deviations[:, None] * deviations))[LOWER_TRIANGLE]
@@ -77,7 +77,7 @@ def observe(
     return {
         "map": image,
         "scan": sectors(scan),
-        "velocity": np.clip(velocity / limits, -1.0, 1.0).astype(np.float32),
+        "velocity": np.minimum(np.maximum(velocity / limits, -1.0), 1.0).astype(np.float32),
         "deviations": deviations,
         "correlations": correlations,
     }

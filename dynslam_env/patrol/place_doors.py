@@ -104,7 +104,7 @@ class PlaceDoors:
         self.doors: list[SuspectedDoor] = []
         self.weights, self.still = self.laws.prior, BARE_STILL_DOORS / BARE_DOORS
         self._refreshed, self._drifted = -math.inf, 0.0  # s, when they were
-        self._drift = self._drifts()
+        self._drift = _first_drifts()
 
     def look(self, scan: Scan, pose: Pose2) -> None:
         """Add a scan at `pose`: new shapes, and the states of the doorways in view."""
@@ -176,10 +176,11 @@ class PlaceDoors:
             return
         self._refreshed = time
         doors = [door for door in self.known() if door.seen]
+        rows = [door.filter.evidence for door in doors], [self._prior(door) for door in doors]
+        shares = responsibilities(*np.array(rows)) if doors else ()
         total = PRIOR_WEIGHT * self.laws.prior
         still, bare = BARE_STILL_DOORS, BARE_DOORS
-        for door in doors:
-            share = responsibilities(door.filter.evidence, self._prior(door))
+        for door, share in zip(doors, shares, strict=True):
             if door.has_leaf:
                 total[:-1] += share[:-1]
             else:
@@ -190,11 +191,24 @@ class PlaceDoors:
 
     def _drifts(self) -> Array:
         """(2, a) P(closed) of a new door, DRIFT_AGES s after it was seen open, and closed."""
-        found, weights = np.empty((2, len(DRIFT_AGES))), with_still(self.weights, STILL_WITH_LEAF)
-        for row, (evidence, later) in zip(found, _seen_once(), strict=True):
-            own = responsibilities(evidence, weights)
-            row[:] = [own @ closed for closed in later]
-        return found
+        return _drifts_by(with_still(self.weights, STILL_WITH_LEAF))
+
+
+@cache
+def _first_drifts() -> Array:
+    """(2, a) those of every place at first; they cannot be written to."""
+    drifts = _drifts_by(with_still(dwell_laws().prior, STILL_WITH_LEAF))
+    drifts.flags.writeable = False
+    return drifts
+
+
+def _drifts_by(weights: Array) -> Array:
+    """(2, a) see `PlaceDoors._drifts`, for weights (h,) of the laws."""
+    found = np.empty((2, len(DRIFT_AGES)))
+    for row, (evidence, later) in zip(found, _seen_once(), strict=True):
+        own = responsibilities(evidence, weights)
+        row[:] = [own @ closed for closed in later]
+    return found
 
 
 @cache

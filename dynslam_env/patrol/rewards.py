@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -65,4 +66,16 @@ class RewardWeights:
 
 def pose_bits(covariance: Array) -> float:
     """1/2 log2 det of the covariance, with COVARIANCE_FLOOR added; differences are bits."""
+    if not covariance.any():
+        return _known_pose_bits()
+    return _bits(covariance)
+
+
+@cache
+def _known_pose_bits() -> float:
+    """Of a pose that is known exactly, as at the start of an episode."""
+    return _bits(np.zeros((3, 3)))
+
+
+def _bits(covariance: Array) -> float:
     return 0.5 * float(np.linalg.slogdet(covariance + COVARIANCE_FLOOR)[1]) / math.log(2)

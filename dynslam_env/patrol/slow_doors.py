@@ -108,4 +108,4 @@ class HabitClock:
         law, mean = self._law, self._means[door, self._stays[door] % 2]
         self._stays[door] += 1
         drawn = mean * self._rng.uniform(1.0 - law.spread, 1.0 + law.spread)
-        return float(np.clip(drawn, law.shortest, law.longest))
+        return float(min(max(drawn, law.shortest), law.longest))

@@ -10,11 +10,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 import slam as slam_library
+from dynslam_env.navigation.door_belief import DoorBelief
+from dynslam_env.navigation.patrol_snapshot import PatrolSnapshot
 from dynslam_env.patrol.config import NO_TASK, PatrolConfig, PatrolKeywords
 from dynslam_env.patrol.doors_known import DoorsKnown
 from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.observation import observation_space
 from dynslam_env.patrol.patroller import Patroller
+from dynslam_env.patrol.snapshots import snapshot_of
 from dynslam_env.reset_options import EpisodeOptions
 from dynslam_env.simulation.config import check_keywords
 from dynslam_env.simulation.world import CONTROL_DT
@@ -175,7 +178,7 @@ class PatrolWorldView(WorldView):
 
     def __init__(self, batch: WorldBatch, i: int, patrols: list[Patrol], config: PatrolConfig):
         super().__init__(batch, i)
-        self._patrols = patrols
+        self._patrols, self._config = patrols, config
         self.limits, self.period = config.limits, config.period
 
     @property
@@ -189,6 +192,19 @@ class PatrolWorldView(WorldView):
         """The dynamic map and the SLAM's last estimate."""
         _ = self._begun
         return self._patrols[self._row].robot
+
+    @property
+    def time(self) -> float:
+        """s since the episode began."""
+        return self.patroller.time
+
+    def snapshot(self) -> PatrolSnapshot:
+        """What the robot knows now; its maps must be read before the next step."""
+        return snapshot_of(self.patroller, self.slam, self.scan, self.robot, self._config)
+
+    def door_beliefs(self) -> list[DoorBelief]:
+        """What the robot believes now of each doorway that it suspects."""
+        return self.patroller.memory.door_beliefs(self.time)
 
 
 class Patrol:

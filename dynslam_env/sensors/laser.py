@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,9 +88,8 @@ class Scanner:
 
     def __init__(self, laser: Laser, rng: np.random.Generator):
         self.laser, self._rng = laser, rng
-        self.angles = laser.angles
-        self.angles.flags.writeable = False
-        self.fan = np.stack([np.cos(self.angles), np.sin(self.angles)])
+        self.angles, fan = _beams(laser.beams, laser.field_of_view)
+        self.fan = fan.copy()
         self.settings = np.array([*laser.mount, laser.min_range, laser.max_range, laser.sigma])
         self.noise = np.empty((SCANS_PER_DRAW, laser.beams))
         """Standard normal numbers of the next scans."""
@@ -144,6 +144,15 @@ class Scanner:
         fill_normal(self._rng, self.noise)
         if laser.dropout:
             self._lost = self._rng.random(shape) < laser.dropout
+
+
+@lru_cache(maxsize=16)
+def _beams(beams: int, field_of_view: float) -> tuple[Array, Array]:
+    """Angles (beams,), rad, and unit vectors (2, beams) of the beams; neither can be written to."""
+    angles = Laser(beams, field_of_view).angles
+    fan = np.stack([np.cos(angles), np.sin(angles)])
+    angles.flags.writeable = fan.flags.writeable = False
+    return angles, fan
 
 
 @kernel

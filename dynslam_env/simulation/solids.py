@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from dynslam_env.simulation.bodies import (
     FIXTURE_MARGIN,
     FIXTURES,
@@ -38,6 +40,7 @@ MAX_PENETRATION = 0.009  # m, of two solids in the physics step before the conta
 MAX_TIP_SPEED = 3.0  # m/s, of a leaf: a faster one would need a thick margin
 PERSON_CORNERS = 8
 LEFT_PER_SECOND = math.pow(0.8999999761581421, 60.0)  # of an overshoot, by Chipmunk's joints
+NO_CORNERS = np.empty((0, 2))
 SPARE_ROWS = 3  # Chipmunk adds what stands; it never fills all rows, else it would reallocate them
 
 
@@ -51,7 +54,7 @@ class Solids:
     robot, doors, people  their sizes and forces
     hung     the doors whose leaves move
     immovable  the other doors
-    person   (8, 2) m, corners of a person
+    person   (8, 2) m, corners of a person; (0, 2) without people
     memory   what moves; `bodies` are views of it
     first_rows  its rows at the beginning
     """
@@ -67,7 +70,7 @@ class Solids:
         if self.hung:
             self.immovable = ()
         self.leaves = leaves
-        self.person = regular(people.radius, PERSON_CORNERS)
+        self.person = regular(people.radius, PERSON_CORNERS) if len(places) else NO_CORNERS
         self.margin = self._margin(0.0)
         self.memory = self._memory(places)
         self.bodies = bodies_of(self.memory)

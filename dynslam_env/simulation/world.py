@@ -232,12 +232,13 @@ class World:
         walls, fixed = solids.layout.walls, solids.immovable
         hung = [door.corners for door in solids.hung]
         self._polygons = Polygons([*hung, *[solids.person] * len(self._feet)])
-        immovable = Polygons([door.corners for door in fixed])
         self.first_edge, self.first_edges = len(walls), np.array([len(walls)])
-        first_moving = self.first_edge + immovable.count
+        first_moving = self.first_edge + sum(len(door.corners) for door in fixed)
         self.segments = np.empty((first_moving + self._polygons.count, 4))
         self.segments[: self.first_edge] = walls
-        immovable.outline(solids.leaves[: len(fixed)], self.segments[self.first_edge :])
+        if fixed:
+            immovable = Polygons([door.corners for door in fixed])
+            immovable.outline(solids.leaves[: len(fixed)], self.segments[self.first_edge :])
 
 
 def _leaves(doors: tuple[Door, ...], motors: DoorMotors, angle: float) -> Array:

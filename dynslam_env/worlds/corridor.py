@@ -95,7 +95,8 @@ class Corridor:
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, ends[0], clutter.solids)
-        return Layout(clutter.walls(plan), plan.doors, Pose2(*ends[0], 0.0), path, routes)
+        start = Pose2(*path[0].tolist(), 0.0)
+        return Layout.known(clutter.walls(plan), plan.doors, start, path, routes)
 
     def _plan(self, rng: np.random.Generator) -> FloorPlan:
         """The passage is space 0, the rooms follow."""
@@ -107,4 +108,4 @@ class Corridor:
             placement = RowPlacement(True, 0.0, near, near + side * self.room_depth)
             rooms, doors = build(row, placement, 0, len(spaces), self.door_width)
             spaces, doorways = spaces + rooms, doorways + doors
-        return FloorPlan(tuple(spaces), tuple(doorways), self.door_thickness)
+        return FloorPlan.known(tuple(spaces), tuple(doorways), self.door_thickness)

@@ -170,14 +170,22 @@ class FloorPlan:
             self._walls[pair] = wall_between(self.spaces, *pair)
         return self._walls[pair]
 
+    @staticmethod
+    def known(
+        spaces: tuple[Rect, ...], doorways: tuple[Doorway, ...], door_thickness: float
+    ) -> FloorPlan:
+        """A plan that the caller knows to be right: it is not checked."""
+        plan = object.__new__(FloorPlan)
+        plan.__dict__.update(
+            spaces=spaces, doorways=doorways, door_thickness=door_thickness, _walls={}
+        )
+        return plan
+
     def with_doorways(self, doorways: Sequence[Doorway]) -> FloorPlan:
         """The same spaces with other doorways, which the caller knows to lie in their walls: they
         are not checked."""
-        plan = object.__new__(FloorPlan)
-        plan.__dict__.update(
-            spaces=self.spaces, doorways=tuple(doorways), door_thickness=self.door_thickness,
-            _walls=self._walls,
-        )  # fmt: skip
+        plan = FloorPlan.known(self.spaces, tuple(doorways), self.door_thickness)
+        object.__setattr__(plan, "_walls", self._walls)
         return plan
 
     @cached_property

@@ -138,7 +138,8 @@ class Layout:
     def known(
         walls: Array, doors: tuple[Door, ...], start: Pose2, path: Array, routes: tuple[Array, ...]
     ) -> Layout:
-        """A layout of parts of layouts that were checked: they are not checked again."""
+        """A layout of arrays of float64 and parts that the caller knows to be right, as those of a
+        `FloorPlan` are: they are neither checked nor copied."""
         layout = object.__new__(Layout)
         layout.__setstate__(
             {"walls": walls, "doors": doors, "start": start, "path": path, "routes": routes}

@@ -139,7 +139,7 @@ class Loop:
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, (x1, y1), clutter.solids)
-        return Layout(clutter.walls(plan), plan.doors, Pose2(x1, y1, 0.0), path, routes)
+        return Layout.known(clutter.walls(plan), plan.doors, Pose2(x1, y1, 0.0), path, routes)
 
     def _plan(self, rng: np.random.Generator) -> FloorPlan:
         """The corridors are spaces 0 to 3, the rooms follow."""

@@ -101,9 +101,8 @@ class Office:
         stands = Stands(self.cut, self.furniture, self.free_way)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, (x, y), clutter.solids)
-        return Layout(
-            clutter.walls(plan), plan.doors, Pose2(x, y, math.atan2(y2 - y, x2 - x)), path, routes
-        )
+        start = Pose2(x, y, math.atan2(y2 - y, x2 - x))
+        return Layout.known(clutter.walls(plan), plan.doors, start, path, routes)
 
     def _floor(self, rng: np.random.Generator) -> OfficeFloor:
         area = Rect(0.0, 0.0, self.length, self.breadth)

@@ -53,14 +53,15 @@ def draw_floor(dimensions: FloorDimensions, rng: np.random.Generator) -> OfficeF
     rooms = split_into_rooms(dimensions.area, dimensions.room_side, dimensions.wall_thickness, rng)
     shared = dimensions.door_width + 2 * dimensions.clearance
     walls = neighbours(rooms, dimensions.wall_thickness, shared)
-    pairs = [list(walls)[i] for i in rng.permutation(len(walls))]
+    all_pairs = list(walls)
+    pairs = [all_pairs[i] for i in rng.permutation(len(walls)).tolist()]
     tree = spanning_tree(pairs, len(rooms))
     if len(tree) < len(rooms) - 1:
         return None
     ways = [
         Doorway(pair, _start(walls[pair], dimensions, rng), dimensions.door_width) for pair in tree
     ]
-    joined = FloorPlan(tuple(rooms), tuple(ways), dimensions.door_thickness)
+    joined = FloorPlan.known(tuple(rooms), tuple(ways), dimensions.door_thickness)
     path = np.array(tour(joined, int(rng.integers(len(rooms)))))
     others = {pair: walls[pair] for pair in pairs if pair not in tree}
     doors = _place_doors(joined, others, legs(path), dimensions, rng)

@@ -154,6 +154,8 @@ class Clutter(NamedTuple):
 
     def walls(self, plan: FloorPlan) -> Array:
         """(w, 4) m: the walls of the plan, the oblique walls of the cuts, the pieces' edges."""
+        if not self.cuts and not self.pieces:
+            return plan.walls
         oblique = [triangle[1:2] for _, triangle in self.cuts]
         return np.vstack([plan.walls, *oblique, *(piece for _, piece in self.pieces)])
 

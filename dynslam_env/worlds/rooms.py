@@ -40,17 +40,16 @@ def split_into_rooms(whole: Rect, side: float, wall: float, rng: np.random.Gener
 
 def neighbours(rooms: Sequence[Rect], wall: float, shared: float) -> dict[Pair, Wall]:
     """The walls of `wall` m between pairs of rooms that share at least `shared` m of it."""
-    all_rooms = tuple(rooms)
-    near = np.array(rooms) + (-2 * wall, -2 * wall, 2 * wall, 2 * wall)
-    left, bottom, right, top = near.T
-    beside = (left < right[:, None]) & (bottom < top[:, None])
-    pairs = np.argwhere(np.triu(beside & beside.T, 1).T)[:, ::-1].tolist()  # by the second room
-    walls = {(i, j): wall_between(all_rooms, i, j) for i, j in pairs}
-    return {
-        pair: each
-        for pair, each in walls.items()
-        if each and each.high - each.low < 1.5 * wall and each.stop - each.start >= shared
-    }
+    all_rooms, far, walls = tuple(rooms), 2 * wall, {}
+    near = [(a - far, b - far, c + far, d + far) for a, b, c, d in all_rooms]
+    for j, (left, bottom, right, top) in enumerate(near):
+        for i in range(j):
+            left_i, bottom_i, right_i, top_i = near[i]
+            if left < right_i and left_i < right and bottom < top_i and bottom_i < top:
+                each = wall_between(all_rooms, i, j)
+                if each and each.high - each.low < 1.5 * wall and each.stop - each.start >= shared:
+                    walls[i, j] = each
+    return walls
 
 
 def spanning_tree(pairs: Sequence[Pair], count: int) -> list[Pair]:

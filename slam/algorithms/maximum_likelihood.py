@@ -302,7 +302,7 @@ class MaximumLikelihood:
     def _carried(self, origin: Estimate, prediction: Prediction) -> Array:
         """(3, 3) covariance of the predicted pose, before its scan is matched."""
         x, y = prediction.pose.x - origin.pose.x, prediction.pose.y - origin.pose.y
-        return moved(origin.covariance, x, y, prediction.covariance())
+        return moved(origin.covariance, x, y, prediction.gaussian)
 
     @property
     def first_poses(self) -> Array:

@@ -171,7 +171,7 @@ class ParticleFilter:
         last = self._last
         prediction = self._prediction(last.pose, self._since_match.displacement)
         x, y = prediction.pose.x - last.pose.x, prediction.pose.y - last.pose.y
-        covariance = moved(last.covariance, x, y, prediction.covariance())
+        covariance = moved(last.covariance, x, y, prediction.gaussian)
         return last._replace(pose=prediction.pose, covariance=covariance, matched=False)
 
     def _keyframe(self, scan: Scan) -> Estimate:
@@ -260,7 +260,7 @@ class ParticleFilter:
         """
         origin = self._poses[self._best]
         x, y = prediction.pose.x - origin[0], prediction.pose.y - origin[1]
-        predicted = moved(self._covariance, x, y, prediction.covariance())
+        predicted = moved(self._covariance, x, y, prediction.gaussian)
         _, information = laplace(self.sensor_model, scan, pose)
         information *= self.sensor_model.sharpness
         return self._map_uncertainty.matched(predicted, pose, scan.points, information)

@@ -7,6 +7,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
+from slam.motion.gaussian import odometry_covariance
 from slam.search.laplace import positive
 
 LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged;
@@ -42,7 +43,9 @@ class MapUncertainty:
         points       (n, 2) echoes of the scan, m, in the robot's frame
         information  (3, 3) of the match
         """
-        return fused(predicted, self.covariance(pose, points), information)
+        tiles = self.tiles
+        return _matched(*pose, points, tiles.index, tiles.origin, tiles.resolution,
+                        self._drawn.values, predicted, information)  # fmt: skip
 
     def covariance(self, pose: Pose2, points: Array) -> Array:
         """(3, 3) covariance of the map's error for a match at `pose` with scan `points` (n, 2), m,
@@ -91,6 +94,13 @@ def _inherited(x, y, theta, points, index, origin, resolution, drawn):
 
 
 @kernel
+def _matched(x, y, theta, points, index, origin, resolution, drawn, predicted, information):
+    """See `MapUncertainty.matched`."""
+    ground = _inherited(x, y, theta, points, index, origin, resolution, drawn)
+    return fused(predicted, ground, information)
+
+
+@kernel
 def _settle(x, y, theta, points, index, origin, resolution, drawn, covariance):
     """Take a keyframe at (x, y) into the mean of the tiles that it saw, which move to (x, y)."""
     for slot in _seen(x, y, theta, points, index, origin, resolution)[0]:
@@ -122,9 +132,10 @@ def _turned(covariance, x, y):
 
 
 @kernel
-def moved(covariance, x, y, odometry):
-    """The covariance after a displacement (x, y), world, with error covariance `odometry`."""
-    return _turned(covariance, x, y) + odometry
+def moved(covariance, x, y, gaussian):
+    """The covariance after a displacement (x, y), world, that a motion model predicts as of
+    `Prediction.gaussian`."""
+    return _turned(covariance, x, y) + odometry_covariance(*gaussian)
 
 
 @kernel

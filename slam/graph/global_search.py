@@ -152,37 +152,34 @@ def _coarse(index, field, width, pad, unknown, fill, low, scale):
     side = TILE // width
     shape = index.shape[0] * side + 2 * pad, index.shape[1] * side + 2 * pad
     known, every = np.zeros(shape, np.uint8), np.full(shape, fill, np.uint8)
-    top = np.empty((2, TILE), np.float32)
+    explaining, top = np.empty(TILE, np.float32), np.empty(TILE, np.float32)
     for i, j in np.ndindex(index.shape):
-        if index[i, j] == 0:
+        slot = np.uint64(index[i, j])
+        if slot == 0:
             continue
         for r in range(side):
-            top[:] = low
-            for k in range(width * r * TILE, width * (r + 1) * TILE, TILE):
-                _raise(top, field[index[i, j], k : k + TILE], unknown)
+            explaining[:] = top[:] = low
+            for a in range(width):
+                begin = np.uint64((width * r + a) * TILE)
+                for k in range(TILE):
+                    value = field[slot, begin + np.uint64(k)]
+                    top[k] = value if value > top[k] else top[k]
+                    more = value > explaining[k] and value != unknown
+                    explaining[k] = value if more else explaining[k]
             row, col = pad + i * side + r, pad + j * side
-            _pool(top[0], width, low, scale, known[row, col : col + side])
-            _pool(top[1], width, low, scale, every[row, col : col + side])
+            for c in range(side):
+                best, most = low, low
+                for k in range(width * c, width * (c + 1)):
+                    best, most = max(best, explaining[k]), max(most, top[k])
+                known[row, col + c] = _unit(best, low, scale)
+                every[row, col + c] = _unit(most, low, scale)
     return known, every
 
 
 @kernel
-def _raise(top, row, unknown):
-    """Take a row of cells into the maxima (2, TILE) without the unknown cells, and with them."""
-    for k in range(TILE):
-        value = row[k]
-        top[1, k] = max(top[1, k], value)
-        top[0, k] = max(top[0, k], top[0, k] if value == unknown else value)
-
-
-@kernel
-def _pool(top, width, low, scale, result):
-    """The maximum of every `width` values, in units, rounded up."""
-    for c in range(len(result)):
-        best = top[width * c]
-        for k in range(width * c + 1, width * (c + 1)):
-            best = max(best, top[k])
-        result[c] = np.uint8(min(np.ceil((best - low) * scale), np.float32(MAX_UNITS)))
+def _unit(value, low, scale):
+    """A value of the field in units, rounded up."""
+    return np.uint8(min(np.ceil((value - low) * scale), np.float32(MAX_UNITS)))
 
 
 @kernel
@@ -207,19 +204,17 @@ def _words(cells, unknown):
 def _square_maxima(cells, unknown):
     """(rows, cols) the maximum over the square of SQUARE cells up and right of each."""
     rows, cols = cells.shape
-    wide, high = cells.copy(), np.full((rows, cols), unknown, np.uint8)
+    result, column = np.empty((rows, cols), np.uint8), np.full(cols + MARGIN, unknown, np.uint8)
     for r in range(rows):
-        for k in range(1, SQUARE):
-            _larger(wide[r, : cols - k], cells[r, k:], wide[r, : cols - k])
-        for c in range(max(cols - SQUARE + 1, 0), cols):
-            wide[r, c] = max(wide[r, c], unknown)
-    for r in range(rows):
-        high[r] = wide[r]
-        for k in range(r + 1, min(r + SQUARE, rows)):
-            _larger(high[r], wide[k], high[r])
-        for c in range(cols if r > rows - SQUARE else 0):
-            high[r, c] = max(high[r, c], unknown)
-    return high
+        column[:cols] = cells[r]
+        for k in range(r + 1, r + SQUARE):
+            for c in range(cols):
+                other = cells[np.uint64(k), np.uint64(c)] if k < rows else np.uint8(unknown)
+                column[c] = max(column[c], other)
+        for c in range(cols):  # SQUARE is 4
+            left, right = max(column[c], column[c + 1]), max(column[c + 2], column[c + 3])
+            result[r, c] = max(left, right)
+    return result
 
 
 def _squares(cells: np.ndarray) -> np.ndarray:
@@ -232,12 +227,6 @@ def _squares(cells: np.ndarray) -> np.ndarray:
     for k in range(1, SQUARE):
         result[1, :-k] |= wide[k:]
     return result
-
-
-@kernel
-def _larger(a, b, result):
-    for k in range(len(result)):
-        result[k] = a[k] if a[k] > b[k] else b[k]
 
 
 @kernel

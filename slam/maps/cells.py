@@ -8,7 +8,7 @@ from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
 from slam.kernel import kernel
 from slam.maps.centroids import Centroids
-from slam.maps.rays import TILE_MARGIN, ObservedCells, Rays, Tracer
+from slam.maps.rays import TILE_MARGIN, WORD, ObservedCells, Rays, Tracer
 from slam.maps.tiles import MASK, SHIFT, Tiles
 from slam.scan import Scan
 from slam.validation import positive_number
@@ -52,6 +52,10 @@ class Cells:
         self.centroids.add(observed.echoes)
         return observed
 
+    def observed_ids(self) -> np.ndarray:
+        """(n,) int64 ids of all cells that were observed, in their order."""
+        return _ids(self.observed.flat)
+
     def grid(self) -> OccupancyGrid:
         """A copy of the current map."""
         tiles = self.tiles
@@ -86,6 +90,19 @@ def _echoes(cells, hit, count):
     for k in range(len(cells)):
         echoes[k] = hit[k] or count[np.uint64(cells[k])] > 0
     return echoes
+
+
+@kernel
+def _ids(observed):
+    """(n,) the indices of true values of `observed`, which is tested in words of WORD."""
+    words, n = observed.view(np.uint64), 0
+    ids = np.empty(observed.sum(), np.int64)
+    for w in range(len(words)):
+        for k in range(WORD * w, WORD * (w + 1) if words[w] else 0):
+            if observed[k]:
+                ids[n] = k
+                n += 1
+    return ids
 
 
 @kernel

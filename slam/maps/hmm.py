@@ -165,7 +165,8 @@ def _observe(observed: ObservedCells, now, layers: HMMLayers, ratios, prior: Rat
         closing = (changes + counts[i, 1]) / (free_for + times[i, 0])
         opening = (changes + counts[i, 0]) / (occupied_for + times[i, 1])
         stationary = closing / (closing + opening)
-        h = stationary + np.exp(-(closing + opening) * gone) * (occupied[i] - stationary)
+        kept = np.exp(-(closing + opening) * gone) if gone > 0.0 else 1.0
+        h = stationary + kept * (occupied[i] - stationary)
         ratio = (hit_ratio if hit[k] else free_ratio) * h
         h = ratio / (ratio + 1.0 - h)
         occupied[i] = h

@@ -36,18 +36,20 @@ class Layer:
         self.fill = fill
         self._area = shape[0] if shape else 1
         self._set_memory(np.empty((max(INITIAL_SLOTS, slots), *shape), dtype))
-        self._used = 0
-        self.resize(slots)
+        self._memory[:slots].fill(fill)
+        self._used = slots
+        self._view()
 
     def resize(self, slots: int) -> None:
         """Set the number of slots; new ones are blank."""
-        have = len(self._memory)
-        if slots > have:
-            grown = np.empty((max(slots, int(GROWTH * have)), *self._memory.shape[1:]),
-                             self._memory.dtype)  # fmt: skip
-            grown[: self._used] = self.values
+        memory, used = self._memory, self._used
+        if slots > len(memory):
+            grown = np.empty((max(slots, int(GROWTH * len(memory))), *memory.shape[1:]),
+                             memory.dtype)  # fmt: skip
+            grown[:used] = self.values
             self._set_memory(grown)
-        self._memory[self._used : slots].fill(self.fill)
+            memory = grown
+        memory[used:slots].fill(self.fill)
         self._used = slots
         self._view()
 
@@ -206,12 +208,12 @@ class Tiles:
         tiles of the current map."""
         before = self.used
         self._resize(used)
-        slots, places = _new(self.index, self.references)
-        self.places[slots] = places + self.corner
-        reused = slots[slots < before]
-        for layer in self._layers if len(reused) else ():
-            layer.values[reused] = layer.fill
-        self._assign(slots)
+        slots = _enter(self.index, self.corner, self.references, self.places)
+        if len(self.free):
+            reused = slots[slots < before]
+            for layer in self._layers:
+                layer.values[reused] = layer.fill
+            self.free = self.free[len(slots) :]
 
     def fork(self) -> TileIndex:
         """A copy of the current map, which shares its tiles until one of the two is written to.
@@ -250,18 +252,14 @@ class Tiles:
             for layer in self._layers:
                 layer.values[new] = layer.values[old]
             self.references[old] -= 1
-            self._assign(new)
+            self.references[new] = 1
+            self.free = self.free[len(new) :]
 
     def _resize(self, used: int) -> None:
         """Set the number of slots of all layers."""
         for layer in (*self._layers, self._places, self._references):
             layer.resize(used)
         self.used = used
-
-    def _assign(self, slots: np.ndarray) -> None:
-        """Assign the slots, the first ones of `free` among them, to the current map."""
-        self.references[slots] = 1
-        self.free = self.free[len(slots) :]
 
     def cell(self, row: int, col: int) -> int:
         """The id of a cell by its row and column in `spec`; in the blank tile if not allocated."""
@@ -300,15 +298,18 @@ def next_slot(free, used, n):
 
 
 @kernel
-def _new(index, references):
-    """The slots in `index` that belong to no map yet, and their (n, 2) rows and columns there."""
-    slots, places, n = np.empty(index.size, np.int64), np.empty((index.size, 2), np.int64), 0
+def _enter(index, corner, references, places):
+    """Let the slots in `index` that belong to no map yet belong to one, and write their places;
+    returns them."""
+    slots, n = np.empty(index.size, np.int64), 0
     for row in range(index.shape[0]):
         for col in range(index.shape[1]):
-            if references[index[row, col]] == 0:
-                slots[n], places[n, 0], places[n, 1] = index[row, col], row, col
+            slot = index[row, col]
+            if references[slot] == 0:
+                places[slot, 0], places[slot, 1] = row + corner[0], col + corner[1]
+                slots[n], references[slot] = slot, 1
                 n += 1
-    return slots[:n], places[:n]
+    return slots[:n]
 
 
 @kernel

@@ -104,7 +104,7 @@ class Prediction:
 
     def covariance(self) -> Array:
         """(3, 3) covariance of the predicted pose by the odometry's errors alone, world."""
-        return _covariance(*self.gaussian)
+        return odometry_covariance(*self.gaussian)
 
     def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
         """Value, gradient (3,) and (Gauss-Newton) curvature (3, 3) of the log density."""
@@ -161,7 +161,8 @@ def log_density(poses, centre, moved, deviations):
 
 
 @kernel
-def _covariance(centre, moved, deviations):
+def odometry_covariance(centre, moved, deviations):
+    """See `Prediction.covariance`; the rest is `Prediction.gaussian`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y = -0.5 * moved[1], 0.5 * moved[0]  # derivative by the heading's error
     J = np.array([[c, -s, c * x - s * y], [s, c, s * x + c * y], [0.0, 0.0, 1.0]])

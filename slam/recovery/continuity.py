@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, transform_points
+from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.recovery.match import Match
 from slam.scan import Scan
@@ -72,18 +72,17 @@ class Recent:
     def _keep(self, scan: Scan, step: Pose2) -> None:
         """Write a scan, `step` after the one before, to the rows that `_overlaps` reads: its echoes
         in the sensor's frame, by ascending angle."""
-        order, echoes = _order(scan), len(scan.points)
+        echoes = len(scan.points)
         if echoes > self._bearings.shape[1]:
             more = echoes - self._bearings.shape[1]
             self._outlines = np.pad(self._outlines, ((0, 0), (0, more), (0, 0)))
             self._bearings = np.pad(self._bearings, ((0, 0), (0, more)))
         row = self._newest = (self._newest + 1) % RECENT
         self._number = min(self._number + 1, RECENT)
-        outline = np.ascontiguousarray(scan.points[::order])
-        self._outlines[row, :echoes] = transform_points(scan.mount.inverse(), outline)
-        self._bearings[row, :echoes] = scan.angles[scan.hit][::order]
-        view = scan.angles[::order]
-        self._frames[row] = echoes, view[0], view[-1], *scan.mount.inverse(), *step
+        robot = scan.mount.inverse()
+        first, last = _write(scan.points, scan.angles, scan.hit, robot, self._outlines[row],
+                             self._bearings[row])  # fmt: skip
+        self._frames[row] = echoes, first, last, *robot, *step
 
     def change(self, scan: Scan, displacement: Pose2) -> float:
         """The change of a scan since the last keyframe, `displacement` before; 0 if not known."""
@@ -106,14 +105,9 @@ class Recent:
 
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
-    order, free = _order(scan), _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
-    angles = scan.angles[::order].copy()  # writable: kernels are compiled for one kind
-    return Sight(scan.pieces, angles, np.ascontiguousarray(free[::order]), scan.mount)
-
-
-def _order(scan: Scan) -> int:
-    """The step through the beams by which their angles ascend."""
-    return -1 if len(scan.angles) > 1 and scan.angles[-1] < scan.angles[0] else 1
+    free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
+    angles, free = _ascending(scan.angles, free)
+    return Sight(scan.pieces, angles, free, scan.mount)
 
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
@@ -132,6 +126,42 @@ def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:
     sensor = seen.mount.inverse() @ displacement
     free, known = _counts(seen.angles, seen.free, other.pieces, sensor.x, sensor.y, sensor.theta)
     return free / known if known >= MIN_POINTS else 0.0
+
+
+@kernel
+def _ascending(angles, free):
+    """The angles of the beams, and what is free there, by ascending angle."""
+    step = -1 if _descend(angles) else 1
+    return angles[::step].copy(), free[::step].copy()
+
+
+@kernel
+def _descend(angles):
+    return len(angles) > 1 and angles[-1] < angles[0]
+
+
+@kernel
+def _write(points, angles, hit, robot, outline, bearings):
+    """Write echoes (n, 2), in the robot's frame, to `outline` in the sensor's, and their angles to
+    `bearings`, by ascending angle; returns the first and the last angle of the beams.
+
+    angles, hit  (beams,) rad, and whether there is an echo
+    robot        its pose from the sensor
+    """
+    c, s, n = np.cos(robot[2]), np.sin(robot[2]), 0
+    beams, down = len(angles), _descend(angles)
+    for k in range(beams):
+        beam = beams - 1 - k if down else k
+        if hit[beam]:
+            echo = len(points) - 1 - n if down else n
+            x, y = points[echo, 0], points[echo, 1]
+            outline[n, 0] = c * x - s * y + robot[0]
+            outline[n, 1] = s * x + c * y + robot[1]
+            bearings[n] = angles[beam]
+            n += 1
+    if not beams:
+        return 0.0, 0.0
+    return (angles[-1], angles[0]) if down else (angles[0], angles[-1])
 
 
 @kernel

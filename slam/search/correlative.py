@@ -12,7 +12,7 @@ from slam.geometry import Array, Pose2
 from slam.interface import Posterior
 from slam.kernel import kernel
 from slam.motion.gaussian import log_density, with_errors
-from slam.search.gauss_newton import GaussNewton
+from slam.search.gauss_newton import GaussNewton, ascended_field
 from slam.sensor_models.endpoint import Endpoint
 from slam.sensor_models.field import likeliest
 from slam.validation import positive
@@ -51,16 +51,21 @@ class Correlative:
 
     def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
         """The best candidate, refined."""
-        return self.refine.climb(posterior, self.best(posterior))
+        model, axes = posterior.sensor_model, self._axes(posterior.prediction.deviations)
+        if not (isinstance(model, Endpoint) and _few(axes) and self.refine.levels == 1):
+            return self.refine.climb(posterior, self.best(posterior))
+        return Pose2(*_refined_in_field(
+            axes, posterior.prediction.gaussian, posterior.scan.points, model.samples,
+            model.reading(0), self.refine.limits,
+        ))  # fmt: skip
 
     def best(self, posterior: Posterior) -> Pose2:
         """The candidate with the largest posterior; the first of equal ones."""
-        axes = self._axes(posterior.prediction.deviations)
-        candidates, model = math.prod(len(axis) for axis in axes), posterior.sensor_model
-        if isinstance(model, Endpoint) and candidates <= MAX_IN_FIELD:
+        axes, model = self._axes(posterior.prediction.deviations), posterior.sensor_model
+        if isinstance(model, Endpoint) and _few(axes):
             points, prior = posterior.scan.points, posterior.prediction.gaussian
             return Pose2(*_best_in_field(axes, prior, points, model.samples))
-        few = candidates <= MAX_EXHAUSTIVE
+        few = _few(axes, MAX_EXHAUSTIVE)
         return _exhaustive(posterior, axes) if few else self._branch_and_bound(posterior, axes)
 
     def exhaustive(self, posterior: Posterior) -> Pose2:
@@ -93,6 +98,11 @@ class Correlative:
             for deviation, most in zip(deviations.tolist(), MAX_REACH, strict=True)
         )
         return _ticks(turn, self.turn), _ticks(x, self.step), _ticks(y, self.step)
+
+
+def _few(axes: Axes, most: int = MAX_IN_FIELD) -> bool:
+    """Whether there are so many candidates at most."""
+    return len(axes[0]) * len(axes[1]) * len(axes[2]) <= most
 
 
 def _exhaustive(posterior: Posterior, axes: Axes) -> Pose2:
@@ -136,6 +146,13 @@ def _best_in_field(axes, prior, points, samples):
     poses = with_errors(_grid(*axes), prior[0], prior[1])
     best = likeliest(poses, log_density(poses, *prior), points, *samples)
     return poses[best, 0], poses[best, 1], poses[best, 2]
+
+
+@kernel
+def _refined_in_field(axes, prior, points, samples, reading, limits):
+    """The best candidate, refined: `_best_in_field` and `ascended_field`, in one call."""
+    start = _best_in_field(axes, prior, points, samples)
+    return ascended_field(start, points, reading, prior, limits)[0]
 
 
 @kernel

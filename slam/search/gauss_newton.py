@@ -56,12 +56,17 @@ class GaussNewton:
             pose, _ = self._climb(posterior, pose, level)
         return self._climb(posterior, pose, 0)
 
+    @property
+    def limits(self) -> tuple[int, float]:
+        """The steps at each resolution, and the precision, as kernels take them."""
+        return self.steps, self.precision
+
     def _climb(self, posterior: Posterior, pose: Pose2, level: int) -> tuple[Pose2, Slope]:
-        model, limits = posterior.sensor_model, (self.steps, self.precision)
+        model = posterior.sensor_model
         if not isinstance(model, Endpoint):
-            return _ascended(posterior, pose, level, *limits)
+            return _ascended(posterior, pose, level, *self.limits)
         points, prior = posterior.scan.points, posterior.prediction.gaussian
-        top, *here = _ascended_field(tuple(pose), points, model.reading(level), prior, limits)
+        top, *here = ascended_field(tuple(pose), points, model.reading(level), prior, self.limits)
         return Pose2(*top), Slope(*here)
 
 
@@ -86,7 +91,7 @@ def _ascended(
 
 
 @kernel
-def _ascended_field(pose, points, reading, prior, limits):
+def ascended_field(pose, points, reading, prior, limits):
     """The same as `_ascended`, compiled: a pose; value, gradient and curvature of the posterior
     there.
 

@@ -63,7 +63,7 @@ class Endpoint:
         cells, tiles = map_model.cells, map_model.cells.tiles
         if map_model is not self._map_model:
             self._begin(map_model)
-            changed = np.flatnonzero(cells.observed.flat)
+            changed = cells.observed_ids()
         blocks = field.mark_stale(
             changed, cells.occupied.flat, cells.centroids.offset.flat, cells.centroids.count.flat,
             self._h_level.flat, self._centroid.flat, self._stale.values, tiles.places, tiles.corner,

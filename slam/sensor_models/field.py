@@ -16,7 +16,9 @@ NO_CENTROID = -128  # of a cell without an echo
 H_MIN, H_MAX = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
 MIN_CENTROID_CHANGE = 12  # 1/256 of a cell; smaller changes of a centroid are ignored
 MIN_H_CHANGE = 6  # of 255; smaller changes of h are ignored, except at the limits
+NO_CENTROIDS = np.uint64(0x8080808080808080)  # the same of four cells
 U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numba checks no index
+U_2 = np.uint64(2)
 U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
 ROUNDING = 1e-6  # nats, of sums that are compared with a floor
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
@@ -61,6 +63,9 @@ def mark_stale(
                 continue
             h_level[cell] = h
         slot = cell >> (2 * SHIFT)
+        within = (((cell >> SHIFT) & MASK) // BLOCK) * BLOCKS + (cell & MASK) // BLOCK
+        if margin == 0 and stale[slot, within]:
+            continue  # as most cells that beams crossed
         row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cell >> SHIFT) & MASK)
         col = ((places[slot, 1] - corner[1]) << SHIFT) + (cell & MASK)
         for r in range((row - margin) // BLOCK, (row + margin) // BLOCK + 1):
@@ -92,6 +97,7 @@ def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log
     best, aside = np.empty(BLOCK * BLOCK, np.float32), np.empty(BLOCK, np.float32)
     top, steps = log_h[255], np.float32((len(table) - 1) / (log_h[255] - log_h[0]))
     reach = np.sqrt((top - log_h[0]) / falloff)  # cells, beyond which no echo counts
+    words = centroid.reshape(-1).view(np.uint64)
     for k in range(len(blocks)):
         row, col = blocks[k, 0] * BLOCK, blocks[k, 1] * BLOCK
         stale[index[row >> SHIFT, col >> SHIFT],
@@ -100,13 +106,19 @@ def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log
         for r in range(row - radius, row + BLOCK + radius):
             left = cell_at(index, r, col - radius) - (col - radius)
             right = cell_at(index, r, col + BLOCK - 1 + radius) - (col + BLOCK - 1 + radius)
-            for c in range(col - radius, col + BLOCK + radius):
-                cell = np.uint64((left if c < border else right) + c)
-                if centroid[cell, U_0] != NO_CENTROID:
-                    sources[n, 0] = log_h[h_level[cell]]
-                    sources[n, 1] = c - col + centroid[cell, U_0] / np.float32(256.0)
-                    sources[n, 2] = r - row + centroid[cell, U_1] / np.float32(256.0)
-                    n += -reach < sources[n, 1] < BLOCK - 1 + reach
+            for group in range((col - radius) // 4, (col + BLOCK - 1 + radius) // 4 + 1):
+                begin = 4 * group
+                cell = np.uint64((left if begin < border else right) + begin)
+                if words[cell >> U_2] == NO_CENTROIDS:
+                    continue
+                for c in range(begin, begin + 4):
+                    inside = col - radius <= c < col + BLOCK + radius
+                    if inside and centroid[cell, U_0] != NO_CENTROID:
+                        sources[n, 0] = log_h[h_level[cell]]
+                        sources[n, 1] = c - col + centroid[cell, U_0] / np.float32(256.0)
+                        sources[n, 2] = r - row + centroid[cell, U_1] / np.float32(256.0)
+                        n += -reach < sources[n, 1] < BLOCK - 1 + reach
+                    cell += U_1
         first = cell_at(index, row, col)
         for r in range(BLOCK):
             for c in range(BLOCK):

@@ -102,6 +102,21 @@ def test_observation_and_truth_say_the_same():
     assert set(info["reward_terms"]) == {"progress", "collision", "time", "arrived"}
 
 
+def test_a_scan_is_one_object_until_there_is_another():
+    env = DoorWorldEnv()
+    env.reset(seed=0)
+    first = env.scan
+    assert env.scan is first
+    env.step(np.zeros(2, dtype=np.float32))
+    second = env.scan
+    assert second is env.scan
+    assert second is not first
+    assert second.time > first.time
+    env.reset(seed=1)
+    assert env.scan.time == first.time
+    assert not np.array_equal(env.scan.ranges, first.ranges)
+
+
 def test_the_laser_sees_the_doors_where_physics_has_them():
     env = DoorWorldEnv(laser=Laser(sigma=0.0))
     env.reset(seed=0)

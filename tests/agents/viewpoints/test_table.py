@@ -57,6 +57,21 @@ def test_walls_and_flat_angles_hide_a_door() -> None:
     assert not visible(floor_costmap(hidden, RADIUS, hidden.doors), points[:1], doors).any()
 
 
+def test_on_its_way_a_robot_sees_what_is_ahead_and_not_what_it_leaves_behind() -> None:
+    layout = hall()
+    costs = floor_costmap(layout, RADIUS, layout.doors)
+    points, doors = np.array([[5.0, 2.0], [10.0, 2.0], [15.0, 2.0]]), doorways(layout)
+    table = table_of(costs, points, doors, plans_from(costs, points))
+    assert table.around.tolist() == [[True, False], [False, False], [False, True]]
+    assert table.then[0, 1].tolist() == [False, False]
+    assert table.then[0, 2].tolist() == [False, True]
+    assert table.then[2, 1].tolist() == [False, False]
+    passed = np.array([[10.0, 2.0], [0.6, 0.5]])
+    past = table_of(costs, passed, doors, plans_from(costs, passed))
+    assert not past.around[1, 0]
+    assert past.then[0, 1, 0]
+
+
 def test_a_robot_sees_a_door_when_it_comes_near_and_all_around_when_it_turns() -> None:
     layout = hall()
     costs = floor_costmap(layout, RADIUS, layout.doors)

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.belief_map import BeliefMap
+from dynslam_env.patrol.belief_map import DOORWAY_DEPTH, BeliefMap
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.memory import DynamicMap
 from slam import Pose2
@@ -63,6 +63,23 @@ def test_flips_are_counted_strictly():
     away = np.hypot(*(beliefs.spec.centres(np.column_stack([rows, cols])) - (0.0, FACE)).T)
     assert len(away)
     assert away.max() < 1.6
+
+
+def test_cells_between_the_jambs_are_as_closed_as_the_door_and_others_are_not():
+    memory = BeliefMap()
+    watch(memory, True, 0.0, 20.0)
+    (door,) = memory.doors.known()
+    cells, beliefs = DynamicMap.beliefs(memory, 60.0), memory.beliefs(60.0)
+    x, y, direction, width = door.place
+    rows, cols = np.nonzero(cells.observed)
+    off = beliefs.spec.centres(np.column_stack([rows, cols])) - (x, y)
+    along = off @ (math.cos(direction), math.sin(direction))
+    across = off @ (-math.sin(direction), math.cos(direction))
+    inside = (abs(along) <= width / 2) & (abs(across) <= DOORWAY_DEPTH)
+    occupied = beliefs.occupied[rows, cols]
+    assert 5 < inside.sum() < 50
+    assert occupied[inside] == pytest.approx(memory.doors.closed(door, 60.0))
+    assert np.array_equal(occupied[~inside], cells.occupied[rows, cols][~inside])
 
 
 def test_what_is_not_seen_drifts_to_what_the_doors_do():

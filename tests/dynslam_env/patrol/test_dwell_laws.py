@@ -3,7 +3,9 @@ import pytest
 
 from dynslam_env.navigation.door_belief import HORIZONS
 from dynslam_env.patrol.dwell_laws import (
+    LOOK_ERROR,
     MEAN_DWELLS,
+    PHASES,
     TICK,
     DoorFilter,
     DwellLaws,
@@ -36,6 +38,23 @@ def test_steps_are_probabilities_and_leave_the_stationary_distribution():
     assert LAWS.steps.sum(axis=-1) == pytest.approx(np.ones(LAWS.steps.shape[:-1]))
     for j in (0, 5):
         assert np.einsum("hi,hij->hj", LAWS.begin, LAWS.steps[:, j]) == pytest.approx(LAWS.begin)
+
+
+def test_a_gap_is_the_product_of_the_steps_of_each_law():
+    door, ticks = DoorFilter(LAWS), 37
+    phases = LAWS.begin * np.repeat([1.0 - LOOK_ERROR, LOOK_ERROR], PHASES)
+    phases /= phases.sum(axis=1, keepdims=True)
+    door.look(0.0, False)
+    gap = np.array([np.linalg.matrix_power(law, ticks) for law in LAWS.steps[:, 0]])
+    after = np.einsum("hi,hij->hj", phases, gap)
+    closed = after[:, PHASES:].sum(axis=1)
+    assert door.phases == pytest.approx(phases, abs=1e-12)
+    assert door.closed(ticks * TICK) == pytest.approx(closed, abs=1e-9)
+    door.look(ticks * TICK, True)
+    shown = after * np.repeat([LOOK_ERROR, 1.0 - LOOK_ERROR], PHASES)
+    assert door.phases == pytest.approx(shown / shown.sum(axis=1, keepdims=True), abs=1e-9)
+    first = np.log(LAWS.begin @ np.repeat([1.0 - LOOK_ERROR, LOOK_ERROR], PHASES))
+    assert door.evidence == pytest.approx(first + np.log(shown.sum(axis=1)), abs=1e-9)
 
 
 def test_the_law_that_made_the_flips_is_found():

@@ -72,8 +72,13 @@ def test_attributes_are_those_of_single_patrols():
     for env in (native, sync):
         env.reset(seed=2)
         env.step(np.full((N, 2), 0.4, np.float32))
-    for name in ("limits", "period", "robot"):
+    for name in ("limits", "period", "robot", "time"):
         assert native.get_attr(name) == sync.get_attr(name)
+    assert native.call("door_beliefs") == sync.call("door_beliefs")
+    for mine, theirs in zip(native.call("snapshot"), sync.call("snapshot"), strict=True):
+        same(mine.scan.ranges, theirs.scan.ranges)
+        same(mine.map.occupied, theirs.map.occupied)
+        same(mine.beliefs.age, theirs.beliefs.age)
     for mine, theirs in zip(native.get_attr("slam"), sync.get_attr("slam"), strict=True):
         same(mine.pose, theirs.pose)
         same(mine.map().occupied, theirs.map().occupied)

@@ -260,3 +260,11 @@ def test_no_echo_is_infinite_in_the_scan_and_the_range_in_the_observation():
 def test_wrong_parameters_are_refused(wrong):
     with pytest.raises(InputError, match=f"Laser.*{next(iter(wrong))}"):
         Laser(**wrong)
+
+
+def test_scanners_of_one_laser_share_nothing_that_can_be_written_to():
+    one, other = scanner(seed=0), scanner(seed=1)
+    one.fan[:] = 0.0
+    assert np.array_equal(other.fan, [np.cos(EXACT.angles), np.sin(EXACT.angles)])
+    with pytest.raises(ValueError, match="read-only"):
+        one.angles[0] = 0.0

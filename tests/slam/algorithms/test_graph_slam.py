@@ -81,11 +81,11 @@ def test_loops_are_closed() -> None:
 
 
 def test_the_keyframes_are_aligned_at_the_end() -> None:
-    episode = drive(2.0, reach=3.0, seed=3)
+    episode = drive(2.0, reach=6.0, seed=3)
     before, after = (run(GraphSlam(alignment=given), episode) for given in (None, ALIGNED))
     np.testing.assert_array_equal(before.online, after.online)
     off_before, off_after = off(before.poses, episode), off(after.poses, episode)
-    assert np.sqrt((off_after**2).mean()) < 0.85 * np.sqrt((off_before**2).mean())
+    assert np.sqrt((off_after**2).mean()) < 0.6 * np.sqrt((off_before**2).mean())
 
 
 def test_a_second_call_of_finish_changes_nothing_and_the_graph_agrees_with_it() -> None:

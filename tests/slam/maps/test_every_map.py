@@ -261,3 +261,13 @@ def test_a_resolution_that_is_none_is_refused(model) -> None:
     for wrong in (0.0, -1.0, math.nan):
         with pytest.raises(InputError, match="resolution"):
             model(wrong)
+
+
+@every_model
+def test_observed_cells_are_found_in_their_order(model) -> None:
+    grid = model(evidence=EVIDENCE)
+    for k in range(5):
+        grid.integrate(beam(1.0 + k, 10.0 * k), Pose2(0.3 * k, -0.2, k))
+        ids = grid.cells.observed_ids()
+        assert len(ids)
+        assert np.array_equal(ids, np.flatnonzero(grid.cells.observed.flat))
