@@ -52,6 +52,13 @@ class GridSpec(NamedTuple):
         lattice = np.floor(np.asarray(points)[:, ::-1] / self.resolution).astype(np.int64)
         return lattice - (self.row0, self.col0)
 
+    def cell(self, x: float, y: float) -> tuple[int, int]:
+        """Row and column of the cell that holds a point, m, in the grid or outside."""
+        return (
+            math.floor(y / self.resolution) - self.row0,
+            math.floor(x / self.resolution) - self.col0,
+        )
+
     def centres(self, cells: np.ndarray) -> Array:
         """(n, 2) world x, y in m of the centres of cells (n, 2) given as rows and columns."""
         lattice = np.asarray(cells) + (self.row0, self.col0)

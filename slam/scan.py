@@ -32,10 +32,12 @@ class Directions:
     def of(self, angles: Array, turn: float) -> Array:
         """(beams, 2) unit vectors of beams at `angles` of a sensor turned by `turn`; read-only."""
         last = self._last  # read once: another thread may replace it
-        if turn == last[0] and np.array_equal(angles, last[1]):
+        same_kind = angles.dtype == last[1].dtype
+        if same_kind and turn == last[0] and np.array_equal(angles, last[1]):
             return last[2]
-        turned = angles + turn
-        directions = np.column_stack([np.cos(turned), np.sin(turned)])
+        turned, directions = angles + turn, np.empty((len(angles), 2))
+        np.cos(turned, out=directions[:, 0])
+        np.sin(turned, out=directions[:, 1])
         directions.flags.writeable = False
         self._last = turn, angles.copy(), directions
         return directions
@@ -98,7 +100,7 @@ class Scan:
     @cached_property
     def hit(self) -> np.ndarray:
         """(beams,) bool: an echo within the sensor's range."""
-        return _hit(self.ranges, self.min_range, self.max_range)
+        return (self.ranges >= self.min_range) & (self.ranges < self.max_range) & (self.ranges > 0)
 
     @cached_property
     def no_echo(self) -> np.ndarray:
@@ -125,14 +127,6 @@ class Scan:
         """(n, 2) of the end points those that are PIECE from the one before: a leaf right before
         the laser fills half of its beams, but is no more than its length of what the robot sees."""
         return _pieces(self.points)
-
-
-@kernel
-def _hit(ranges, least, most):
-    hit = np.empty(len(ranges), np.bool_)
-    for k in range(len(ranges)):
-        hit[k] = ranges[k] >= least and ranges[k] < most and ranges[k] > 0.0
-    return hit
 
 
 @kernel

@@ -46,7 +46,7 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
   9 to 10 us in a vector of 64: 0.62 to 0.68 and 0.39 to 0.41 times the ten physics steps of pymunk
   that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). Where the robot touches
   something, 5 to 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode
-  takes 1 ms more, which these figures leave out. A reset takes 0.4 to 1.4 ms, of patrols 2.5 to 4.0
+  takes 1 ms more, which these figures leave out. A reset takes 0.4 to 1.4 ms, of patrols 2.4 to 3.5
   at a busy time (medians, [more](accuracy.md#what-a-step-of-a-world-costs)).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
@@ -55,8 +55,9 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
 * **Copies.** `copy.deepcopy` and `pickle` copy every environment, also in mid-episode; the copy
   goes on bit for bit as the original ([example](search-a-tree.md)).
 * **The wheels.** `odometry` and `velocity` are what the wheels report, with errors. The default
-  adds errors to the true motion; with `odometry=dynslam_env.WheelEncoders()` the ticks of two
-  wheels are counted, which turn also where the robot pushes a wall.
+  adds errors to the true motion; with `odometry=dynslam_env.WheelEncoders(wheel_ratio=1.01)` the
+  ticks of two wheels are counted, which turn also where the robot pushes a wall. Their errors are
+  off unless they are given: where no wheel slips, `WheelEncoders()` is exact but for the ticks.
 * **Splits.** `env.reset(options={"split": "test", "index": 17})` begins an episode that is the same
   for everybody; `difficulty="hard"` varies the worlds ([page](splits.md)).
 * **Your own.** [Worlds and door laws of your own](your-own.md#world) are registered by name.
@@ -92,6 +93,7 @@ def _card(spec: EnvSpec) -> str:
         ("doors, people (seed 0)", _doors_and_people(spec.id)),
         ("registered with", keywords),
         ("solved from a return of", f"{spec.reward_threshold or 'not defined'}"),
+        ("scores to compare with", "[of the test split](splits.md#reference-scores)"),
         ("time limit", f"{spec.max_episode_steps} steps" if spec.max_episode_steps else "its own"),
         ("observation", _space(spec.id, "observation_space")),
         ("action", _space(spec.id, "action_space")),

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -99,8 +98,8 @@ def costmap(
     """
     spec, occupied, observed = coarse(grid, inflation.occupied_threshold)
     changing = _overlay(spec, occupied, beliefs, inflation.changing_threshold)
-    _mark(spec.cells(transform_points(pose, scan.points)), True, occupied, observed)
-    _mark(_body(spec, pose, radius), False, occupied, observed)
+    _mark_echoes(spec.cells(transform_points(pose, scan.points)), occupied, observed)
+    _clear_body(pose.x, pose.y, radius, spec.resolution, spec.row0, spec.col0, occupied, observed)
     return inflated(spec, occupied, observed, changing, radius, inflation)
 
 
@@ -223,24 +222,25 @@ def _counterpart(
     return np.floor(centres / other_cell).astype(np.int64) - other_start
 
 
-def _body(spec: GridSpec, pose: Pose2, radius: float) -> NDArray[np.int64]:
-    """(n, 2) the cells whose centres the robot covers, and its own."""
-    centre = spec.cells(np.array([[pose.x, pose.y]]))
-    cells = centre + _square(math.ceil(radius / spec.resolution))
-    away = np.hypot(*(spec.centres(cells) - (pose.x, pose.y)).T)
-    return np.concatenate([cells[away < radius - spec.resolution / 2], centre])
-
-
-@cache
-def _square(reach: int) -> NDArray[np.int64]:
-    """(n, 2) rows and columns from a cell to those around it."""
-    return np.argwhere(np.ones((2 * reach + 1, 2 * reach + 1))) - reach
+@kernel
+def _clear_body(x, y, radius, cell, row0, col0, occupied, observed):
+    """Make the cells whose centres a robot at `x`, `y` covers, and its own, free; m. `row0` and
+    `col0` are those of the grid."""
+    row, col = int(np.floor(y / cell)), int(np.floor(x / cell))
+    reach = int(np.ceil(radius / cell))
+    for r in range(row - reach, row + reach + 1):
+        for c in range(col - reach, col + reach + 1):
+            away = np.hypot((c + 0.5) * cell - x, (r + 0.5) * cell - y)
+            i, j = r - row0, c - col0
+            inside = 0 <= i < occupied.shape[0] and 0 <= j < occupied.shape[1]
+            if inside and (away < radius - cell / 2 or (r == row and c == col)):
+                occupied[i, j], observed[i, j] = False, True
 
 
 @kernel
-def _mark(cells, are_occupied, occupied, observed):
+def _mark_echoes(cells, occupied, observed):
     """Set (rows, cols) `occupied` and `observed` of `cells` (n, 2), if they lie in the grid."""
     for k in range(len(cells)):
         row, col = cells[k]
         if 0 <= row < occupied.shape[0] and 0 <= col < occupied.shape[1]:
-            occupied[row, col], observed[row, col] = are_occupied, True
+            occupied[row, col] = observed[row, col] = True

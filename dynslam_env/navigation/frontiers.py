@@ -47,13 +47,14 @@ def frontiers(
     if not groups:
         return []
     cells = np.concatenate([here.T for here in groups], axis=1)
-    ends = np.cumsum([len(here) for here in groups])
+    sizes = np.array([len(here) for here in groups])
+    ends = sizes.cumsum()
     points = costmap.spec.centres(cells.T)
     away = np.hypot(*(points - position).T)
     gates = _gates(cells, ends, plan, costmap.spec.resolution)
     sides = pairwise([0, *ends.tolist()])
     sums = [np.add.reduce(points[start:end], axis=0) for start, end in sides]
-    centroids = np.array(sums) / np.diff(ends, prepend=0)[:, None]
+    centroids = np.array(sums) / sizes[:, None]
     beyond = centroids + LOOK_BEYOND * _outward(cells, ends, costmap)
     nearest_cells = np.minimum.reduceat(away, [0, *ends[:-1]])
     found = zip(groups, centroids, beyond, gates.tolist(), nearest_cells.tolist(), strict=True)

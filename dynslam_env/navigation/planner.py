@@ -52,7 +52,7 @@ def plan(costmap: Costmap, pose: Pose2) -> Plan:
     cross further such cells until it has left them; it does not enter any later.
     """
     spec = costmap.spec
-    row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
+    row, col = spec.cell(pose.x, pose.y)
     cost, length = np.full(spec.shape, np.inf), np.full(spec.shape, np.inf)
     parent = np.full(spec.shape, NO_PARENT, dtype=np.int32)
     if 0 <= row < spec.rows and 0 <= col < spec.cols:
@@ -65,7 +65,7 @@ def reached(spec: GridSpec, kinds: Kinds, pose: Pose2) -> NDArray[np.bool_]:
 
     kinds  (rows, cols) as those of a `Costmap`
     """
-    row, col = spec.cells(np.array([[pose.x, pose.y]]))[0].tolist()
+    row, col = spec.cell(pose.x, pose.y)
     found = np.zeros(spec.shape, dtype=np.bool_)
     if 0 <= row < spec.rows and 0 <= col < spec.cols:
         _flood(row, col, kinds, found)

@@ -38,7 +38,7 @@ def suspects(scan: Scan, pose: Pose2) -> Array:
     """(n, 6) x, y of the middle, m; direction of the wall, rad; width, m; 1 if a leaf is seen,
     closed or open; 1 if it is closed. Each row is a gap or recess in one wall."""
     sensor, beams = _beams(scan, pose)
-    return _suspects(scan.ranges, beams, sensor, min(scan.max_range, 1e6))
+    return _suspects(scan.ranges, scan.angles, beams, sensor, min(scan.max_range, 1e6))
 
 
 def looked(scan: Scan, pose: Pose2, places: Array) -> NDArray[np.int64]:
@@ -64,7 +64,7 @@ def _directions(bearings):
 
 
 @kernel
-def _suspects(ranges, beams, sensor, longest):
+def _suspects(ranges, angles, beams, sensor, longest):
     n = len(ranges)
     x, y = np.empty(n), np.empty(n)
     for k in range(n):
@@ -82,7 +82,10 @@ def _suspects(ranges, beams, sensor, longest):
     while i < n - MIN_BEAMS - 2:
         step, before = 1, spacing[i]
         if ranges[i] < MAX_DISTANCE and before < MAX_SPACING and count < n:
+            last = angles[i] + _aside(ranges[i], angles[-1] - angles[0])
             for j in range(i + MIN_BEAMS + 1, n - 1):
+                if angles[j] > last:
+                    break
                 after = spacing[j + 1]
                 if not (ranges[j] < MAX_DISTANCE and after < MAX_SPACING):
                     continue
@@ -106,6 +109,16 @@ def _suspects(ranges, beams, sensor, longest):
                 break
         i += step
     return found[:count]
+
+
+@kernel
+def _aside(away, view):
+    """rad, from a beam whose echo is `away` m: beams farther aside pass the echo at more than the
+    width of a doorway. Infinite if no beam does, or the field of view `view`, rad, comes round."""
+    if away * away <= MOST_SQUARE:
+        return np.inf
+    angle = np.arcsin(np.sqrt(MOST_SQUARE) / away)
+    return angle if view < 2.0 * np.pi - angle else np.inf
 
 
 @kernel

@@ -9,6 +9,7 @@ import numpy as np
 from dynslam_env.patrol.memory import CELL_SIZE, DynamicMap
 from dynslam_env.worlds.layout import Door, Layout
 from slam.geometry import Array
+from slam.kernel import kernel
 
 CLOSED_ANGLE = 0.2  # rad: a door that is open no wider counts as closed
 LEAF_SHARES = np.linspace(0.15, 0.85, 8)  # of a closed leaf's width, where the map is read
@@ -58,10 +59,21 @@ def brier(near: Array, openings: Array) -> Array:
 def _points(doors: Sequence[Door]) -> Array:
     """(d, LEAF_SHARES, SIDE_CELLS, 2) m, points along the closed leaves and beside them."""
     rows = [(*door.hinge, door.closed, door.swing, door.width, door.thickness) for door in doors]
-    x, y, closed, swing, width, thickness = np.array(rows, dtype=np.float64).reshape(-1, 6).T
-    c, s = np.cos(closed), np.sin(closed)
-    depth, steps, found = 0.5 * swing * thickness, width[:, None] * LEAF_SHARES, []
-    for middle, along, across in ((x - depth * -s, c, -s), (y - depth * c, s, c)):
-        line = middle[:, None] + steps * along[:, None]
-        found.append(line[:, :, None] + (BESIDE * across[:, None])[:, None])
-    return np.stack(found, axis=-1)
+    leaves = np.array(rows, dtype=np.float64).reshape(-1, 6)
+    closed = leaves[:, 2]
+    return _beside_leaves(leaves, np.cos(closed), np.sin(closed), LEAF_SHARES, BESIDE)
+
+
+@kernel
+def _beside_leaves(leaves, cosines, sines, shares, beside):
+    """Points at `shares` of the width of each leaf, and `beside` its middle line, m."""
+    found = np.empty((len(leaves), len(shares), len(beside), 2))
+    for d in range(len(leaves)):
+        x, y, _, swing, width, thickness = leaves[d]
+        c, s, depth = cosines[d], sines[d], 0.5 * swing * thickness
+        for k in range(len(shares)):
+            along = width * shares[k]
+            for side in range(len(beside)):
+                found[d, k, side, 0] = x + depth * s + along * c - beside[side] * s
+                found[d, k, side, 1] = y - depth * c + along * s + beside[side] * c
+    return found

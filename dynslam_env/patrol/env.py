@@ -125,7 +125,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def snapshot(self) -> PatrolSnapshot:
         """What the robot knows now; its maps must be read before the next step."""
-        return self._snapshot(self.place.scan)
+        return snapshot_of(self.patroller, self.slam, self._scan, self.robot, self.patrol_config)
 
     def door_beliefs(self) -> list[DoorBelief]:
         """What the robot believes now of each doorway that it suspects; none with `DynamicMap`."""
@@ -218,9 +218,6 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     def observation(self) -> Observation:
         """What the agent observes now."""
         return self.patroller.observation(self._scan, self.patrol_config.limits)
-
-    def _snapshot(self, scan: Scan) -> PatrolSnapshot:
-        return snapshot_of(self.patroller, self.slam, scan, self.robot, self.patrol_config)
 
     @property
     def _scan(self) -> Scan:

@@ -82,7 +82,7 @@ def goal_options(planning: PlanningSnapshot, blacklist: Blacklist) -> GoalOption
 
 
 def _turn(planning: PlanningSnapshot) -> GoalCandidate:
-    row, col = planning.costmap.spec.cells(np.array([planning.position]))[0].tolist()
+    row, col = planning.costmap.spec.cell(*planning.position)
     heading = math.remainder(planning.pose.theta + TURN_ANGLE, math.tau)
     return GoalCandidate(Goal((row, col), heading, NO_TARGET), 1.0, 0.0, 0.0, 0.0)
 

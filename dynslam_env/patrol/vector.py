@@ -42,7 +42,8 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
     Observations, rewards and ends are those of n `DoorPatrolEnv`, bit for bit, and so are
     `reward_terms`, `pose`, `door_angles`, `collision`, `time`, `door_brier` and `slam` in the
     infos; the scores of the SLAM's map are the single environment's. `call` and `get_attr` know
-    the names of `WorldView`, and `slam`, `patroller`, `limits` and `period` of `DoorPatrolEnv`.
+    the names of `WorldView`, and `slam`, `patroller`, `limits`, `period`, `time`, `snapshot` and
+    `door_beliefs` of `DoorPatrolEnv`.
     Arguments are those of `DoorPatrolEnv` without `score_every`, and `num_envs`,
     `max_episode_steps`, `autoreset_mode` and `threads` of `DoorWorldVectorEnv`. It draws no
     pictures.

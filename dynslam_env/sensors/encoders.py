@@ -22,6 +22,9 @@ class WheelEncoders:
     env = gym.make("DoorCorridor-v0", odometry=dynslam_env.WheelEncoders(wheel_ratio=1.01))
     ```
 
+    All errors are off by default: where nothing is touched, `WheelEncoders()` tells the true motion
+    but for the rounding to ticks. Give it errors, or a SLAM has nothing to do.
+
     `Odometry`, the default, reports what the body did; this reports what the wheels did. They turn
     while the robot pushes a wall. (Slowly: the drive starts each step from the body's velocity, so
     that wheels of a robot that stands turn at its acceleration times 0.1 s, 0.03 m/s.)

@@ -70,7 +70,9 @@ class Solids:
         if self.hung:
             self.immovable = ()
         self.leaves = leaves
-        self.person = regular(people.radius, PERSON_CORNERS) if len(places) else NO_CORNERS
+        self.person: Array = NO_CORNERS
+        if len(places):
+            self.person = regular(people.radius, PERSON_CORNERS)
         self.margin = self._margin(0.0)
         self.memory = self._memory(places)
         self.bodies = bodies_of(self.memory)

@@ -68,7 +68,7 @@ class WorldView:
     @property
     def scan(self) -> Scan:
         """The last scan, in double precision: no echo is inf, no reading NaN. One object until
-        there is another, with what was computed of it."""
+        there is another, with what was computed of it: copy its ranges before you write to them."""
         batch, row = self._begun, self._row
         scanner, ranges, time = batch.scanners[row], batch.ranges[row], batch.worlds[row].time
         last, read = self._scan, ranges.tobytes()

@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed, sliding
+from dynslam_env.worlds.plan_variety import Stands, check_sizes, doubled, narrowed, sliding
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -62,11 +62,7 @@ class Corridor:
         whole(self, "doors_per_side", 0)
         whole(self, "people", 0)
         whole(self, "furniture", 0)
-        within(self, "narrowest", MIN_NARROWEST, 1.0)
-        within(self, "cut", 0.0)
-        within(self, "doubled", 0.0, 1.0)
-        within(self, "sliding", 0.0, 1.0)
-        within(self, "door_thickness", 0.0, self.wall_thickness)
+        check_sizes(self, "room_depth", "partition")
         within(self, "clearance", self.partition)
         within(self, "margin", 0.0, self.length / 2)
         if self._dimensions.spare(self.length, self.doors_per_side) < 0:
@@ -95,7 +91,7 @@ class Corridor:
         stands = Stands(self.cut, self.furniture)
         clutter = stands.draw(plan, rooms, path, rng)
         routes = draw_routes(plan, rooms, self.people, rng, ends[0], clutter.solids)
-        start = Pose2(*path[0].tolist(), 0.0)
+        start = Pose2(float(self.margin), 0.0, 0.0)
         return Layout.known(clutter.walls(plan), plan.doors, start, path, routes)
 
     def _plan(self, rng: np.random.Generator) -> FloorPlan:

@@ -172,12 +172,19 @@ class FloorPlan:
 
     @staticmethod
     def known(
-        spaces: tuple[Rect, ...], doorways: tuple[Doorway, ...], door_thickness: float
-    ) -> FloorPlan:
-        """A plan that the caller knows to be right: it is not checked."""
+        spaces: tuple[Rect, ...], doorways: tuple[Doorway, ...], door_thickness: float,
+        walls: dict[tuple[int, int], Wall] | None = None,
+    ) -> FloorPlan:  # fmt: skip
+        """A plan that the caller knows to be right: it is not checked.
+
+        walls  that `wall_between` gave for pairs of spaces, as far as they are known
+        """
         plan = object.__new__(FloorPlan)
         plan.__dict__.update(
-            spaces=spaces, doorways=doorways, door_thickness=door_thickness, _walls={}
+            spaces=spaces,
+            doorways=doorways,
+            door_thickness=door_thickness,
+            _walls={**(walls or {})},
         )
         return plan
 

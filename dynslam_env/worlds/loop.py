@@ -9,7 +9,7 @@ import numpy as np
 from dynslam_env.worlds.floor_plan import Doorway, FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed, sliding
+from dynslam_env.worlds.plan_variety import Stands, check_sizes, doubled, narrowed, sliding
 from dynslam_env.worlds.room_row import RoomDimensions, RowPlacement, build, draw_row
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
@@ -68,11 +68,7 @@ class Loop:
         for field, low in (("outer_doors", 0), ("inner_doors", 0), ("laps", 1), ("people", 0)):
             whole(self, field, low)
         whole(self, "furniture", 0)
-        within(self, "narrowest", MIN_NARROWEST, 1.0)
-        within(self, "cut", 0.0)
-        within(self, "doubled", 0.0, 1.0)
-        within(self, "sliding", 0.0, 1.0)
-        within(self, "door_thickness", 0.0, self.wall_thickness)
+        check_sizes(self, "room_depth", "partition")
         within(self, "clearance", self.partition)
         self._check_sides()
         if self.people:

@@ -11,7 +11,7 @@ from dynslam_env.worlds.floor_plan import FloorPlan
 from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.office_floor import FloorDimensions, OfficeFloor, draw_floor
 from dynslam_env.worlds.outline import Rect
-from dynslam_env.worlds.plan_variety import MIN_NARROWEST, Stands, doubled, narrowed, sliding
+from dynslam_env.worlds.plan_variety import Stands, check_sizes, doubled, narrowed, sliding
 from dynslam_env.worlds.routes import check_rooms, draw_routes
 from slam.errors import InputError
 from slam.geometry import Pose2
@@ -67,11 +67,7 @@ class Office:
             whole(self, field, 0)
         if self.floor is not None:
             whole(self, "floor", 0)
-        within(self, "narrowest", MIN_NARROWEST, 1.0)
-        within(self, "cut", 0.0)
-        within(self, "doubled", 0.0, 1.0)
-        within(self, "sliding", 0.0, 1.0)
-        within(self, "door_thickness", 0.0, self.wall_thickness)
+        check_sizes(self, "room_side", "free_way")
         within(self, "clearance", 0.0)
         check_rooms(self.people, self.room_side, self.door_width)
         self._check_rooms()

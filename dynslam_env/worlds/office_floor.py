@@ -61,7 +61,7 @@ def draw_floor(dimensions: FloorDimensions, rng: np.random.Generator) -> OfficeF
     ways = [
         Doorway(pair, _start(walls[pair], dimensions, rng), dimensions.door_width) for pair in tree
     ]
-    joined = FloorPlan.known(tuple(rooms), tuple(ways), dimensions.door_thickness)
+    joined = FloorPlan.known(tuple(rooms), tuple(ways), dimensions.door_thickness, walls)
     path = np.array(tour(joined, int(rng.integers(len(rooms)))))
     others = {pair: walls[pair] for pair in pairs if pair not in tree}
     doors = _place_doors(joined, others, legs(path), dimensions, rng)

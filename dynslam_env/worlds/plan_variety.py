@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,14 @@ from dynslam_env.worlds.furniture import PIECE_CLEARANCE, furnish
 from dynslam_env.worlds.outline import Rect
 from dynslam_env.worlds.routes import Solid, waiting_point
 from slam.geometry import Array
+from slam.validation import within
 
 CUT_SHARE = 0.6  # of the corners, that is cut where it is clear of ways and leaves
 FREE_WAY = 0.47  # m: the robot's radius plus its deviation from the path
 MIN_NARROWEST = 0.5  # of the full width of a door
 SWEEP_CLEARANCE = 0.1  # m, between the areas that the leaves of two doorways sweep
 MIN_CUT = 0.4  # of the longest cut, the shortest one
+SMALLEST = 0.005  # m, of what is drawn: a leaf has 2 mm of play
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,18 @@ class Free:
     def of(plan: FloorPlan, path: Array, space: float) -> Free:
         """Clear of the path (p, 2), m, of the ways through all doorways, and of leaves."""
         return Free(np.vstack([legs(path), _crossings(plan)]), _sweeps(plan), space)
+
+
+def check_sizes(world: Any, *sizes: str) -> None:
+    """Check the sizes of doors, walls and these `sizes`, m, and the variety: what is drawn with
+    them needs no other checks."""
+    for name in ("door_width", "wall_thickness", *sizes):
+        within(world, name, SMALLEST)
+    within(world, "door_thickness", SMALLEST, world.wall_thickness)
+    within(world, "narrowest", MIN_NARROWEST, 1.0)
+    within(world, "doubled", 0.0, 1.0)
+    within(world, "sliding", 0.0, 1.0)
+    within(world, "cut", SMALLEST if world.cut else 0.0)
 
 
 def narrowed(plan: FloorPlan, least: float, rng: np.random.Generator) -> FloorPlan:

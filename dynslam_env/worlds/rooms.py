@@ -26,7 +26,7 @@ def split_into_rooms(whole: Rect, side: float, wall: float, rng: np.random.Gener
     if not axes or (max(sizes) < MAX_SIDE_RATIO * side and rng.random() < KEEP_PROBABILITY):
         return [whole]
     longer = 0 if sizes[0] > sizes[1] else 1
-    axis = axes[int(rng.integers(len(axes)))]
+    axis = axes[int(rng.integers(2))] if len(axes) > 1 else axes[0]
     if longer in axes and sizes[longer] > MAX_ASPECT_RATIO * sizes[1 - longer]:
         axis = longer
     end = whole[axis] + rng.uniform(side, sizes[axis] - side - wall)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from itertools import pairwise
 
 from dynslam_env.worlds.floor_plan import FloorPlan
@@ -19,7 +18,11 @@ def tour(plan: FloorPlan, root: int) -> list[Point]:
     Each doorway is crossed straight, from a point before it to one behind it, once in each
     direction. In a space with one doorway the tour turns in the middle. The doorways form a tree.
     """
-    stops = [(MIDDLE, root), *_visit(plan, root, None)]
+    doorways: list[list[int]] = [[] for _ in plan.spaces]  # of each space
+    for i, doorway in enumerate(plan.doorways):
+        for space in doorway.spaces:
+            doorways[space].append(i)
+    stops = [(MIDDLE, root), *_visit(plan, doorways, root, None)]
     if stops[-1] != (MIDDLE, root):
         stops.append((MIDDLE, root))
     at = {stop: _at(plan, stop) for stop in set(stops)}
@@ -32,18 +35,16 @@ def tour(plan: FloorPlan, root: int) -> list[Point]:
     return points
 
 
-def _visit(plan: FloorPlan, space: int, entrance: int | None) -> list[Stop]:
+def _visit(
+    plan: FloorPlan, doorways: list[list[int]], space: int, entrance: int | None
+) -> list[Stop]:
     way: list[Stop] = []
-    for i in _others(plan, space, entrance):
-        beyond = sum(plan.doorways[i].spaces) - space
-        way += [(i, space), (i, beyond), *_visit(plan, beyond, i), (i, beyond), (i, space)]
+    for i in doorways[space]:
+        if i != entrance:
+            a, b = plan.doorways[i].spaces
+            here, there = (i, space), (i, a + b - space)
+            way += [here, there, *_visit(plan, doorways, there[1], i), there, here]
     return way or [(MIDDLE, space)]
-
-
-def _others(plan: FloorPlan, space: int, entrance: int | None) -> Iterator[int]:
-    for i, doorway in enumerate(plan.doorways):
-        if space in doorway.spaces and i != entrance:
-            yield i
 
 
 def _at(plan: FloorPlan, stop: Stop) -> Point:

@@ -24,7 +24,7 @@ SAME = 0.92  # cosine of the angle between the tangents of two echoes of one sur
 CUT = 3.0  # standard deviations beyond which two echoes are not of one surface
 LEAST_INFORMATION = 1.0  # 1/m^2, 1/rad^2, of a link: makes it invertible
 DRIFT = GaussianMotion(rotation_per_m=math.radians(20.0), rotation_per_rad=0.2)
-FAR = 256  # keyframes between two whose headings the map holds together: it bends less over 30 m
+FAR = 256  # keyframes between two whose headings the map holds together: some 30 m apart
 EVERY = 16  # keyframes from one such pair to the next
 
 
@@ -47,7 +47,7 @@ class Alignment:
     beta    weight of an echo in one link; it is compared in about twenty
     z_rand  likelihood of an echo that is not of the same surface, by that of one that is
     drift   errors of the displacement between consecutive keyframes, as estimated before
-    bend    rad, likewise of the heading between keyframes FAR apart
+    bend    rad, likewise of the heading between keyframes 256 apart (FAR)
     """
 
     links: Links = LINKS

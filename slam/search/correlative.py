@@ -52,7 +52,8 @@ class Correlative:
     def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
         """The best candidate, refined."""
         model, axes = posterior.sensor_model, self._axes(posterior.prediction.deviations)
-        if not (isinstance(model, Endpoint) and _few(axes) and self.refine.levels == 1):
+        alone = type(self.refine) is GaussNewton and self.refine.levels == 1
+        if not (isinstance(model, Endpoint) and _few(axes) and alone):
             return self.refine.climb(posterior, self.best(posterior))
         return Pose2(*_refined_in_field(
             axes, posterior.prediction.gaussian, posterior.scan.points, model.samples,

@@ -72,6 +72,12 @@ def test_x_grows_with_the_column_y_with_the_row_also_below_zero() -> None:
     assert spec.extent == (-64.0, 64.0, -32.0, 64.0)
 
 
+@given(st.floats(-40, 40), st.floats(-40, 40), resolutions)
+def test_the_cell_of_one_point_is_that_among_many(x: float, y: float, resolution: float) -> None:
+    spec = GridSpec(resolution, -64, 128, 192, 256)
+    assert list(spec.cell(x, y)) == spec.cells(np.array([[x, y]]))[0].tolist()
+
+
 def test_layers_grow_with_their_cells_and_the_fill_is_given() -> None:
     old, new = GridSpec(1.0, 0, 0, 1, 1), GridSpec(1.0, -1, -2, 3, 4)
     larger = grown(np.array([[[1.0, 2.0]]], np.float32), old, new, math.nan)

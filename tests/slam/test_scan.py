@@ -57,3 +57,22 @@ def test_a_bare_scan_is_the_same_without_what_was_computed_of_it() -> None:
     assert set(vars(bare)) == set(Scan.__dataclass_fields__) < set(vars(scan))
     assert all(getattr(bare, name) is getattr(scan, name) for name in vars(bare))
     np.testing.assert_array_equal(bare.points, points)
+
+
+def test_a_reading_in_single_precision_at_the_maximum_is_no_echo() -> None:
+    scan = Scan(np.full(3, 5.6, np.float32), np.arange(3.0), 5.6)
+    assert not scan.hit.any()
+    assert scan.no_echo.all()
+
+
+def test_directions_do_not_depend_on_the_scans_before() -> None:
+    angles, ranges = np.linspace(-1, 1, 7), np.ones(7)
+    expected = np.column_stack([np.cos(angles), np.sin(angles)])
+    for given in (angles, angles.astype(np.float32), angles):
+        directions = Scan(ranges, given, 5.0).directions
+        assert directions.dtype == np.float64
+    np.testing.assert_array_equal(directions, expected)
+    turned = Scan(ranges, angles, 5.0, mount=Pose2(0, 0, 0.5)).directions
+    np.testing.assert_array_equal(turned[:, 0], np.cos(angles + 0.5))
+    angles += 0.1  # in place
+    np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions[:, 0], np.cos(angles))

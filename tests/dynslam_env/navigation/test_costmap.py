@@ -59,6 +59,19 @@ def test_what_the_scan_hits_is_occupied_and_what_the_body_covers_is_not():
     assert made.kinds[0, 0] == UNKNOWN
 
 
+@pytest.mark.parametrize("x", [1.13, 0.04, 3.19, -5.0])
+@pytest.mark.parametrize("radius", [0.01, 0.25, 0.6])
+def test_the_body_covers_the_cells_whose_centres_are_half_a_cell_within_it(x, radius):
+    solid, pose = grid(), Pose2(x, -1.58, 0.7)
+    solid.occupied[:] = 1.0
+    made = costmap(solid, believed("."), SILENT, pose, radius)
+    cells = np.indices(made.spec.shape).reshape(2, -1).T
+    away = np.hypot(*(made.spec.centres(cells) - (x, -1.58)).T)
+    own = (cells == made.spec.cells(np.array([(x, -1.58)]))).all(axis=1)
+    covered = own | (away < radius - 0.05)
+    assert (made.kinds.ravel() != OCCUPIED).tolist() == covered.tolist()
+
+
 def test_where_the_task_saw_changes_its_prediction_holds():
     shut = grid(128, 128)
     fine = shut.spec.cells(np.array([(1.0, 0.5)]))[0, 0]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dynslam_env import Door, Layout
-from dynslam_env.patrol.doors_known import DoorsKnown, brier, closed
-from dynslam_env.patrol.memory import DynamicMap
+from dynslam_env.patrol.doors_known import LEAF_SHARES, SIDE_CELLS, DoorsKnown, brier, closed
+from dynslam_env.patrol.memory import CELL_SIZE, DynamicMap
 from slam import Pose2
 
 from .drawn import UP, wall
@@ -38,6 +38,19 @@ def test_of_a_door_that_was_never_seen_nothing_is_known():
     for memory in (DynamicMap(), seen(2.03)):
         for openings in (OPEN, SHUT):
             assert known(away).brier(memory, 3.8, openings) == 0.25
+
+
+def test_the_map_is_read_along_the_closed_leaf_and_a_cell_beside_it():
+    doors = [Door((1.0, 2.0), 0.7, 1, 0.9, 0.04), Door((-3.0, 0.5), -2.0, -1, 0.6, 0.2)]
+    points = known(*doors)._points.reshape(2, len(LEAF_SHARES), len(SIDE_CELLS), 2)
+    for door, read in zip(doors, points, strict=True):
+        along = np.array([math.cos(door.closed), math.sin(door.closed)])
+        across = np.array([-along[1], along[0]])
+        out = (LEAF_SHARES - 0.5) * door.width
+        assert (read - door.middle) @ along == pytest.approx(np.tile(out, (3, 1)).T)
+        assert (read - door.middle) @ across == pytest.approx(
+            np.tile(SIDE_CELLS * CELL_SIZE, (8, 1))
+        )
 
 
 def test_it_is_the_mean_over_doors():

@@ -242,3 +242,11 @@ def test_it_runs_without_doors_and_with_few_beams():
 
 def test_one_beam_will_do():
     drive(made(laser=Laser(beams=1)), 5)
+
+
+@pytest.mark.parametrize("name", ["DoorPatrol-v0", "DoorPatrol-v1", "DoorPatrolGoals-v0"])
+def test_a_reset_draws_nothing_from_the_generator_that_agents_use_too(name):
+    env = gym.make(f"dynslam_env:{name}").unwrapped
+    env.reset(seed=3)
+    fresh = np.random.default_rng(3).bit_generator.state
+    assert env.np_random.bit_generator.state == fresh

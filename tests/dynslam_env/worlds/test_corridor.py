@@ -114,7 +114,7 @@ def test_people_change_nothing_else(seed):
         ({"width": math.nan}, "Corridor.width"),
         ({"doors_per_side": 2.5}, "whole number of at least 0, got 2.5"),
         ({"doors_per_side": 9}, "need more than the corridor's 12 m"),
-        ({"door_thickness": 0.3}, "from 0 to 0.2"),
+        ({"door_thickness": 0.3}, "from 0.005 to 0.2"),
         ({"people": -1}, "Corridor.people must be a whole number of at least 0"),
         ({"people": 2, "doors_per_side": 0}, "need doors_per_side of at least 1"),
         ({"people": 2, "room_depth": 1.5}, "rooms must be at least 1.6 m deep, got 1.5 m"),

@@ -12,6 +12,7 @@ from dynslam_env.worlds.layout import Layout
 from dynslam_env.worlds.loop import Loop
 from dynslam_env.worlds.office import Office
 from dynslam_env.worlds.wings import Wings
+from slam.errors import InputError
 
 NAMED = {
     f"{name}-{level}": WorldConfig.of({"world": name}).place(level)
@@ -29,11 +30,16 @@ WORLDS = NAMED | {
 }
 
 
+def checked(spaces, doorways, door_thickness, walls=None):
+    """A plan that is checked, and finds its walls itself."""
+    return FloorPlan(spaces, doorways, door_thickness)
+
+
 @pytest.mark.parametrize("name", WORLDS)
 def test_what_is_drawn_passes_the_checks(name, monkeypatch):
     world = WORLDS[name]
     drawn = [world.layout(np.random.default_rng(seed)) for seed in range(8)]
-    monkeypatch.setattr(FloorPlan, "known", staticmethod(lambda *parts: FloorPlan(*parts)))
+    monkeypatch.setattr(FloorPlan, "known", staticmethod(checked))
     for seed, layout in enumerate(drawn):
         parts = layout.walls, layout.doors, layout.start, layout.path, layout.routes
         assert Layout(*parts).plain() == layout.plain()
@@ -42,3 +48,10 @@ def test_what_is_drawn_passes_the_checks(name, monkeypatch):
             assert not array.flags.writeable
         assert all(type(number) is float for number in layout.start)
         assert world.layout(np.random.default_rng(seed)).plain() == layout.plain()
+
+
+@pytest.mark.parametrize("kind", [Corridor, Loop, Office])
+@pytest.mark.parametrize("size", ["door_width", "wall_thickness", "door_thickness", "cut"])
+def test_sizes_of_which_nothing_can_be_drawn_are_refused(kind, size):
+    with pytest.raises(InputError, match=size):
+        kind(**{size: 1e-17})
