@@ -20,7 +20,7 @@ from dynslam_env.simulation.laws import Uniform
 def patrols(floors: Floors) -> Patrols:
     """Patrols that have explored for a while."""
     patrols = Patrols(floors, 6, np.random.default_rng(0))
-    for _ in range(8):
+    for _ in range(5):
         patrols.step(np.full(6, EXPLORE))
     patrols.look()
     return patrols
