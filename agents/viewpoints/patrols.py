@@ -4,7 +4,8 @@ The fast setting, in which a policy is trained. A patrol begins on a floor that 
 It drives from one viewpoint to another in the table's time, and sees doorways on the way when a
 laser would (`sights`), which is more than what the table promises to the policy. What it has not
 seen it does not know: doorways, and viewpoints that were not in sight of one where it has been. To
-explore is to drive to the nearest viewpoint where it has not been.
+explore is to drive to the nearest viewpoint where it has not been, nor seen it from near. What a
+viewpoint did not show is not promised there for a while, as on the robot (`missed`).
 
 Doors follow the law of the real task. Beliefs are those of `PlaceDoors` with a part of its laws:
 each doorway's filters, and weights of the laws that are learned from all doorways. Doorways without
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from agents.viewpoints.features import FEATURES, Ahead, Expected, describe
 from agents.viewpoints.floors import MAX_DOORS, Floors
 from agents.viewpoints.laws import Laws, advance, condition, expect, is_closed, laws
+from agents.viewpoints.missed import DURATION
 from agents.viewpoints.sights import SLICES
 from agents.viewpoints.situation import DoorRows, Situation
 from agents.viewpoints.table import MAX_VIEWPOINTS, Bools
@@ -34,7 +36,9 @@ from slam.kernel import kernel
 
 BUDGET = 600.0  # s, of an episode
 HISTORIES = 1024  # of the doors of a floor, drawn for a segment
-LEAF_SEEN = 0.8  # share of the doors whose leaf is seen while they stand open, at the first look
+LEAF_AT_ONCE = 0.3  # share of the doors whose leaf is seen at the first look, while they are open
+LEAF_TIME = 8.0  # s of the parts of ways that show another open door, mean, until its leaf is seen
+NEAR = 9.0  # s, about 2 m: there is nothing to explore at viewpoints in sight and so near
 EM_STEPS = 3  # after each drive
 UNSEEN_ERROR = 0.25  # squared error of a door of which nothing is known
 EXPLORE = MAX_VIEWPOINTS  # the action
@@ -48,18 +52,19 @@ class State(NamedTuple):
 
     floor, place  (n,) indices
     time, error   (n,) s; squared error of the doors summed over the time
-    visited       (n, V) viewpoints where the patrol has been
+    visited       (n, V) viewpoints where the patrol has been, or which it saw from near
     revealed      (n, V) viewpoints that it knows
     closed        (n, D) whether each door was closed at the start
     flips         (n, D, F) s; inf after the last
     shared        (n, h) weights of the laws of doors that flip; still (n,) share of the doorways
                   without a leaf that never do
-    hidden        (n, D) looks at the open door after which its leaf is known, still to come; 0 once
-                  it is; inf without a leaf, and of one that is seen only when it is closed
+    hidden        (n, D) s of the parts of ways that show an open door, still to come, after which
+                  its leaf is known; 0 once it is, as when it is seen closed; inf without a leaf
     evidence      (n, D, h) log-likelihood of the looks, by each law
     weights       (n, D, h) of the laws
     phases        (n, D, h, P) of each
     age           (n, D) s since the last look; inf: not known
+    missed        (n, V, D) s, until when a doorway is not expected to be seen from a viewpoint
     """
 
     floor: Ints
@@ -77,6 +82,7 @@ class State(NamedTuple):
     weights: Array
     phases: Array
     age: Array
+    missed: Array
 
 
 class Patrols:
@@ -103,6 +109,7 @@ class Patrols:
             np.zeros((n, h)), np.zeros(n), np.zeros(shape), np.zeros((*shape, h)),
             np.zeros((*shape, h)),
             np.zeros((*shape, h, phases)), np.zeros(shape),
+            np.zeros((n, MAX_VIEWPOINTS, MAX_DOORS)),
         )  # fmt: skip
         self.features = np.zeros((n, MAX_VIEWPOINTS + 1, FEATURES))
         self.fit = np.zeros((n, MAX_VIEWPOINTS + 1), np.bool_)
@@ -116,6 +123,7 @@ class Patrols:
         rng, state, leaves = self._rng, self.state, int(self.floors.leaves[floor])
         state.floor[i], state.time[i], state.error[i] = floor, 0.0, 0.0
         state.place[i], state.age[i] = self.floors.start[floor], np.inf
+        state.missed[i] = 0.0
         state.visited[i], state.revealed[i] = False, False
         state.revealed[i, state.place[i]] = True
         state.closed[i], state.flips[i] = False, np.inf
@@ -124,8 +132,8 @@ class Patrols:
         state.flips[i, :leaves] = self._flips[drawn, :leaves]
         state.shared[i], state.still[i] = self._laws.prior, BARE_STILL_DOORS / BARE_DOORS
         state.evidence[i], state.phases[i] = 0.0, self._laws.begin
-        shows = rng.random(leaves) < LEAF_SEEN
-        state.hidden[i], state.hidden[i, :leaves] = np.inf, np.where(shows, 1.0, np.inf)
+        at_once, later = rng.random(leaves) < LEAF_AT_ONCE, rng.exponential(LEAF_TIME, leaves)
+        state.hidden[i], state.hidden[i, :leaves] = np.inf, np.where(at_once, TICK, later)
         _weigh(i, state, self.floors.doors[floor], self._laws)
 
     def step(self, actions: Ints) -> tuple[Array, Array, Bools]:
@@ -151,7 +159,8 @@ class Patrols:
         floors, floor, place = self.floors, self.state.floor[i], self.state.place[i]
         kept, known = np.isfinite(floors.between[floor, 0]), np.isfinite(self.state.age[i])
         between = floors.between[floor][kept][:, kept]
-        then = floors.then[floor][kept][:, kept][..., known]
+        shown = self.state.missed[i][kept][:, known] <= self.state.time[i]
+        then = floors.then[floor][kept][:, kept][..., known] & shown
         here = int(kept[:place].sum())
         times = np.where(self.fit[i, :EXPLORE][kept], between[here], np.inf)
         p = (self.state.weights[i] * self.state.phases[i, ..., PHASES:].sum(axis=-1)).sum(axis=1)
@@ -204,8 +213,11 @@ def _weigh(i, state: State, count, laws: Laws):
 
 
 @kernel
-def _drive(i, target, state: State, floors: Floors, laws: Laws):
-    """Patrol `i` drives to a viewpoint; the squared error of its doors, summed over the time."""
+def _drive(i, target, promised, state: State, floors: Floors, laws: Laws):
+    """Patrol `i` drives to a viewpoint; the squared error of its doors, summed over the time.
+
+    promised  whether it expects to see there what the table says; not where it explores
+    """
     floor, place = state.floor[i], state.place[i]
     ticks = max(int(np.round(floors.between[floor, place, target] / SLICES / TICK)), 1)
     ticks = min(ticks, len(laws.steps) - 1)
@@ -230,20 +242,26 @@ def _drive(i, target, state: State, floors: Floors, laws: Laws):
             if floors.sights[floor, place, target, d] >> k & 1:
                 condition(state.evidence[i, d], w, phases, closed)
                 state.age[i, d] = 0.0
-                left = state.hidden[i, d] - 1.0
+                left = state.hidden[i, d] - step
                 state.hidden[i, d] = 0.0 if closed else max(left, 0.0)
+    for d in range(count):
+        promise = promised and floors.then[floor, target, target, d]
+        if promise and np.isfinite(state.age[i, d]) and not floors.sights[floor, place, target, d]:
+            state.missed[i, target, d] = state.time[i] + DURATION
     state.place[i] = target
     state.visited[i, target] = True
     state.revealed[i, target] = True
     for j in range(floors.reveals.shape[2]):
-        state.revealed[i, j] |= floors.reveals[floor, target, j]
+        in_sight = floors.reveals[floor, target, j]
+        state.revealed[i, j] |= in_sight
+        state.visited[i, j] |= in_sight and floors.between[floor, target, j] < NEAR
     return error
 
 
 @kernel
 def _frontier(i, state: State, floors: Floors):
-    """s to the nearest viewpoint where a patrol has not been, of those that it knows if there is
-    one, and its number; inf and -1 if it has been everywhere."""
+    """s to the nearest viewpoint that a patrol has not visited, of those that it knows if there is
+    one, and its number; inf and -1 if it has visited all."""
     times, near, best = floors.between[state.floor[i], state.place[i]], np.inf, -1
     for known in (True, False):
         for j in range(len(times)):
@@ -256,11 +274,28 @@ def _frontier(i, state: State, floors: Floors):
 
 
 @kernel
+def reachable(floors: Floors, floor, known, shown):
+    """(V, k) s from a viewpoint until a doorway is seen, of the `known` ones (k,), where only those
+    `shown` (V, k) are to be seen from a viewpoint."""
+    found = floors.reach[floor][:, known]
+    for k in range(len(known)):
+        if shown[:, k].all():
+            continue
+        for i in range(len(found)):
+            found[i, k] = np.inf
+            for j in range(len(found)):
+                if shown[j, k] and floors.then[floor, i, j, known[k]]:
+                    found[i, k] = min(found[i, k], floors.between[floor, i, j])
+    return found
+
+
+@kernel
 def _drive_all(actions, state: State, floors: Floors, laws: Laws, error, takes):
     for i in range(len(actions)):
-        target = actions[i] if actions[i] < EXPLORE else _frontier(i, state, floors)[1]
+        chosen = actions[i] < EXPLORE
+        target = actions[i] if chosen else _frontier(i, state, floors)[1]
         before = state.time[i]
-        error[i] = _drive(i, target, state, floors, laws)
+        error[i] = _drive(i, target, chosen, state, floors, laws)
         takes[i] = state.time[i] - before
         for _ in range(EM_STEPS):
             _weigh(i, state, floors.doors[state.floor[i]], laws)
@@ -285,8 +320,9 @@ def _describe_all(state: State, floors: Floors, laws: Laws, stale, fresh, found,
         fit[i, EXPLORE] = np.isfinite(frontier)
         if not fit[i].any():
             fit[i, place], times[place] = True, floors.between[floor, place, place]
-        sees = floors.then[floor, place][:, known]
-        near = floors.reach[floor][:, known]
+        shown = state.missed[i][:, known] <= state.time[i]
+        sees = floors.then[floor, place][:, known] & shown
+        near = reachable(floors, floor, known, shown)
         ahead = Ahead(times, sees, near, len(known), place, state.time[i], frontier)
         leaf = state.hidden[i][known] == 0.0
         expected = Expected(state.age[i][known], leaf, stale[i][known], fresh[i][known])

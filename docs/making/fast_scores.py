@@ -18,7 +18,7 @@ from agents.viewpoints.features import GREEDY, Ahead, Expected, describe
 from agents.viewpoints.floors import Floors, draw_floors
 from agents.viewpoints.laws import Laws
 from agents.viewpoints.learned import load_network
-from agents.viewpoints.patrols import EXPLORE, Patrols, State
+from agents.viewpoints.patrols import EXPLORE, Patrols, State, reachable
 from agents.viewpoints.ppo import Chooser, by_feature, by_network, scores
 from dynslam_env.navigation.door_belief import HORIZONS
 from dynslam_env.patrol.dwell_laws import LOOK_ERROR, TRUST
@@ -71,8 +71,9 @@ def _describe_truth(state: State, floors: Floors, laws: Laws, fit, found):
             if known[k] < floors.leaves[floor]:
                 _errors(i, known[k], state, laws, stale[k], fresh[k])
         times = np.where(fit[i, :EXPLORE], floors.between[floor, place], np.inf)
-        sees = floors.then[floor, place][:, known]
-        near = floors.reach[floor][:, known]
+        shown = state.missed[i][:, known] <= state.time[i]
+        sees = floors.then[floor, place][:, known] & shown
+        near = reachable(floors, floor, known, shown)
         ahead = Ahead(times, sees, near, len(known), place, state.time[i], np.inf)
         leaf = state.hidden[i][known] == 0.0
         describe(ahead, Expected(state.age[i][known], leaf, stale, fresh), found[i])

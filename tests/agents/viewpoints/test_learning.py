@@ -85,7 +85,7 @@ def test_it_learns_to_stay_where_that_pays(floors: Floors) -> None:
 def test_a_learned_policy_chooses_as_its_network(floors: Floors, tmp_path: Path) -> None:
     save_network(ViewpointNetwork(), tmp_path / "best.npz")
     patrols = Patrols(floors, 1, np.random.default_rng(0))
-    for _ in range(10):
+    for _ in range(4):
         patrols.step(np.array([EXPLORE]))
     patrols.look()
     situation, learned = patrols.situation(0), Learned(tmp_path / "best.npz")

@@ -8,7 +8,8 @@ import pytest
 from agents.viewpoints.features import FEATURES, GREEDY, features
 from agents.viewpoints.floors import MAX_DOORS, Floors
 from agents.viewpoints.laws import laws
-from agents.viewpoints.patrols import BUDGET, EXPLORE, HISTORIES, Patrols, histories
+from agents.viewpoints.missed import DURATION
+from agents.viewpoints.patrols import BUDGET, EXPLORE, HISTORIES, NEAR, Patrols, histories
 from agents.viewpoints.policies.greedy import rates
 from dynslam_env.patrol.dwell_laws import PHASES, DoorFilter, DwellLaws
 from dynslam_env.patrol.slow_doors import SlowDoors
@@ -19,7 +20,7 @@ from dynslam_env.simulation.laws import Uniform
 def patrols(floors: Floors) -> Patrols:
     """Patrols that have explored for a while."""
     patrols = Patrols(floors, 6, np.random.default_rng(0))
-    for _ in range(8):
+    for _ in range(5):
         patrols.step(np.full(6, EXPLORE))
     patrols.look()
     return patrols
@@ -41,12 +42,12 @@ def test_a_patrol_knows_nothing_before_it_explores(floors: Floors) -> None:
         before = state.visited.sum(axis=1)
         error, takes, _ = patrols.step(np.full(2, EXPLORE))
         patrols.look()
-        assert (state.visited.sum(axis=1) == before + 1).all()
+        assert (state.visited.sum(axis=1) > before).all()
         known.append(np.isfinite(state.age).sum(axis=1).mean())
         if len(known) == 1:
             assert error / takes == pytest.approx(0.25, abs=0.05)
     assert (np.diff(known) >= 0.0).all()
-    assert known[0] < known[-1] == patrols.floors.doors[state.floor].mean()
+    assert known[0] < 0.9 * patrols.floors.doors[state.floor].mean() < known[-1]
 
 
 def test_an_episode_ends_after_its_budget(patrols: Patrols) -> None:
@@ -70,7 +71,7 @@ def test_a_door_that_is_seen_is_known_and_one_out_of_sight_is_forgotten(patrols:
     flips = (state.flips <= state.time[:, None, None]).sum(axis=-1)
     closed = state.closed ^ (flips % 2 == 1)
     assert last.any()
-    assert np.abs(p - closed)[last] == pytest.approx(0.0, abs=0.01)
+    assert np.abs(p - closed)[last] == pytest.approx(0.0, abs=0.05)
     assert (state.age[last] == 0.0).all()
     real = np.arange(MAX_DOORS) < floors.doors[state.floor][:, None]
     assert (state.age[~last & real] > 0.0).all()
@@ -125,21 +126,61 @@ def test_the_same_seed_gives_the_same_patrols(floors: Floors) -> None:
 
 
 def test_a_leaf_is_known_once_it_was_seen(patrols: Patrols) -> None:
-    """At the first look, of most doors; of some only while they are closed."""
+    """Of an open door after a time in sight, of a closed one at the first look."""
     state = patrols.state
     leaves = np.arange(MAX_DOORS) < patrols.floors.leaves[state.floor][:, None]
     for i in range(6):
         patrols.restart(i, i % 2)
     assert np.isinf(state.hidden[~leaves]).all()
-    assert set(state.hidden[leaves]) == {1.0, np.inf}
+    assert (state.hidden[leaves] > 0.0).all()
+    assert np.isfinite(state.hidden[leaves]).all()
     last = patrols.floors.sights[state.floor, state.place, state.place] >= 1 << 7
-    state.hidden[leaves] = np.where(np.arange(leaves.sum()) % 2, 1.0, np.inf)
-    shows = state.hidden == 1.0
+    soon = np.cumsum(leaves & last).reshape(leaves.shape) % 2 == 1
+    state.hidden[leaves] = np.where(soon, 0.3, 100.0)[leaves]
     state.closed[:], state.flips[:] = False, np.inf
-    patrols.step(state.place.copy())
-    assert (leaves & last & shows).any()
-    assert (leaves & last & ~shows).any()
-    assert ((state.hidden == 0.0) == (leaves & last & shows)).all()
+    patrols.step(state.place.copy())  # a look around: the last of eight parts of 3 s
+    assert ((state.hidden == 0.0) == (leaves & last & soon)).all()
+    assert (leaves & last & ~soon).any()
     state.closed[leaves] = True
     patrols.step(state.place.copy())
     assert ((state.hidden == 0.0)[last] == leaves[last]).all()
+
+
+def test_what_a_viewpoint_did_not_show_is_not_promised_for_a_while(patrols: Patrols) -> None:
+    state, floors, here = patrols.state, patrols.floors, patrols.state.place.copy()
+    i = int(np.argmax(floors.then[state.floor, here, here].sum(axis=1)))
+    door = int(np.argmax(floors.then[state.floor[i], here[i], here[i]]))
+    before = patrols.situation(i)
+    shown = floors.sights.copy()
+    floors.sights[state.floor[i], :, :, door] = 0
+    patrols.step(here)
+    floors.sights[:] = shown
+    patrols.look()
+    situation = patrols.situation(i)
+    column = int(np.isfinite(state.age[i, :door]).sum())
+    assert before.then[:, situation.last, column].any()
+    assert not situation.then[:, situation.last, column].any()
+    ours = features(situation)
+    real = np.isfinite(floors.between[state.floor[i], 0])
+    assert ours[:-1] == pytest.approx(patrols.features[i, :EXPLORE][real])
+    state.time[i] += DURATION
+    assert (patrols.situation(i).then == before.then).all()
+
+
+def test_exploring_misses_nothing(patrols: Patrols) -> None:
+    patrols.state.visited[:] = False
+    patrols.floors.sights[:], kept = 0, patrols.floors.sights.copy()
+    patrols.step(np.full(6, EXPLORE))
+    patrols.floors.sights[:] = kept
+    assert not patrols.state.missed.any()
+
+
+def test_viewpoints_seen_from_near_need_no_exploring(floors: Floors) -> None:
+    patrols = Patrols(floors, 1, np.random.default_rng(0))
+    state, near = patrols.state, floors.reveals & (floors.between < NEAR)
+    place = near[state.floor[0]].sum(axis=1).argmax()
+    state.place[0] = place
+    patrols.step(state.place.copy())
+    seen = near[state.floor[0], place] | (np.arange(len(near[0])) == place)
+    assert seen.sum() > 1
+    assert (state.visited[0] == seen).all()
