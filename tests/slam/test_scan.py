@@ -66,13 +66,15 @@ def test_a_reading_in_single_precision_at_the_maximum_is_no_echo() -> None:
 
 
 def test_directions_do_not_depend_on_the_scans_before() -> None:
-    angles, ranges = np.linspace(-1, 1, 7), np.ones(7)
-    expected = np.column_stack([np.cos(angles), np.sin(angles)])
-    for given in (angles, angles.astype(np.float32), angles):
-        directions = Scan(ranges, given, 5.0).directions
-        assert directions.dtype == np.float64
-    np.testing.assert_array_equal(directions, expected)
+    ranges, angles = np.ones(7), np.arange(7) / 4  # the same in single precision
+
+    def expected(turn: float = 0.0) -> np.ndarray:
+        return np.column_stack([np.cos(angles + turn), np.sin(angles + turn)])
+
     turned = Scan(ranges, angles, 5.0, mount=Pose2(0, 0, 0.5)).directions
-    np.testing.assert_array_equal(turned[:, 0], np.cos(angles + 0.5))
-    angles += 0.1  # in place
-    np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions[:, 0], np.cos(angles))
+    np.testing.assert_array_equal(turned, expected(0.5))
+    np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions, expected())
+    Scan(ranges, angles.astype(np.float32), 5.0).directions.sum()
+    np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions, expected())
+    angles += 0.125  # in place
+    np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions, expected())
