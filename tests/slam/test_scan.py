@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,18 +61,20 @@ def test_a_bare_scan_is_the_same_without_what_was_computed_of_it() -> None:
 
 
 def test_a_reading_in_single_precision_at_the_maximum_is_no_echo() -> None:
-    scan = Scan(np.full(3, 5.6, np.float32), np.arange(3.0), 5.6)
+    single: Any = np.full(3, 5.6, np.float32)
+    scan = Scan(single, np.arange(3.0), 5.6)
     assert not scan.hit.any()
     assert scan.no_echo.all()
 
 
 def test_directions_do_not_depend_on_the_scans_before() -> None:
-    ranges, angles = np.ones(7), np.arange(7) / 4  # the same in single precision
+    ranges, angles = np.ones(7), np.arange(7) / 4
+    single: Any = angles.astype(np.float32)  # the same angles
 
     def expected(turn: float = 0.0) -> np.ndarray:
         return np.column_stack([np.cos(angles + turn), np.sin(angles + turn)])
 
-    Scan(ranges, angles.astype(np.float32), 5.0).directions.sum()
+    Scan(ranges, single, 5.0).directions.sum()
     np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions, expected())
     turned = Scan(ranges, angles, 5.0, mount=Pose2(0, 0, 0.5)).directions
     np.testing.assert_array_equal(turned, expected(0.5))
