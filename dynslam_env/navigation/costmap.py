@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.beliefs import Beliefs
-from dynslam_env.navigation.nearest import nearest
+from dynslam_env.navigation.distances import distances
 from dynslam_env.navigation.regions import (
     EIGHT_NEIGHBOURS,
     FOUR_NEIGHBOURS,
@@ -114,7 +114,7 @@ def inflated(
     """The costmap of bool arrays (rows, cols) for a robot of `radius` m."""
     cell, here = spec.resolution, extent(occupied | observed)
     clearance, cost = np.full(spec.shape, np.inf), np.ones(spec.shape)
-    room = nearest(occupied[here], cell)[0] - cell / 2
+    room = distances(occupied[here], cell) - cell / 2
     near = radius + inflation.margin
     clearance[here] = room
     cost[here] = 1.0 + inflation.weight * np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)

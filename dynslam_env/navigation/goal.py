@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from dynslam_env.navigation.frontiers import Frontier
+from dynslam_env.navigation.frontiers import Frontier, Point
 from dynslam_env.navigation.planning_snapshot import PlanningSnapshot
 from dynslam_env.navigation.sight import viewpoint
 from slam.geometry import Array
@@ -32,7 +32,7 @@ def explore(planning: PlanningSnapshot, frontier: Frontier) -> Goal | None:
     if frontier.cell is None:
         return None
     heading = _bearing(planning, frontier.cell, frontier.beyond)
-    return Goal(frontier.cell, heading, _target(frontier.centroid))
+    return Goal(frontier.cell, heading, frontier.centroid)
 
 
 def look_at(planning: PlanningSnapshot, centre: Array) -> Goal | None:
@@ -41,14 +41,10 @@ def look_at(planning: PlanningSnapshot, centre: Array) -> Goal | None:
     cell = viewpoint(planning.costmap, planning.plan, centre, LEAF_RADIUS)
     if cell is None:
         return None
-    return Goal(cell, _bearing(planning, cell, centre), _target(centre))
+    x, y = centre.tolist()
+    return Goal(cell, _bearing(planning, cell, (x, y)), (x, y))
 
 
-def _bearing(planning: PlanningSnapshot, cell: tuple[int, int], place: Array) -> float:
-    (x, y), (here_x, here_y) = place.tolist(), planning.centre(cell)
+def _bearing(planning: PlanningSnapshot, cell: tuple[int, int], place: Point) -> float:
+    (x, y), (here_x, here_y) = place, planning.centre(cell)
     return math.atan2(y - here_y, x - here_x)
-
-
-def _target(place: Array) -> tuple[float, float]:
-    x, y = place.tolist()
-    return x, y

@@ -20,18 +20,25 @@ EIGHT_NEIGHBOURS = np.array([1, 1, 1])
 """Shapes around a cell: (2 k + 1,) columns to each side, in the rows from k before to k after."""
 
 
-def clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
-    """The 8-connected sets of cells: (n, 2) rows and columns each.
+def loose_clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
+    """The 8-connected sets of cells, with gaps of up to two cells within a set: (n, 2) rows and
+    columns each.
 
     cells      (rows, cols)
     min_cells  of a set; smaller ones are left out
     """
-    return _parts(cells, cells, min_cells)
+    if not cells.any():
+        return []
+    found, ends = _grouped(cells, dilated(cells, EIGHT_NEIGHBOURS))
+    least = max(min_cells, 1)
+    sides = pairwise([0, *ends.tolist()])
+    return [found.T[start:end] for start, end in sides if end - start >= least]
 
 
-def loose_clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
-    """The same, with gaps of up to two cells allowed within a cluster."""
-    return _parts(cells, dilated(cells, EIGHT_NEIGHBOURS), min_cells) if cells.any() else []
+def grouped(cells: Bools) -> tuple[Cells, Cells]:
+    """The cells of all 8-connected sets: (2, n) rows and columns, set by set, and (sets,) the end
+    of each set. Sets and cells are in the order of their rows, then columns."""
+    return _grouped(cells, cells)
 
 
 def dilated(cells: Bools, shape: Cells) -> Bools:
@@ -89,14 +96,6 @@ def _extent(cells):
                 top, bottom = min(top, row), row + 1
                 left, right = min(left, col), max(right, col + 1)
     return min(top, bottom), bottom, min(left, right), right
-
-
-def _parts(cells: Bools, joined: Bools, min_cells: int) -> list[Cells]:
-    """Those of `cells` in each 8-connected set of `joined`."""
-    found, ends = _grouped(cells, joined)
-    least = max(min_cells, 1)
-    sides = pairwise([0, *ends.tolist()])
-    return [found.T[start:end] for start, end in sides if end - start >= least]
 
 
 @kernel

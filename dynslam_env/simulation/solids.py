@@ -14,7 +14,6 @@ from dynslam_env.simulation.bodies import (
     body_memory,
 )
 from dynslam_env.simulation.columns import (
-    COUNT,
     INVERSE_INERTIA,
     INVERSE_MASS,
     MARGIN,
@@ -32,7 +31,7 @@ from dynslam_env.simulation.index_boxes import sort_in
 from dynslam_env.simulation.people import People
 from dynslam_env.simulation.polygons import regular
 from dynslam_env.simulation.robot import Robot
-from dynslam_env.worlds.layout import Door, Layout
+from dynslam_env.worlds.layout import LEAF_CORNERS, Door, Layout
 from slam.errors import InputError
 from slam.geometry import Array
 
@@ -41,6 +40,9 @@ MAX_TIP_SPEED = 3.0  # m/s, of a leaf: a faster one would need a thick margin
 PERSON_CORNERS = 8
 LEFT_PER_SECOND = math.pow(0.8999999761581421, 60.0)  # of an overshoot, by Chipmunk's joints
 NO_CORNERS = np.empty((0, 2))
+ROBOT_COLUMNS = [INVERSE_MASS, INVERSE_INERTIA, MAX_PULL, MAX_TURN, RADIUS]
+LEAF_COLUMNS = [INVERSE_INERTIA, MIN_ANGLE, MAX_ANGLE, MAX_MOTOR, WIDTH, SIDE, MARGIN]
+PERSON_COLUMNS = [INVERSE_MASS, MAX_PULL, RADIUS]
 SPARE_ROWS = 3  # Chipmunk adds what stands; it never fills all rows, else it would reallocate them
 
 
@@ -110,31 +112,34 @@ class Solids:
         rows[0, :3] = rows[wheels, :3] = self.layout.start
         rows[1 : 1 + d, :3] = self.leaves[:d]
         rows[1 + d : wheels, :2] = rows[wheels + 1 : wheels + 1 + p, :2] = places
-        parts = [self._robot_part(), *map(self._leaf_part, self.hung), *[self._person_part()] * p]
-        table[:] = [[part.get(column, 0.0) for column in range(COUNT)] for part in parts]
-        fixed = len(self.layout.walls) + sum(len(door.corners) for door in self.immovable)
+        table[0, ROBOT_COLUMNS] = self._robot_part()
+        if d:
+            table[1 : 1 + d, LEAF_COLUMNS] = [self._leaf_part(door) for door in self.hung]
+        if p:
+            table[1 + d :, PERSON_COLUMNS] = self._person_part()
+        fixed = len(self.layout.walls) + LEAF_CORNERS * len(self.immovable)
         memory[FIXTURES], memory[FIXTURE_MARGIN] = fixed, self._margin(0.0)
         memory[STOP_BIAS] = 1.0 - math.pow(LEFT_PER_SECOND, self._dt)
         sort_in(rows, rows, table, d, bodies.boxes)
         return memory
 
-    def _robot_part(self) -> dict[int, float]:
+    def _robot_part(self) -> tuple[float, ...]:
         robot = self.robot
         turn = robot.traction * robot.wheel_base / 2 * self._dt
-        return {INVERSE_MASS: 1.0 / robot.mass, INVERSE_INERTIA: 1.0 / self.robot_inertia,
-                MAX_PULL: robot.traction * self._dt, MAX_TURN: turn,
-                RADIUS: robot.radius}  # fmt: skip
+        return (
+            1.0 / robot.mass, 1.0 / self.robot_inertia, robot.traction * self._dt, turn,
+            robot.radius,
+        )  # fmt: skip
 
-    def _leaf_part(self, door: Door) -> dict[int, float]:
-        lowest, highest = self.stops(door)
-        return {INVERSE_INERTIA: 1.0 / self.doors.inertia(door), MIN_ANGLE: lowest,
-                MAX_ANGLE: highest, MAX_MOTOR: self.doors.torque * self._dt, WIDTH: door.width,
-                SIDE: -door.swing * door.thickness, MARGIN: self.leaf_margin(door)}  # fmt: skip
+    def _leaf_part(self, door: Door) -> tuple[float, ...]:
+        return (
+            1.0 / self.doors.inertia(door), *self.stops(door), self.doors.torque * self._dt,
+            door.width, -door.swing * door.thickness, self.leaf_margin(door),
+        )  # fmt: skip
 
-    def _person_part(self) -> dict[int, float]:
+    def _person_part(self) -> tuple[float, ...]:
         people = self.people
-        return {INVERSE_MASS: 1.0 / people.mass, MAX_PULL: people.force * self._dt,
-                RADIUS: people.radius + self.person_margin}  # fmt: skip
+        return 1.0 / people.mass, people.force * self._dt, people.radius + self.person_margin
 
 
 def _tip_speed(door: Door, doors: Doors) -> float:

@@ -37,7 +37,7 @@ from dynslam_env.simulation.world_step import (
     begin_step,
     settle,
 )
-from dynslam_env.worlds.layout import Door, Layout
+from dynslam_env.worlds.layout import LEAF_CORNERS, Door, Layout, corners_of
 from dynslam_env.worlds.start_checks import check_people
 from slam.geometry import Array, Pose2
 
@@ -230,14 +230,14 @@ class World:
     def _init_segments(self, solids: Solids) -> None:
         """Allocate `segments`, and write the edges that never change: walls and fixed leaves."""
         walls, fixed = solids.layout.walls, solids.immovable
-        hung = [door.corners for door in solids.hung]
-        self._polygons = Polygons([*hung, *[solids.person] * len(self._feet)])
+        people = [solids.person] * len(self._feet)
+        self._polygons = Polygons([*corners_of(solids.hung), *people])
         self.first_edge, self.first_edges = len(walls), np.array([len(walls)])
-        first_moving = self.first_edge + sum(len(door.corners) for door in fixed)
+        first_moving = self.first_edge + LEAF_CORNERS * len(fixed)
         self.segments = np.empty((first_moving + self._polygons.count, 4))
         self.segments[: self.first_edge] = walls
         if fixed:
-            immovable = Polygons([door.corners for door in fixed])
+            immovable = Polygons([*corners_of(fixed)])
             immovable.outline(solids.leaves[: len(fixed)], self.segments[self.first_edge :])
 
 

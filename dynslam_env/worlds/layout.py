@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -15,6 +15,7 @@ from slam.geometry import Array, Pose2, wrap_angle
 from slam.io.files import AnyPath
 from slam.validation import finite, instance, number, one_of, positive_number
 
+LEAF_CORNERS = 4  # of each leaf
 LATCH_GAP = 0.002  # m between a closed leaf and the jamb, so that its outer corner passes
 
 
@@ -56,8 +57,16 @@ class Door(NamedTuple):
     @property
     def corners(self) -> Array:
         """(4, 2) corners of the leaf, m, in its frame: origin at the hinge, x along the leaf."""
-        w, t = self.width, -self.swing * self.thickness
-        return np.array([(0.0, 0.0), (w, 0.0), (w, t), (0.0, t)])
+        return corners_of([self])[0]
+
+
+def corners_of(doors: Sequence[Door]) -> Array:
+    """(d, 4, 2) m, the `corners` of leaves."""
+    corners = np.zeros((len(doors), LEAF_CORNERS, 2))
+    if doors:
+        sizes = np.array([(door.width, -door.swing * door.thickness) for door in doors])
+        corners[:, 1:3, 0], corners[:, 2:, 1] = sizes[:, :1], sizes[:, 1:]
+    return corners
 
 
 @dataclass(frozen=True, eq=False)  # == of arrays gives an array; compare `plain()`

@@ -95,4 +95,5 @@ def _place_doors(
 def _start(wall: Wall, dimensions: FloorDimensions, rng: np.random.Generator) -> float:
     """Random start of an opening in a wall, m along it."""
     margin = dimensions.clearance
-    return rng.uniform(wall.start + margin, wall.stop - margin - dimensions.door_width)
+    least = wall.start + margin
+    return least + (wall.stop - margin - dimensions.door_width - least) * rng.random()

@@ -8,6 +8,7 @@ import numpy as np
 
 from dynslam_env.worlds.floor_plan import Wall, wall_between
 from dynslam_env.worlds.outline import Rect
+from slam.kernel import kernel
 
 MAX_ASPECT_RATIO = 1.3  # a room that exceeds it is split across its longer side, if possible
 MAX_SIDE_RATIO = 2.6  # a room with a side longer than this times the least side is always split
@@ -21,21 +22,35 @@ def split_into_rooms(whole: Rect, side: float, wall: float, rng: np.random.Gener
 
     Random binary space partitioning.
     """
-    sizes = whole.right - whole.left, whole.top - whole.bottom
-    axes = [axis for axis in (0, 1) if sizes[axis] >= 2 * side + wall]
-    if not axes or (max(sizes) < MAX_SIDE_RATIO * side and rng.random() < KEEP_PROBABILITY):
-        return [whole]
-    longer = 0 if sizes[0] > sizes[1] else 1
-    axis = axes[int(rng.integers(2))] if len(axes) > 1 else axes[0]
-    if longer in axes and sizes[longer] > MAX_ASPECT_RATIO * sizes[1 - longer]:
-        axis = longer
-    end = whole[axis] + rng.uniform(side, sizes[axis] - side - wall)
-    first, second = list(whole), list(whole)
-    first[axis + 2], second[axis] = end, end + wall
-    return [
-        *split_into_rooms(Rect(*first), side, wall, rng),
-        *split_into_rooms(Rect(*second), side, wall, rng),
-    ]
+    return [Rect(*room) for room in _split(np.array(whole), side, wall, rng).tolist()]
+
+
+@kernel
+def _split(whole, side, wall, rng):
+    """(n, 4) the rooms; those in `rooms` are still to be split, the last one first."""
+    most = (whole[2:] - whole[:2]) / side + 1.0
+    rooms = np.empty((int(most[0]) * int(most[1]) + 1, 4))
+    found, left = np.empty_like(rooms), 1
+    rooms[0], count = whole, 0
+    while left:
+        left -= 1
+        room = rooms[left].copy()
+        sizes = room[2:] - room[:2]
+        longer = 0 if sizes[0] > sizes[1] else 1
+        can = sizes >= 2 * side + wall
+        small = sizes.max() < MAX_SIDE_RATIO * side
+        if not can.any() or (small and rng.random() < KEEP_PROBABILITY):
+            found[count] = room
+            count += 1
+            continue
+        axis = rng.integers(0, 2) if can.all() else int(can[1])
+        if can[longer] and sizes[longer] > MAX_ASPECT_RATIO * sizes[1 - longer]:
+            axis = longer
+        end = room[axis] + rng.uniform(side, sizes[axis] - side - wall)
+        rooms[left] = rooms[left + 1] = room
+        rooms[left, axis], rooms[left + 1, axis + 2] = end + wall, end
+        left += 2
+    return found[:count]
 
 
 def neighbours(rooms: Sequence[Rect], wall: float, shared: float) -> dict[Pair, Wall]:

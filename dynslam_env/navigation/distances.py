@@ -1,7 +1,7 @@
-"""The nearest of some cells, and the distance to it, for every cell of a raster.
+"""The distance to the nearest of some cells, for every cell of a raster.
 
-The feature transform of Maurer, Qi and Raghavan (2003), as scipy's `distance_transform_edt` does
-it: equal to the last digit, also where two cells are equally near, in half its time.
+The transform of Maurer, Qi and Raghavan (2003), as scipy's `distance_transform_edt` does it: equal
+to the last digit, in half its time.
 """
 
 from __future__ import annotations
@@ -15,11 +15,10 @@ from slam.kernel import kernel
 NONE = -1  # row of no cell
 
 
-def nearest(cells: NDArray[np.bool_], resolution: float) -> tuple[Array, NDArray[np.int32]]:
-    """(rows, cols) m between the centres of a cell and of the nearest of `cells`, and (2, rows,
-    cols) row and column of that one; inf and NONE if there is none."""
-    found = np.full((2, *cells.shape), NONE, dtype=np.int32)
-    return _nearest(cells, resolution, _nearest_rows(cells), found), found
+def distances(cells: NDArray[np.bool_], resolution: float) -> Array:
+    """(rows, cols) m between the centres of a cell and of the nearest of `cells`; inf without
+    any."""
+    return _distances(cells, resolution, _nearest_rows(cells))
 
 
 @kernel
@@ -44,9 +43,9 @@ def _nearest_rows(cells):
 
 
 @kernel
-def _nearest(cells, resolution, near, found):
+def _distances(cells, resolution, near):
     """Of each row, the columns whose nearest cells in `near` are the nearest of all to some part of
-    the row, and from these the nearest of each of its cells."""
+    the row, and from these the distance of each of its cells."""
     rows, cols = cells.shape
     away = np.full((rows, cols), np.inf)
     kept, squares = np.empty(cols, np.int64), np.empty(cols)
@@ -68,7 +67,6 @@ def _nearest(cells, resolution, near, found):
         if last < 0:
             continue
         k, here = 0, kept[0]
-        found_rows, found_cols, away_here = found[0, row], found[1, row], away[row]
         for col in range(cols):
             least = squares[here] + ((here - col) * resolution) ** 2
             while k < last:
@@ -78,6 +76,5 @@ def _nearest(cells, resolution, near, found):
                     break
                 least, here = after, following
                 k += 1
-            found_rows[col], found_cols[col] = rows_here[here], here
-            away_here[col] = np.sqrt(least)
+            away[row, col] = np.sqrt(least)
     return away
