@@ -18,6 +18,7 @@ from slam.geometry import Array, Pose2, between, compose, lever_jacobian, turned
 from slam.graph.alignment import ALIGNED, Alignment
 from slam.graph.chain import MIN_WEIGHT, chained
 from slam.graph.covariance import MIN_INFORMATION, size
+from slam.graph.echoes import Echoes, echoes_of
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap
 from slam.graph.loops import Loops, Matcher
@@ -186,22 +187,20 @@ class GraphSlam:
             self._do(self._work[0])
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
-        if new and self.alignment is not None:
-            self._align(self.alignment)
         self._whole = WholeMap(self.map_model)  # drop what was drawn so far
         self._matcher.pack()
+        if new and self.alignment is not None:
+            self._align(self.alignment)
         if len(self._path):
             self.pose = self._path.last(self.graph.poses)
 
     def _align(self, alignment: Alignment) -> None:
         """Align all keyframes with each other; edges of the graph that are trusted now measure
         what this gives."""
-        graph, places, whole = self.graph, self.places, WholeMap(self.local)
-        whole.update(places, graph.poses)
+        graph, places = self.graph, self.places
         within = [np.array([one.pose for one in place.keyframes]) for place in places]
         poses = np.concatenate([compose(*one) for one in zip(graph.poses, within, strict=True)])
-        scans = [one.scan for place in places for one in place.keyframes]
-        aligned = alignment(scans, poses, whole.map_model)
+        aligned = alignment(self._echoes(poses), poses)
         trusted = graph.trust() >= MIN_WEIGHT
         begin = 0
         for number, before in enumerate(within):
@@ -214,6 +213,13 @@ class GraphSlam:
         first, second = graph.poses[graph.edges.ends[trusted].T]
         graph.edges.measured[trusted] = between(first, second)
         self._middles = [place.middle() for place in places]
+
+    def _echoes(self, poses: Array) -> Echoes:
+        """What all keyframes saw, at `poses` (n, 3): those of the graph."""
+        whole = WholeMap(self.local)
+        whole.update(self.places, self.graph.poses)
+        scans = [one.scan for place in self.places for one in place.keyframes]
+        return echoes_of(scans, poses, whole.map_model)
 
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, as believed now."""

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from slam.geometry import Array, Pose2, between, compose, wrap_angle
-from slam.graph.echoes import Echoes, echoes_of
+from slam.graph.echoes import Echoes
 from slam.graph.edges import Edges
 from slam.graph.links import Links
 from slam.graph.system import System
-from slam.interface import MapModel
 from slam.kernel import kernel
 from slam.motion.gaussian import GaussianMotion
-from slam.scan import Scan
 from slam.validation import positive
 
 LINKS = Links()  # the default
@@ -61,23 +58,28 @@ class Alignment:
     def __post_init__(self) -> None:
         positive(self, "along", "beta", "z_rand", "bend")
 
-    def __call__(self, scans: Sequence[Scan], poses: Array, map_model: MapModel) -> Array:
-        """(n, 3) the poses of scans taken at about `poses` (n, 3), in the order of time. The first
-        one stays. A map drawn at these poses tells which surfaces still stand."""
+    def __call__(self, echoes: Echoes, poses: Array) -> Array:
+        """(n, 3) the poses of keyframes at about `poses` (n, 3), in the order of time. The first
+        one stays."""
         if len(poses) < 2:
             return poses
-        echoes, links = echoes_of(scans, poses, map_model), self.links(poses)
-        ends = np.concatenate([links, _apart(len(poses), 1, 1), _apart(len(poses), FAR, EVERY)])
-        displacements = between(poses[ends[:, 0]], poses[ends[:, 1]])
-        information, chain = np.zeros((len(ends), 3, 3)), len(links) + len(poses) - 1
-        information[len(links) : chain] = self._of_odometry(displacements[len(links) : chain])
-        information[chain:, 2, 2] = self.bend**-2
-        system = System(Edges.of(ends, displacements, information), len(poses))
+        links = self.links(poses)
+        system = System(self._edges(links, poses), len(poses))
         for sigma in self.sigmas:
             self._measure(echoes, poses, sigma, system.edges, len(links))
-            poses = poses + system.step(poses, np.ones(len(ends)))
+            poses = poses + system.step(poses, np.ones(len(system.edges)))
             poses[:, 2] = wrap_angle(poses[:, 2])
         return poses
+
+    def _edges(self, links: np.ndarray, poses: Array) -> Edges:
+        """The links, without information, then what holds `poses` (n, 3) together."""
+        steps, far = _apart(len(poses), 1, 1), _apart(len(poses), FAR, EVERY)
+        ends = np.concatenate([links, steps, far])
+        displacements = between(poses[ends[:, 0]], poses[ends[:, 1]])
+        information, last = np.zeros((len(ends), 3, 3)), len(links) + len(steps)
+        information[len(links) : last] = self._of_odometry(displacements[len(links) : last])
+        information[last:, 2, 2] = self.bend**-2
+        return Edges.of(ends, displacements, information)
 
     def _of_odometry(self, displacements: Array) -> Array:
         """(n, 3, 3) information about displacements (n, 3) between consecutive keyframes."""
