@@ -32,6 +32,7 @@ from slam.sensor_models.endpoint import Endpoint
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 MAX_LOSS = 3.0  # nats of the log-likelihood by which a registered pose may be worse than before
 BEFORE_ALL = -1e12  # s: earlier than any scan
+AT_ONCE = 64  # keyframes whose changed cells are listed one after the other
 EXACT = np.zeros((3, 3))  # covariance of a known pose
 FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
 
@@ -126,8 +127,10 @@ class MaximumLikelihood:
     ) -> None:
         """Integrate scans at known poses, of (3, 3) `covariance`, and continue from the last."""
         self._stay()
-        changed = []
+        changed: list[np.ndarray] = []
         for scan, pose in keyframes:
+            if len(changed) == AT_ONCE:
+                changed = [self._once(changed)]
             estimate = Estimate(pose, covariance, score, True)
             changed.append(self._draw(scan, estimate))
             self._matched = estimate
@@ -135,6 +138,13 @@ class MaximumLikelihood:
         if changed:
             self._refresh(np.concatenate(changed))
             self.pose = self.keyframe.pose
+
+    def _once(self, cells: list[np.ndarray]) -> np.ndarray:
+        """(n,) the ids in all arrays of `cells`, each once: keyframes see the same cells."""
+        found = np.zeros(len(self.map_model.cells.observed.flat), np.bool_)
+        for ids in cells:
+            found[ids] = True
+        return np.flatnonzero(found)
 
     def place(self, pose: Pose2, covariance: Array = EXACT) -> None:
         """Set the robot's pose, known with (3, 3) `covariance`; the next scan is matched there."""

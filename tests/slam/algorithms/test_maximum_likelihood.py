@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slam.algorithms.dead_reckoning import DeadReckoning
-from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.algorithms.maximum_likelihood import AT_ONCE, MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.geometry import Pose2, between, wrap_angle
 from slam.interface import MapModel, Slope
@@ -333,6 +333,18 @@ def test_what_is_remembered_is_what_later_scans_are_matched_with(episode) -> Non
     assert estimate.pose[:2] == pytest.approx(truth[:2], abs=0.01)
     assert estimate.pose.theta == pytest.approx(truth.theta, abs=0.01)
     assert np.linalg.eigvalsh(estimate.covariance).min() > 0
+
+
+def test_many_keyframes_are_remembered_in_the_field_too(episode) -> None:
+    """More than are listed one after the other: the field is that of the whole map."""
+    poses = [Pose2(8.0 * k) for k in range(len(episode.scans))]  # each where no other one looks
+    robot, whole = MaximumLikelihood(), Endpoint()
+    assert len(poses) > 2 * AT_ONCE
+    robot.remember(zip(episode.scans, poses, strict=True))
+    whole.refresh(robot.map_model, np.empty(0, np.int64))  # all cells of a map that is new to it
+    field = robot.sensor_model
+    assert isinstance(field, Endpoint)
+    np.testing.assert_array_equal(field.field().flat, whole.field().flat)
 
 
 def test_one_that_is_dropped_frees_its_map_at_once(episode):
