@@ -340,7 +340,9 @@ def test_many_keyframes_are_remembered_in_the_field_too(episode) -> None:
     poses = [Pose2(8.0 * k) for k in range(len(episode.scans))]  # each where no other one looks
     robot, whole = MaximumLikelihood(), Endpoint()
     assert len(poses) > 2 * AT_ONCE
-    robot.remember(zip(episode.scans, poses, strict=True))
+    known = list(zip(episode.scans, poses, strict=True))
+    robot.remember(known[:1])
+    robot.remember(known[1:])
     whole.refresh(robot.map_model, np.empty(0, np.int64))  # all cells of a map that is new to it
     field = robot.sensor_model
     assert isinstance(field, Endpoint)
