@@ -39,7 +39,7 @@ def surveyed(text, x, y, time=0.0):
 
 
 def frontier(size, length):
-    return Frontier(size, np.zeros(2), np.ones(2), (0, 0), length, length)
+    return Frontier(size, (0.0, 0.0), (1.0, 1.0), (0, 0), length, length)
 
 
 def test_the_nearest_frontier_and_the_largest_are_not_the_same():
