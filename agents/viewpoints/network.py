@@ -26,10 +26,12 @@ class Inputs(NamedTuple):
 
     views  (n, v, FEATURES), rows of viewpoints that cannot be reached are 0
     fit    (n, v) whether a viewpoint can be reached
+    ways   (n, v, v) times between viewpoints, for a network with attention
     """
 
     views: Tensor
     fit: Tensor
+    ways: Tensor | None = None
 
 
 def inputs(features: Array, fit: np.ndarray) -> Inputs:
@@ -58,11 +60,11 @@ class ViewpointNetwork(nn.Module):
         """Logits (n, v) and values (n,)."""
         kept = given.fit.float()[..., None]
         views = self.view(given.views) * kept
-        logits = self.logit(self._mixed(views, _pooled(views, kept)))[..., 0]
+        logits = self.logit(self._mixed(views, pooled(views, kept)))[..., 0]
         early = self.exploring[0] + self.exploring[1] * given.views[..., ELAPSED]
         planned = given.views[..., SHORT_SIGHTED] + given.views[..., EXPLORING] * early
         logits = logits + self.bias * planned
-        return logits.masked_fill(~given.fit, FAR), self.value(_pooled(given.views, kept))[..., 0]
+        return logits.masked_fill(~given.fit, FAR), self.value(pooled(given.views, kept))[..., 0]
 
     def _mixed(self, views: Tensor, around: Tensor) -> Tensor:
         """(n, v, WIDTH) each viewpoint (n, v, WIDTH) with what is around it (n, 2 WIDTH): the layer
@@ -74,7 +76,7 @@ class ViewpointNetwork(nn.Module):
         return self.mixed[1](nn.functional.linear(views, own) + shift[:, None])
 
 
-def _pooled(rows: Tensor, kept: Tensor) -> Tensor:
+def pooled(rows: Tensor, kept: Tensor) -> Tensor:
     """(n, 2 k) mean and maximum of the rows (n, v, k) that are kept (n, v, 1); others are 0."""
     mean = rows.sum(dim=1) / kept.sum(dim=1).clamp(min=1.0)
     return torch.cat([mean, rows.amax(dim=1)], dim=-1)

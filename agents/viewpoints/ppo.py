@@ -18,6 +18,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from agents.viewpoints.attention import AttentionNetwork, ways_between
 from agents.viewpoints.chooser import EXPLORE_TIME
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.network import Inputs, ViewpointNetwork, inputs
@@ -46,6 +47,7 @@ class Settings:
     horizon  s, in which the discount falls to 1/e
     trace    lambda of the advantages (Schulman et al. 2016)
     judging  first decisions, from which only the values are learned
+    network  a name of NETWORKS
     """
 
     patrols: int = 256
@@ -59,6 +61,7 @@ class Settings:
     horizon: float = 300.0
     trace: float = 0.95
     judging: int = 32768
+    network: str = "compared"
 
     @property
     def segment(self) -> int:
@@ -89,7 +92,7 @@ class Learner:
         torch.set_num_threads(1)
         self.settings, self._floors, self._seed, self._steps = settings, floors, seed, steps
         self.decisions = self.segments = 0
-        self.network = ViewpointNetwork()
+        self.network = NETWORKS[settings.network]()
         self._optimiser = torch.optim.Adam(self.network.parameters(), settings.rate)
 
     def segment(self, told: Callable[[int], None] = lambda decisions: None) -> None:
@@ -151,13 +154,13 @@ class Learner:
             kept.append((given, actions, drawn.log_prob(actions)))
             told.append((values.numpy(), error, takes, over))
         advantages, returns = self._advantages(told, self._judged()[2].numpy())
-        given = Inputs(*(torch.cat(part) for part in zip(*(k[0] for k in kept), strict=True)))
+        given = _joined([k[0] for k in kept])
         actions, logs = (torch.cat([k[j] for k in kept]) for j in (1, 2))
         return Rollout(given, actions, logs, advantages, returns)
 
     def _judged(self) -> tuple[Inputs, Tensor, Tensor]:
         """What the network reads now, its logits and values."""
-        given = inputs_of(self._patrols)
+        given = inputs_of(self._patrols, self.network)
         with torch.no_grad():
             return given, *self.network(given)
 
@@ -177,7 +180,8 @@ class Learner:
 
     def _learn(self, rollout: Rollout, rows: Tensor) -> None:
         """One step of the optimiser."""
-        logits, values = self.network(Inputs(*(part[rows] for part in rollout.inputs)))
+        parts = (None if part is None else part[rows] for part in rollout.inputs)
+        logits, values = self.network(Inputs(*parts))
         loss = 0.5 * (values - rollout.returns[rows]).square().mean()
         if self.decisions >= self.settings.judging:
             drawn = torch.distributions.Categorical(logits=logits)
@@ -193,6 +197,9 @@ class Learner:
         self._optimiser.step()
 
 
+NETWORKS: dict[str, Callable[[], nn.Module]] = {
+    "compared": ViewpointNetwork, "attention": AttentionNetwork
+}  # fmt: skip
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")  # that Adam keeps of each weight
 
 
@@ -200,17 +207,26 @@ def _tensor(rows: np.ndarray) -> Tensor:
     return torch.from_numpy(rows.ravel().astype(np.float32))
 
 
-def inputs_of(patrols: Patrols) -> Inputs:
-    """What the network reads of patrols in the fast setting."""
-    return inputs(patrols.features, patrols.fit)
+def _joined(given: list[Inputs]) -> Inputs:
+    """The inputs of several decisions in a row."""
+    parts = zip(*given, strict=True)
+    return Inputs(*(None if part[0] is None else torch.cat(part) for part in parts))
 
 
-def by_network(network: ViewpointNetwork) -> Chooser:
+def inputs_of(patrols: Patrols, network: nn.Module | None = None) -> Inputs:
+    """What a network reads of patrols in the fast setting."""
+    given = inputs(patrols.features, patrols.fit)
+    if isinstance(network, AttentionNetwork):
+        return given._replace(ways=ways_between(patrols))
+    return given
+
+
+def by_network(network: nn.Module) -> Chooser:
     """The viewpoints with the largest logits."""
 
     def choose(patrols: Patrols) -> np.ndarray:
         with torch.no_grad():
-            return network(inputs_of(patrols))[0].argmax(dim=1).numpy()
+            return network(inputs_of(patrols, network))[0].argmax(dim=1).numpy()
 
     return choose
 
