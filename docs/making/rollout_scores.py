@@ -6,7 +6,8 @@ is one step of policy improvement, without any error of learning. Two kinds of f
 
 * the true one: floor, doors and their flips to come are known, up to the end of the episode;
 * imagined ones: doors as they are believed to be, drawn anew from the beliefs for each future (the
-  same for all choices), over some time; a doorway that is not known is never found in them.
+  same for all choices), over some time; a doorway that is not known is never found in them. Another
+  choice than the policy's is taken only if it is better by more than the futures' chance.
 
 Prints the error of the policy and of both oracles on the floors of `fast_scores`, one patrol each,
 and the paired difference to the policy, with its 95 % t interval over floors.
@@ -25,8 +26,8 @@ from agents.viewpoints.features import GREEDY
 from agents.viewpoints.floors import Floors, draw_floors
 from agents.viewpoints.laws import Laws
 from agents.viewpoints.learned import load_network
-from agents.viewpoints.network import FAR, ViewpointNetwork
-from agents.viewpoints.patrols import BUDGET, EXPLORE, Patrols, State
+from agents.viewpoints.network import FAR, Inputs, ViewpointNetwork
+from agents.viewpoints.patrols import BUDGET, Patrols, State
 from agents.viewpoints.ppo import Chooser, by_feature, by_network, inputs_of
 from docs.making.fast_scores import FIRST, FLOORS, PATROLS, SEED, interval
 from dynslam_env.patrol.dwell_laws import PHASES, TICK
@@ -44,16 +45,18 @@ class Futures(NamedTuple):
     choices  tried at a decision, the likeliest of the policy
     futures  of each; 0: the true one
     horizon  s
+    margin   standard errors by which another choice must be better than the policy's
     """
 
     choices: int
     futures: int
     horizon: float
+    margin: float = 0.0
 
 
 ORACLES = {
     "the true future": Futures(8, 0, BUDGET),
-    "16 imagined futures of 120 s": Futures(4, 16, 120.0),
+    "16 imagined futures of 90 s": Futures(4, 16, 90.0, 1.5),
 }
 
 
@@ -68,32 +71,37 @@ class Oracle:
     def __init__(self, network: ViewpointNetwork, ahead: Futures, rng: np.random.Generator):
         self._network, self._choose, self._ahead, self._rng = (
             network, by_network(network), ahead, rng)  # fmt: skip
-        self._copies: Patrols | None = None
-        self.tried: tuple[np.ndarray, Array] | None = None
 
     def __call__(self, patrols: Patrols) -> np.ndarray:
-        """The choices of n patrols; `tried` then has the choices and errors (n, choices)."""
+        """The choices of n patrols."""
+        tried, errors = self.errors(patrols, np.arange(len(patrols.fit)))
+        return np.take_along_axis(tried, errors.argmin(axis=1)[:, None], axis=1)[:, 0]
+
+    def errors(self, patrols: Patrols, rows: np.ndarray) -> tuple[np.ndarray, Array]:
+        """Of n `rows` of patrols, the choices that are tried (n, choices), and the mean error, s,
+        of the futures that begin with each, with the margin."""
         with torch.no_grad():
-            logits = self._network(inputs_of(patrols))[0].numpy()
+            given = inputs_of(patrols)
+            logits = self._network(Inputs(given.views[rows], given.fit[rows]))[0].numpy()
         tried = np.argsort(-logits, axis=1, kind="stable")[:, : self._ahead.choices]
         usable = np.take_along_axis(logits, tried, axis=1) > FAR / 2
         tried = np.where(usable, tried, tried[:, :1])
         errors, many = np.zeros(tried.shape), max(self._ahead.futures, 1)
         each = max(ROWS // (tried.shape[1] * many), 1)
         for first in range(0, len(tried), each):
-            rows = np.arange(first, min(first + each, len(tried)))
-            errors[rows] = self._errors(patrols, rows, tried[rows])
-        self.tried = tried, errors
-        return np.take_along_axis(tried, errors.argmin(axis=1)[:, None], axis=1)[:, 0]
+            part = slice(first, first + each)
+            errors[part] = self._errors(patrols, rows[part], tried[part])
+        return tried, errors
 
     def _errors(self, patrols: Patrols, rows: np.ndarray, tried: np.ndarray) -> Array:
-        """(n, choices) s, mean error of the futures that begin with each choice."""
+        """(n, choices) s, mean error of the futures that begin with each choice, with the
+        margin."""
         n, choices = tried.shape
         many = max(self._ahead.futures, 1)
-        origin = np.repeat(rows, choices * many)
+        origin, order = np.repeat(rows, choices * many), np.repeat(np.arange(n), choices * many)
         futures = copied(patrols, origin)
         if self._ahead.futures:
-            drawn = np.tile(np.arange(many), n * choices) + many * (origin - rows[0])
+            drawn = np.tile(np.arange(many), n * choices) + many * order
             seeds = self._rng.integers(2**31, size=n * many)[drawn]
             unknown = imagine(futures, seeds, self._ahead.horizon)
         else:
@@ -109,7 +117,9 @@ class Oracle:
             found[left] += error * np.minimum((until - before) / counted, 1.0)
             going = futures.state.time < until
             if not going.any():
-                return found.reshape(n, choices, many).mean(axis=2)
+                found = found.reshape(n, choices, many)
+                spread = (found - found[:, :1]).std(axis=2, ddof=min(many - 1, 1))
+                return found.mean(axis=2) + self._ahead.margin * spread / many**0.5
             if not going.all():
                 futures = copied(futures, np.flatnonzero(going))
                 unknown, until, left = unknown[going], until[going], left[going]
@@ -145,7 +155,7 @@ def _imagine(state: State, floors: Floors, laws: Laws, seeds, flips):
     """Draw doors (n, D) and their flips (n, D, F), s, from the beliefs about them."""
     steps = laws.steps[IMAGINED_STEP]
     for i in range(len(seeds)):
-        np.random.seed(seeds[i])
+        np.random.seed(seeds[i])  # noqa: NPY002  (of the kernel)
         for d in range(floors.doors[state.floor[i]]):
             if not np.isfinite(state.age[i, d]):
                 continue
@@ -163,7 +173,7 @@ def _imagine(state: State, floors: Floors, laws: Laws, seeds, flips):
 @kernel
 def _draw(weights):
     """The index of one of some weights, by its share."""
-    left = np.random.random() * weights.sum()
+    left = np.random.random() * weights.sum()  # noqa: NPY002
     for k in range(len(weights) - 1):
         left -= weights[k]
         if left < 0.0:
