@@ -11,7 +11,7 @@ from torch import Tensor, nn
 
 from agents.viewpoints.features import ELAPSED, EXPLORING, FEATURES, SHORT_SIGHTED, TIME_SCALE
 from agents.viewpoints.network import EXPLORED, FAR, SHARPNESS, WIDTH, Inputs, pooled
-from agents.viewpoints.patrols import Patrols
+from slam.geometry import Array
 
 SIZE = 32  # of a viewpoint's token
 SLOPES = (0.0, 1.5)  # of the heads: how much a way of TIME_SCALE takes off the score
@@ -70,8 +70,8 @@ class Layer(nn.Module):
         return tokens + self.own(self.second(tokens))
 
 
-def ways_between(patrols: Patrols) -> Tensor:
-    """(n, v + 1, v + 1) the times between viewpoints over TIME_SCALE; 0 to and from exploring."""
-    between = patrols.floors.between[patrols.state.floor] / TIME_SCALE
-    found = np.pad(np.minimum(between, FARTHEST), ((0, 0), (0, 1), (0, 1)))
+def ways_between(between: Array) -> Tensor:
+    """(n, v + 1, v + 1) times (n, v, v), s, between viewpoints, over TIME_SCALE; 0 to and from
+    exploring."""
+    found = np.pad(np.minimum(between / TIME_SCALE, FARTHEST), ((0, 0), (0, 1), (0, 1)))
     return torch.from_numpy(found.astype(np.float32))

@@ -252,7 +252,7 @@ def inputs_of(patrols: Patrols, network: nn.Module | None = None) -> Inputs:
     """What a network reads of patrols in the fast setting."""
     given = inputs(patrols.features, patrols.fit)
     if isinstance(network, AttentionNetwork):
-        return given._replace(ways=ways_between(patrols))
+        return given._replace(ways=ways_between(patrols.floors.between[patrols.state.floor]))
     return given
 
 
