@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.learned import load_network, save_network
@@ -35,7 +35,8 @@ DRAWN = 0.15  # share of the decisions that are drawn among the likeliest ones
 LABELLED = 0.05  # share of the decisions that are labelled
 PATROLS = 512
 HELD = 0.15  # share of the floors whose labels choose the epoch
-EPOCHS, BATCH, RATE = 40, 512, 3e-4
+EPOCHS, BATCH, RATE = 15, 512, 3e-4
+RESTRAINT = 0.2  # s of error, of a nat of difference to the policy
 REFINING_RATE = 3e-4  # of PPO afterwards
 
 
@@ -64,40 +65,47 @@ def labels(floors: Floors, network: ViewpointNetwork, seconds: float, seed: int)
     return {name: np.concatenate(part) for name, part in zip(names, columns, strict=True)}
 
 
-def cost(network: ViewpointNetwork, given: Inputs, tried: Tensor, errors: Tensor) -> Tensor:
-    """(n,) the expected error of the network's choice among those that were tried, less that of the
+def cost(logits: Tensor, tried: Tensor, errors: Tensor) -> Tensor:
+    """(n,) the expected error of a network's choice among those that were tried, less that of the
     first one, which the policy chose."""
-    among = network(given)[0].gather(1, tried).softmax(dim=1)
+    among = logits.gather(1, tried).softmax(dim=1)
     return (among * (errors - errors[:, :1])).sum(dim=1)
 
 
 def imitated(network: ViewpointNetwork, found: dict[str, Any], seed: int) -> ViewpointNetwork:
-    """The network, trained on labels."""
+    """The network, trained on labels, and restrained to the policy by RESTRAINT: choices that were
+    not tried have no labels."""
     torch.manual_seed(seed)
     given = Inputs(torch.from_numpy(found["views"]), torch.from_numpy(found["fit"]))
     tried, errors = torch.from_numpy(found["tried"]), torch.from_numpy(found["errors"])
     held = torch.from_numpy(found["floor"] < HELD * (found["floor"].max() + 1))
     own, others = torch.nonzero(~held)[:, 0], torch.nonzero(held)[:, 0]
+    with torch.no_grad():
+        policy = network(given)[0].log_softmax(dim=1)
 
-    def of(rows: Tensor) -> Tensor:
-        return cost(network, Inputs(given.views[rows], given.fit[rows]), tried[rows], errors[rows])
+    def of(rows: Tensor) -> tuple[Tensor, Tensor]:
+        logits = network(Inputs(given.views[rows], given.fit[rows]))[0]
+        away = nn.functional.kl_div(policy[rows], logits.log_softmax(dim=1), log_target=True,
+                                    reduction="none").sum(dim=1)  # fmt: skip
+        return cost(logits, tried[rows], errors[rows]), away
 
     optimiser = torch.optim.Adam(network.parameters(), RATE)
     best, kept = np.inf, network.state_dict()
     for epoch in range(EPOCHS + 1):
         with torch.no_grad():
-            score, usual = of(others), of(own).mean().item()
+            (score, away), usual = of(others), of(own)[0].mean().item()
         half = 1.96 * score.std().item() / len(others) ** 0.5
         print(f"epoch {epoch}: {usual:.4f} s of error against the policy's choice, held-out floors "
-              f"{score.mean():.4f} +- {half:.4f}", flush=True)  # fmt: skip
+              f"{score.mean():.4f} +- {half:.4f}, {away.mean():.4f} away", flush=True)  # fmt: skip
         if score.mean().item() < best:
             best = score.mean().item()
             kept = {name: weight.clone() for name, weight in network.state_dict().items()}
         for rows in own[torch.randperm(len(own))].split(BATCH):
-            loss = of(rows).mean()
+            costs, away = of(rows)
+            loss = (costs + RESTRAINT * away).mean()
             optimiser.zero_grad()
             loss.backward()
-            torch.nn.utils.clip_grad_norm_(network.parameters(), 0.5)
+            nn.utils.clip_grad_norm_(network.parameters(), 0.5)
             optimiser.step()
     network.load_state_dict(kept)
     return network
