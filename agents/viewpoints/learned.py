@@ -6,9 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from torch import nn
 
-from agents.viewpoints.attention import AttentionNetwork, ways_between
 from agents.viewpoints.features import features
 from agents.viewpoints.network import ViewpointNetwork, inputs
 from agents.viewpoints.situation import Situation
@@ -33,23 +31,21 @@ class Learned:
         """See `ViewpointPolicy`."""
         fit = np.isfinite([*situation.times, situation.frontier])
         given = inputs(features(situation)[None], fit[None])
-        if isinstance(self._network, AttentionNetwork):
-            given = given._replace(ways=ways_between(situation.between[None]))
         with torch.no_grad():
             return int(self._network(given)[0][0].argmax())
 
 
-def save_network(network: nn.Module, path: Path) -> None:
+def save_network(network: ViewpointNetwork, path: Path) -> None:
     """Write the weights as arrays of numpy."""
     weights = {name: value.numpy() for name, value in network.state_dict().items()}
     np.savez_compressed(path, allow_pickle=False, **weights)
 
 
-def load_network(path: Path) -> nn.Module:
+def load_network(path: Path) -> ViewpointNetwork:
     """Read what `save_network` wrote; no code in the file is run. Raises InputError for others."""
+    network = ViewpointNetwork()
     what = "the weights of a viewpoint policy"
     arrays = read_arrays(path, what)
-    network = AttentionNetwork() if "token.weight" in arrays else ViewpointNetwork()
     with guarded(path):
         try:
             weights = {name: torch.from_numpy(arrays[name]) for name in network.state_dict()}

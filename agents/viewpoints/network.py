@@ -26,14 +26,10 @@ class Inputs(NamedTuple):
 
     views  (n, v, FEATURES), rows of viewpoints that cannot be reached are 0
     fit    (n, v) whether a viewpoint can be reached
-    ways   (n, v, v) times between viewpoints, for a network with attention
-    memory (n, MEMORY) of a recurrent network
     """
 
     views: Tensor
     fit: Tensor
-    ways: Tensor | None = None
-    memory: Tensor | None = None
 
 
 def inputs(features: Array, fit: np.ndarray) -> Inputs:
@@ -62,32 +58,23 @@ class ViewpointNetwork(nn.Module):
         """Logits (n, v) and values (n,)."""
         kept = given.fit.float()[..., None]
         views = self.view(given.views) * kept
-        logits = self.logit(self._mixed(views, self.shift(pooled(views, kept), given)))[..., 0]
+        logits = self.logit(self._mixed(views, _pooled(views, kept)))[..., 0]
         early = self.exploring[0] + self.exploring[1] * given.views[..., ELAPSED]
         planned = given.views[..., SHORT_SIGHTED] + given.views[..., EXPLORING] * early
         logits = logits + self.bias * planned
-        return logits.masked_fill(~given.fit, FAR), self.value(self.known(given))[..., 0]
+        return logits.masked_fill(~given.fit, FAR), self.value(_pooled(given.views, kept))[..., 0]
 
-    def known(self, given: Inputs) -> Tensor:
-        """What the value is read from."""
-        return pooled(given.views, given.fit.float()[..., None])
-
-    def _mixed(self, views: Tensor, shift: Tensor) -> Tensor:
-        """(n, v, WIDTH) each viewpoint (n, v, WIDTH) with what is around it: the layer of both in a
-        row, but the part of what is around, `shift` (n, WIDTH), is computed once for all."""
+    def _mixed(self, views: Tensor, around: Tensor) -> Tensor:
+        """(n, v, WIDTH) each viewpoint (n, v, WIDTH) with what is around it (n, 2 WIDTH): the layer
+        of both in a row, but the part of `around` is computed once for all viewpoints."""
         layer = self.mixed[0]
         assert isinstance(layer, nn.Linear)
-        own = layer.weight[:, :WIDTH]
+        own, shared = layer.weight.split((WIDTH, 2 * WIDTH), dim=1)
+        shift = nn.functional.linear(around, shared, layer.bias)
         return self.mixed[1](nn.functional.linear(views, own) + shift[:, None])
 
-    def shift(self, around: Tensor, given: Inputs) -> Tensor:
-        """(n, WIDTH) the part of what is around (n, 2 WIDTH)."""
-        layer = self.mixed[0]
-        assert isinstance(layer, nn.Linear)
-        return nn.functional.linear(around, layer.weight[:, WIDTH:], layer.bias)
 
-
-def pooled(rows: Tensor, kept: Tensor) -> Tensor:
+def _pooled(rows: Tensor, kept: Tensor) -> Tensor:
     """(n, 2 k) mean and maximum of the rows (n, v, k) that are kept (n, v, 1); others are 0."""
     mean = rows.sum(dim=1) / kept.sum(dim=1).clamp(min=1.0)
     return torch.cat([mean, rows.amax(dim=1)], dim=-1)

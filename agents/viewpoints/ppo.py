@@ -10,7 +10,7 @@ and resumed equals an uninterrupted one to the byte.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,12 +18,10 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from agents.viewpoints.attention import AttentionNetwork, ways_between
 from agents.viewpoints.chooser import EXPLORE_TIME
 from agents.viewpoints.floors import Floors
 from agents.viewpoints.network import Inputs, ViewpointNetwork, inputs
 from agents.viewpoints.patrols import BUDGET, EXPLORE, Patrols
-from agents.viewpoints.recurrent import MEMORY, RecurrentNetwork
 from agents.viewpoints.situation import ViewpointPolicy
 
 USUAL_ERROR = 0.1  # squared error, at which the reward is 0; it changes no policy
@@ -48,7 +46,6 @@ class Settings:
     horizon  s, in which the discount falls to 1/e
     trace    lambda of the advantages (Schulman et al. 2016)
     judging  first decisions, from which only the values are learned
-    network  a name of NETWORKS
     """
 
     patrols: int = 256
@@ -62,7 +59,6 @@ class Settings:
     horizon: float = 300.0
     trace: float = 0.95
     judging: int = 32768
-    network: str = "compared"
 
     @property
     def segment(self) -> int:
@@ -71,16 +67,13 @@ class Settings:
 
 
 class Rollout(NamedTuple):
-    """The decisions of a rollout in a row; `over` (length, patrols) where episodes ended, and the
-    memory with which the patrols began."""
+    """The decisions of a rollout in a row."""
 
     inputs: Inputs
     actions: Tensor
     logs: Tensor
     advantages: Tensor
     returns: Tensor
-    over: Tensor
-    memory: Tensor | None
 
 
 class Learner:
@@ -96,7 +89,7 @@ class Learner:
         torch.set_num_threads(1)
         self.settings, self._floors, self._seed, self._steps = settings, floors, seed, steps
         self.decisions = self.segments = 0
-        self.network = NETWORKS[settings.network]()
+        self.network = ViewpointNetwork()
         self._optimiser = torch.optim.Adam(self.network.parameters(), settings.rate)
 
     def segment(self, told: Callable[[int], None] = lambda decisions: None) -> None:
@@ -104,7 +97,6 @@ class Learner:
         self._rng = np.random.default_rng([self._seed, self.segments])
         self._draws = torch.Generator().manual_seed(int(self._rng.integers(2**62)))
         self._patrols = Patrols(self._floors, self.settings.patrols, self._rng)
-        self._memory = no_memory(self.network, self.settings.patrols)
         for _ in range(self.settings.updates):
             self._update()
             told(self.decisions)
@@ -142,60 +134,30 @@ class Learner:
         self._optimiser.param_groups[0]["lr"] = self.settings.rate * left
         rollout = self._rollout()
         for _ in range(self.settings.epochs):
-            for rows in self._batches(len(rollout.actions)):
+            order = torch.from_numpy(self._rng.permutation(len(rollout.actions)))
+            for rows in order.split(self.settings.batch):
                 self._learn(rollout, rows)
         self.decisions += len(rollout.actions)
 
-    def _batches(self, count: int) -> Iterator[Tensor]:
-        """The decisions of each step of the optimiser; all those of a patrol together, in the
-        order of time, for a network with a memory."""
-        settings = self.settings
-        if self._memory is None:
-            yield from torch.from_numpy(self._rng.permutation(count)).split(settings.batch)
-            return
-        order = torch.from_numpy(self._rng.permutation(settings.patrols))
-        times = torch.arange(settings.length)[:, None] * settings.patrols
-        for patrols in order.split(settings.batch // settings.length):
-            yield (times + patrols).ravel()
-
     def _rollout(self) -> Rollout:
-        kept, told, memory = [], [], self._memory
+        kept, told = [], []
         for _ in range(self.settings.length):
             given, logits, values = self._judged()
             drawn = torch.distributions.Categorical(logits=logits)
             actions = torch.multinomial(drawn.probs, 1, generator=self._draws)[:, 0]
             error, takes, over = self._patrols.step(actions.numpy())
-            self._remember(given, actions, over)
             self._patrols.restart_all(over)
             self._patrols.look()
             kept.append((given, actions, drawn.log_prob(actions)))
             told.append((values.numpy(), error, takes, over))
         advantages, returns = self._advantages(told, self._judged()[2].numpy())
-        given = _joined([k[0] for k in kept])
+        given = Inputs(*(torch.cat(part) for part in zip(*(k[0] for k in kept), strict=True)))
         actions, logs = (torch.cat([k[j] for k in kept]) for j in (1, 2))
-        ended = torch.from_numpy(np.array([t[3] for t in told], dtype=np.float32))
-        return Rollout(given, actions, logs, advantages, returns, ended, memory)
-
-    def _remember(self, given: Inputs, actions: Tensor, over: np.ndarray) -> None:
-        if self._memory is not None:
-            with torch.no_grad():
-                memory = self.network.remember(given, actions, self._memory)
-            self._memory = torch.where(torch.from_numpy(over)[:, None], 0.0, memory)
-
-    def _recalled(self, rollout: Rollout, given: Inputs, rows: Tensor) -> Inputs:
-        """The inputs with the memory that the present weights would have, from the rollout's
-        beginning on."""
-        if rollout.memory is None:
-            return given
-        length = self.settings.length
-        patrols = rows.view(length, -1)[0]
-        told = self.network.told(given, rollout.actions[rows]).view(length, len(patrols), -1)
-        kept = self.network.recall(told, rollout.over[:, patrols], rollout.memory[patrols])
-        return given._replace(memory=kept.flatten(0, 1))
+        return Rollout(given, actions, logs, advantages, returns)
 
     def _judged(self) -> tuple[Inputs, Tensor, Tensor]:
         """What the network reads now, its logits and values."""
-        given = inputs_of(self._patrols, self.network)._replace(memory=self._memory)
+        given = inputs_of(self._patrols)
         with torch.no_grad():
             return given, *self.network(given)
 
@@ -215,8 +177,7 @@ class Learner:
 
     def _learn(self, rollout: Rollout, rows: Tensor) -> None:
         """One step of the optimiser."""
-        parts = (None if part is None else part[rows] for part in rollout.inputs)
-        logits, values = self.network(self._recalled(rollout, Inputs(*parts), rows))
+        logits, values = self.network(Inputs(*(part[rows] for part in rollout.inputs)))
         loss = 0.5 * (values - rollout.returns[rows]).square().mean()
         if self.decisions >= self.settings.judging:
             drawn = torch.distributions.Categorical(logits=logits)
@@ -232,9 +193,6 @@ class Learner:
         self._optimiser.step()
 
 
-NETWORKS: dict[str, Callable[[], nn.Module]] = {
-    "compared": ViewpointNetwork, "attention": AttentionNetwork, "recurrent": RecurrentNetwork
-}  # fmt: skip
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")  # that Adam keeps of each weight
 
 
@@ -242,41 +200,19 @@ def _tensor(rows: np.ndarray) -> Tensor:
     return torch.from_numpy(rows.ravel().astype(np.float32))
 
 
-def _joined(given: list[Inputs]) -> Inputs:
-    """The inputs of several decisions in a row."""
-    parts = zip(*given, strict=True)
-    return Inputs(*(None if part[0] is None else torch.cat(part) for part in parts))
+def inputs_of(patrols: Patrols) -> Inputs:
+    """What the network reads of patrols in the fast setting."""
+    return inputs(patrols.features, patrols.fit)
 
 
-def inputs_of(patrols: Patrols, network: nn.Module | None = None) -> Inputs:
-    """What a network reads of patrols in the fast setting."""
-    given = inputs(patrols.features, patrols.fit)
-    if isinstance(network, AttentionNetwork):
-        return given._replace(ways=ways_between(patrols.floors.between[patrols.state.floor]))
-    return given
-
-
-def by_network(network: nn.Module) -> Chooser:
+def by_network(network: ViewpointNetwork) -> Chooser:
     """The viewpoints with the largest logits."""
-    memory: Tensor | None = None
 
     def choose(patrols: Patrols) -> np.ndarray:
-        nonlocal memory
-        if memory is None:
-            memory = no_memory(network, len(patrols.fit))
-        given = inputs_of(patrols, network)._replace(memory=memory)
         with torch.no_grad():
-            chosen = network(given)[0].argmax(dim=1)
-            if memory is not None:
-                memory = network.remember(given, chosen, memory)
-        return chosen.numpy()
+            return network(inputs_of(patrols))[0].argmax(dim=1).numpy()
 
     return choose
-
-
-def no_memory(network: nn.Module, n: int) -> Tensor | None:
-    """(n, MEMORY) of patrols that begin; None for a network without a memory."""
-    return torch.zeros(n, MEMORY) if isinstance(network, RecurrentNetwork) else None
 
 
 def by_feature(number: int, explored: float = EXPLORE_TIME) -> Chooser:
