@@ -6,8 +6,8 @@ is one step of policy improvement, without any error of learning. Two kinds of f
 
 * the true one: floor, doors and their flips to come are known, up to the end of the episode;
 * imagined ones: doors as they are believed to be, drawn anew from the beliefs for each future (the
-  same for all choices), over some time; a doorway that is not known is never found in them. Another
-  choice than the policy's is taken only if it is better by more than the futures' chance.
+  same for all choices), over some time; a doorway that is not known is never found in them. With a
+  margin, another choice than the policy's is taken only if it is better by more than chance.
 
 Prints the error of the policy and of both oracles on the floors of `fast_scores`, one patrol each,
 and the paired difference to the policy, with its 95 % t interval over floors.
@@ -57,6 +57,7 @@ class Futures(NamedTuple):
 ORACLES = {
     "the true future": Futures(8, 0, BUDGET),
     "16 imagined futures of 90 s": Futures(4, 16, 90.0, 1.5),
+    "4 imagined futures of 60 s": Futures(4, 4, 60.0),
 }
 
 
