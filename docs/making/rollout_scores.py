@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -132,7 +132,8 @@ def copied(patrols: Patrols, rows: np.ndarray) -> Patrols:
     """Patrols in the state of some `rows` of others; they share floors and laws."""
     made = object.__new__(Patrols)
     made.__dict__.update(patrols.__dict__)
-    made.state = State(*(part[rows] for part in patrols.state))
+    state: list[Any] = [part[rows] for part in patrols.state]
+    made.state = State(*state)
     for name in ("features", "fit", "stale", "fresh"):
         setattr(made, name, getattr(patrols, name)[rows])
     return made
