@@ -6,8 +6,10 @@ is one step of policy improvement, without any error of learning. Two kinds of f
 
 * the true one: floor, doors and their flips to come are known, up to the end of the episode;
 * imagined ones: doors as they are believed to be, drawn anew from the beliefs for each future (the
-  same for all choices), over some time; a doorway that is not known is never found in them. With a
-  margin, another choice than the policy's is taken only if it is better by more than chance.
+  same for all choices), over some time. A doorway that is not known is seen as it truly is by the
+  drive that shows it, and forgotten after that drive: a little of the truth, in the oracle's
+  favour. With a margin, another choice than the policy's is taken only if it is better by more
+  than chance.
 
 Prints the error of the policy and of both oracles on the floors of `fast_scores`, one patrol each,
 and the paired difference to the policy, with its 95 % t interval over floors.

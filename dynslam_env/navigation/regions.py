@@ -21,8 +21,7 @@ EIGHT_NEIGHBOURS = np.array([1, 1, 1])
 
 
 def loose_clusters(cells: Bools, min_cells: int = 1) -> list[Cells]:
-    """The 8-connected sets of cells, with gaps of up to two cells within a set: (n, 2) rows and
-    columns each.
+    """Sets of cells, 8-connected but for gaps of up to two cells: (n, 2) rows and columns each.
 
     cells      (rows, cols)
     min_cells  of a set; smaller ones are left out

@@ -32,7 +32,7 @@ from slam.sensor_models.endpoint import Endpoint
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 MAX_LOSS = 3.0  # nats of the log-likelihood by which a registered pose may be worse than before
 BEFORE_ALL = -1e12  # s: earlier than any scan
-AT_ONCE = 64  # keyframes whose changed cells are listed one after the other
+AT_ONCE = 64  # lists of changed cells, after which they become one
 EXACT = np.zeros((3, 3))  # covariance of a known pose
 FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
 

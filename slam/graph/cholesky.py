@@ -67,7 +67,7 @@ def _sorted(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel
 def _filled(begins, below):
-    """`starts` and `rows` of L, from the rows `below` the diagonal, of column k from begins[k]."""
+    """`starts` and `rows` of L; the rows `below` the diagonal of column k begin at begins[k]."""
     n = len(begins) - 1
     starts, parents = np.zeros(n + 1, np.int64), np.full(n, n)
     rows, size = np.empty(2 * (len(below) + n), np.int32), 0

@@ -88,8 +88,11 @@ def _lines_of(scan: Scan) -> np.ndarray:
 
 @kernel
 def _moved(begins, poses, points):
-    """(m, 2) m, the echoes of some keyframes at `poses` (n, 3), from the first one's to the last
-    one's; `points` are those of all keyframes, each in its robot's frame."""
+    """(k, 2) m, where the echoes of consecutive keyframes at `poses` (n, 3) lie in the world.
+
+    begins  (n + 1,) theirs
+    points  of all keyframes, each in its robot's frame
+    """
     moved = np.empty((begins[-1] - begins[0], 2))
     for n in range(len(poses)):
         c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])

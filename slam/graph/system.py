@@ -9,11 +9,14 @@ from slam.graph.cholesky import Pattern
 from slam.graph.edges import Edges
 from slam.kernel import kernel
 
+RIDGES = 0.0, 1e-12, 1e-9  # tried one after the other: shares of the largest value on the diagonal
+
 
 class System:
     """The normal equations of the poses from number `begin` to n - 1; those before are fixed.
 
-    The sparsity pattern of the matrix is computed once: it is the same for all steps.
+    The sparsity pattern of the matrix is computed once: it is the same for all steps. An edge joins
+    two different poses.
 
     numbers  (m,) int64, of the edges at those poses
     edges    a copy of these edges
@@ -31,16 +34,31 @@ class System:
 
     def step(self, poses: Array, weights: Array) -> Array:
         """(n, 3) the Gauss-Newton step with `weights` (m,) of the edges; zero for fixed poses.
-        Raises LinAlgError if edges do not hold all poses."""
+
+        Where round-off leaves no positive matrix, as of a long chain with a very weak edge, its
+        diagonal is raised a little (RIDGES). Raises LinAlgError for edges that are not finite.
+        """
+        step, diagonal = np.zeros((len(poses), 3)), self._pattern.starts[:-1]
+        for ridge in RIDGES:
+            values, gradient = self._assembled(poses, weights)
+            values[diagonal] += ridge * values[diagonal].max(initial=0.0) * np.eye(3)
+            try:
+                step[self._begin :] = -self._pattern.solve(values, gradient[self._begin :])
+                return step
+            except np.linalg.LinAlgError:
+                if ridge == RIDGES[-1]:
+                    raise
+        return step
+
+    def _assembled(self, poses: Array, weights: Array) -> tuple[Array, Array]:
+        """(blocks, 3, 3) of the matrix, where `Pattern` has them, and (n, 3) the gradient."""
         pattern, edges = self._pattern, self.edges
         values, gradient = np.zeros((len(pattern.rows), 3, 3)), np.zeros((len(poses), 3))
         _assemble(
             poses, edges.ends, edges.measured, edges.errors(poses), edges.information, weights,
             self._begin, pattern.place, pattern.starts, self._blocks, values, gradient,
         )  # fmt: skip
-        step = np.zeros((len(poses), 3))
-        step[self._begin :] = -pattern.solve(values, gradient[self._begin :])
-        return step
+        return values, gradient
 
 
 @kernel

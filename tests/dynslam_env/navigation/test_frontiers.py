@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from scipy import ndimage
 
-from dynslam_env.navigation.frontiers import frontier_cells, frontiers
+from dynslam_env.navigation.frontiers import GATE_DISTANCE, frontier_cells, frontiers
 from dynslam_env.navigation.planner import plan
+from dynslam_env.navigation.regions import grouped
 from slam import Pose2
 from tests.dynslam_env.navigation.drawn import drawn
 
@@ -43,6 +45,26 @@ def test_one_behind_a_wall_has_no_cell():
     (far,) = frontiers(costmap, ways, (0.05, 0.05), min_cells=1)
     assert far.cell is None
     assert far.length == np.inf
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_each_is_explored_from_the_cheapest_of_the_cells_nearest_to_its_own(seed: int) -> None:
+    """Those within 0.4 m; of equally near cells scipy's choice, of equally cheap ones the first."""
+    rng = np.random.default_rng(seed)
+    text = "\n".join("".join(rng.choice(list("###... "), 60)) + "#" for _ in range(50))
+    costmap, ways = seen(text, x=1.55, y=1.55)
+    assert ways.reached.any()
+    away, nearest = ndimage.distance_transform_edt(  # type: ignore[misc]
+        ~ways.reached, sampling=costmap.spec.resolution, return_indices=True
+    )
+    cells, ends = grouped(frontier_cells(costmap))
+    expected = []
+    for own in np.split(cells, ends, axis=1)[:-1]:
+        near = [tuple(nearest[:, r, c].tolist()) for r, c in own.T if away[r, c] <= GATE_DISTANCE]
+        expected.append(min(near, key=lambda cell: ways.cost[cell], default=None))
+    found = [one.cell for one in frontiers(costmap, ways, (1.55, 1.55), min_cells=1)]
+    assert found == expected
+    assert None in found
 
 
 def test_every_frontier_cell_is_free_and_beside_the_unknown():

@@ -336,7 +336,7 @@ def test_what_is_remembered_is_what_later_scans_are_matched_with(episode) -> Non
 
 
 def test_many_keyframes_are_remembered_in_the_field_too(episode) -> None:
-    """More than are listed one after the other: the field is that of the whole map."""
+    """More than fit in one list of changed cells: the field is that of the whole map."""
     poses = [Pose2(8.0 * k) for k in range(len(episode.scans))]  # each where no other one looks
     robot, whole = MaximumLikelihood(), Endpoint()
     assert len(poses) > 2 * AT_ONCE

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from slam.geometry import Pose2, wrap_angle
+from slam.geometry import Pose2, between, wrap_angle
 from slam.graph import pose_graph
 from slam.graph.edges import Edge, Edges
 from slam.graph.pose_graph import RECENT_POSES, PoseGraph
@@ -180,6 +180,27 @@ def test_jacobians_are_the_slopes_of_the_errors(seed: int) -> None:
                 off = graphs.error(edge, up) - graphs.error(edge, down)
                 off[2] = wrap_angle(off[2])
                 np.testing.assert_allclose(jacobian[:, axis], off / 2e-6, atol=1e-6)
+
+
+def test_a_long_chain_with_a_very_weak_edge_is_solved() -> None:
+    """Round-off leaves no positive matrix; a little on the diagonal helps."""
+    rng = np.random.default_rng(33)
+    truth = np.cumsum(rng.normal(size=(400, 3)) * (3.0, 0.3, 0.1), axis=0)
+    ends = np.column_stack([np.arange(399), np.arange(1, 400)])
+    information = np.tile(1e8 * np.eye(3), (399, 1, 1))
+    information[rng.integers(399)] = 1e-4 * np.eye(3)
+    measured = between(truth[:-1], truth[1:]) + rng.normal(size=(399, 3)) * 1e-3
+    system = System(Edges.of(ends, measured, information), 400)
+    poses = truth
+    for _ in range(8):
+        poses = poses + system.step(poses, np.ones(399))
+    assert np.abs(system.edges.errors(poses)).max() < 1e-3
+
+
+def test_edges_that_are_not_finite_are_refused() -> None:
+    edges = Edges.of(np.array([[0, 1]]), np.zeros((1, 3)), np.full((1, 3, 3), np.nan))
+    with pytest.raises(np.linalg.LinAlgError):
+        System(edges, 2).step(np.zeros((2, 3)), np.ones(1))
 
 
 def test_where_a_heading_wraps_nothing_happens() -> None:
