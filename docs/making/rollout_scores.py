@@ -11,8 +11,8 @@ is one step of policy improvement, without any error of learning. Two kinds of f
   favour. With a margin, another choice than the policy's is taken only if it is better by more
   than chance.
 
-Prints the error of the policy and of both oracles on the floors of `fast_scores`, one patrol each,
-and the paired difference to the policy, with its 95 % t interval over floors.
+Prints the error of the policy, of `greedy` and of the oracles on the floors of `fast_scores`, one
+patrol each, and the paired difference to the policy, with its 95 % t interval over floors.
 """
 
 from __future__ import annotations

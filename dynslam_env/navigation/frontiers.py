@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynslam_env.navigation.costmap import OPEN, TIGHT, UNKNOWN, Costmap
+from dynslam_env.navigation.distances import NONE
 from dynslam_env.navigation.planner import Plan
 from dynslam_env.navigation.regions import grouped
 from slam.geometry import Array
@@ -17,7 +18,6 @@ from slam.kernel import kernel
 
 GATE_DISTANCE = 0.4  # m, between a frontier and a reachable cell from which it is explored
 LOOK_BEYOND = 1.0  # m, from the centroid into the unknown
-NONE = -1  # row of no cell
 
 Point = tuple[float, float]
 
@@ -76,11 +76,9 @@ def _beside_unknown(kinds):
     for row in range(rows):
         for col in range(cols):
             if kinds[row, col] == OPEN or kinds[row, col] == TIGHT:
+                beside = _unknown(kinds, row - 1, col) or _unknown(kinds, row + 1, col)
                 found[row, col] = (
-                    (row > 0 and kinds[row - 1, col] == UNKNOWN)
-                    or (row + 1 < rows and kinds[row + 1, col] == UNKNOWN)
-                    or (col > 0 and kinds[row, col - 1] == UNKNOWN)
-                    or (col + 1 < cols and kinds[row, col + 1] == UNKNOWN)
+                    beside or _unknown(kinds, row, col - 1) or _unknown(kinds, row, col + 1)
                 )
     return found
 
@@ -98,8 +96,10 @@ def _described(cells, ends, spec: GridSpec, position, kinds, cost):
             x = points[0, k] = (col + spec.col0 + 0.5) * spec.resolution
             y = points[1, k] = (row + spec.row0 + 0.5) * spec.resolution
             nearest = min(nearest, np.hypot(x - position[0], y - position[1]))
-            right += _unknown(kinds, row, col + 1) - _unknown(kinds, row, col - 1)
-            up += _unknown(kinds, row + 1, col) - _unknown(kinds, row - 1, col)
+            right += _unknown(kinds, row, col + 1)
+            right -= _unknown(kinds, row, col - 1)
+            up += _unknown(kinds, row + 1, col)
+            up -= _unknown(kinds, row - 1, col)
             way = _gate(row, col, cost, spec.resolution)
             if way[0] != NONE and (gate[0] == NONE or cost[way] < cost[gate]):
                 gate = way
@@ -112,9 +112,9 @@ def _described(cells, ends, spec: GridSpec, position, kinds, cost):
 
 @kernel
 def _unknown(kinds, row, col):
-    """1.0 for an unknown cell in the grid, else 0.0."""
+    """Whether a cell is in the grid, and unknown."""
     inside = 0 <= row < kinds.shape[0] and 0 <= col < kinds.shape[1]
-    return 1.0 if inside and kinds[row, col] == UNKNOWN else 0.0
+    return inside and kinds[row, col] == UNKNOWN
 
 
 @kernel

@@ -215,7 +215,7 @@ class GraphSlam:
         self._middles = [place.middle() for place in places]
 
     def _echoes(self, poses: Array) -> Echoes:
-        """What all keyframes saw, at `poses` (n, 3): those of the graph."""
+        """What all keyframes saw; `poses` (n, 3) are theirs in the world."""
         whole = WholeMap(self.local)
         whole.update(self.places, self.graph.poses)
         scans = [one.scan for place in self.places for one in place.keyframes]

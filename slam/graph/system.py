@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from slam.geometry import Array
@@ -41,14 +43,12 @@ class System:
         step, diagonal = np.zeros((len(poses), 3)), self._pattern.starts[:-1]
         for ridge in RIDGES:
             values, gradient = self._assembled(poses, weights)
-            values[diagonal] += ridge * values[diagonal].max(initial=0.0) * np.eye(3)
-            try:
+            if ridge:
+                values[diagonal] += ridge * values[diagonal].max() * np.eye(3)
+            with suppress(np.linalg.LinAlgError):
                 step[self._begin :] = -self._pattern.solve(values, gradient[self._begin :])
                 return step
-            except np.linalg.LinAlgError:
-                if ridge == RIDGES[-1]:
-                    raise
-        return step
+        raise np.linalg.LinAlgError("no step fits the edges: they are not finite")
 
     def _assembled(self, poses: Array, weights: Array) -> tuple[Array, Array]:
         """(blocks, 3, 3) of the matrix, where `Pattern` has them, and (n, 3) the gradient."""
