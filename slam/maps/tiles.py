@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,12 @@ AREA = TILE * TILE  # cells of a tile
 MAX_TILES = 40_000  # that `Tiles.index` may span, allocated or not: a square of 640 m at 5 cm
 INITIAL_SLOTS = 16  # of a layer
 GROWTH = 2.0  # factor by which memory grows
-VIEWS = "values", "flat", "_cells"  # attributes of a layer, of its memory
+VIEWS = "values", "flat"  # of a layer's memory
 
 
 class Layer:
-    """One value (or a few) for every cell of the allocated tiles.
+    """One value (or a few) for every cell of the allocated tiles. Its memory is made when it is
+    first read or written.
 
     Slot 0 is the blank tile: it holds the fill value and is never written to.
 
@@ -33,42 +35,42 @@ class Layer:
     """
 
     def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...], slots: int):
-        self.fill = fill
-        self._area = shape[0] if shape else 1
-        self._set_memory(np.empty((max(INITIAL_SLOTS, slots), *shape), dtype))
-        self._memory[:slots].fill(fill)
-        self._used = slots
-        self._view()
+        self.fill, self._dtype, self._shape, self._used = fill, dtype, shape, slots
+
+    @cached_property
+    def _memory(self) -> np.ndarray:
+        """(slots and room for more, AREA, ...)"""
+        memory = np.empty((max(INITIAL_SLOTS, self._used), *self._shape), self._dtype)
+        memory[: self._used].fill(self.fill)
+        return memory
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        return self._memory[: self._used]
+
+    @cached_property
+    def flat(self) -> np.ndarray:
+        return self.values.reshape(-1, *self._shape[1:])
 
     def resize(self, slots: int) -> None:
         """Set the number of slots; new ones are blank."""
-        memory, used = self._memory, self._used
-        if slots > len(memory):
-            grown = np.empty((max(slots, int(GROWTH * len(memory))), *memory.shape[1:]),
-                             memory.dtype)  # fmt: skip
-            grown[:used] = self.values
-            self._set_memory(grown)
-            memory = grown
-        memory[used:slots].fill(self.fill)
+        own, used = vars(self), self._used
         self._used = slots
-        self._view()
-
-    def _set_memory(self, memory: np.ndarray) -> None:
-        self._memory, self._cells = memory, memory.reshape(-1, *memory.shape[2:])
-
-    def _view(self) -> None:
-        self.values, self.flat = self._memory[: self._used], self._cells[: self._used * self._area]
+        if "_memory" not in own:
+            return
+        memory = self._memory
+        if slots > len(memory):
+            more = max(slots, int(GROWTH * len(memory)))
+            self._memory = np.empty((more, *self._shape), self._dtype)
+            self._memory[:used] = memory[:used]
+        self._memory[used:slots].fill(self.fill)
+        for view in VIEWS:
+            own.pop(view, None)
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy has the slots in use, and makes its views anew."""
         own = {name: value for name, value in vars(self).items() if name not in VIEWS}
         return own | {"_memory": self._memory[: self._used]}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the views of a copy refer to its own memory."""
-        self.__dict__.update(state)
-        self._set_memory(self._memory)
-        self._view()
 
 
 @dataclass(eq=False)
