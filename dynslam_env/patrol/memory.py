@@ -106,14 +106,6 @@ class DynamicMap:
     def beliefs(self, time: float) -> Beliefs:
         """The whole map as arrays, predicted for `time`, s."""
         known, cells, tiles = self.map, self.map.cells, self.map.cells.tiles
-        ids, places = _observed_cells(tiles.index, cells.observed.flat)
-        h, last, closing, opening, flips = _rates(ids, cells.occupied.flat, known.times.flat,
-                                                  known.counts.flat, known.last.flat,
-                                                  known.prior)  # fmt: skip
-        age = known.since_start(time) - last
-        left = np.exp(-(closing + opening) * np.maximum(age, 0))
-        stationary = closing / (closing + opening)
-        h = stationary + left * (h - stationary)
         shape, prior = tiles.spec.shape, cells.prior
         found = Beliefs(
             tiles.spec,
@@ -122,44 +114,35 @@ class DynamicMap:
             np.full(shape, np.inf, np.float32),
             np.zeros(shape, np.float32),
         )
-        for layer, values in zip(found[1:], (h, True, age, flips), strict=True):
-            layer.ravel()[places] = values
+        _believe(known.since_start(time), tiles.index, cells.occupied.flat, cells.observed.flat,
+                 known.times.flat, known.counts.flat, known.last.flat, known.prior,
+                 *found[1:])  # fmt: skip
         return found
 
 
 @kernel
-def _observed_cells(index, observed):
-    """(n,) ids of the observed cells, and their places in an array of all rows and columns."""
-    count, words = observed.sum(), observed.view(np.uint64)
-    ids, places, n = np.empty(count, np.int64), np.empty(count, np.int64), 0
-    for tile_row in range(index.shape[0]):
-        for tile_col in range(index.shape[1]):
-            first = index[tile_row, tile_col] << (2 * SHIFT)
-            for begin in range(first, first + (1 << (2 * SHIFT)) if first else 0, WORD):
-                for k in range(begin, begin + WORD if words[begin // WORD] else 0):
-                    if observed[k]:
-                        row = (tile_row << SHIFT) + ((k >> SHIFT) & MASK)
-                        col = (tile_col << SHIFT) + (k & MASK)
-                        ids[n], places[n] = k, row * (index.shape[1] << SHIFT) + col
-                        n += 1
-    return ids[:n], places[:n]
-
-
-@kernel
-def _rates(cells, occupied, times, counts, last, prior):
-    """(n,) of `cells`: h and the time of the last observation, rates of closing and opening as
-    `HMM.predicted` has them, 1/s, and observed changes per second."""
-    n, (changes, free_for, occupied_for) = len(cells), prior
-    h, seen, flips = (np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32))
-    closing, opening = np.empty(n), np.empty(n)
-    for k in range(n):
-        i = np.uint64(cells[k])
-        h[k], seen[k] = occupied[i], last[i]
-        closing[k] = (changes + counts[i, 1]) / (np.float32(free_for) + times[i, 0])
-        opening[k] = (changes + counts[i, 0]) / (np.float32(occupied_for) + times[i, 1])
-        watched = max(times[i, 0] + times[i, 1], np.float32(MIN_WATCH_TIME))
-        flips[k] = (np.float64(counts[i, 0]) + np.float64(counts[i, 1])) / watched
-    return h, seen, closing, opening, flips
+def _believe(now, index, occupied, observed, times, counts, last, prior, h, seen, ages, flips):
+    """Write to `h`, `seen`, `ages` and `flips` (rows, cols) what `Beliefs` has of the observed
+    cells; rates as in `HMM.predicted`."""
+    changes, words = np.float64(prior.changes), observed.view(np.uint64)
+    free_for, occupied_for = np.float32(prior.free_for), np.float32(prior.occupied_for)
+    for tile_row, tile_col in np.ndindex(index.shape):
+        first = index[tile_row, tile_col] << (2 * SHIFT)
+        for begin in range(first, first + (1 << (2 * SHIFT)) if first else 0, WORD):
+            for k in range(begin, begin + WORD if words[begin // WORD] else 0):
+                if not observed[k]:
+                    continue
+                row = (tile_row << SHIFT) + ((k >> SHIFT) & MASK)
+                col = (tile_col << SHIFT) + (k & MASK)
+                age = np.float32(now) - last[k]
+                closing = (changes + counts[k, 1]) / (free_for + times[k, 0])
+                opening = (changes + counts[k, 0]) / (occupied_for + times[k, 1])
+                stationary = closing / (closing + opening)
+                left = np.exp(-(closing + opening) * max(age, 0.0))
+                watched = max(times[k, 0] + times[k, 1], np.float32(MIN_WATCH_TIME))
+                h[row, col] = stationary + left * (occupied[k] - stationary)
+                seen[row, col], ages[row, col] = True, age
+                flips[row, col] = (np.float64(counts[k, 0]) + np.float64(counts[k, 1])) / watched
 
 
 @kernel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ AGE_SCALE = 20.0  # s: an age whose pixel is 1 - 1 / e
 MAX_FLIP_RATE = 0.2  # 1/s: a rate of changes whose pixel is white
 SCAN_SECTORS = 24
 DEVIATION_RANGE = (1e-3, 1.0)  # m and rad, observed as 0 and 1
-LOWER_TRIANGLE = np.tril_indices(3, -1)
+LOWER_TRIANGLE = (1, 0), (2, 0), (2, 1)
 
 
 def observation_space() -> spaces.Dict:
@@ -55,15 +54,7 @@ def sectors(scan: Scan) -> np.ndarray:
 def certainty(pose: Pose2, covariance: Array) -> tuple[np.ndarray, np.ndarray]:
     """Uncertainty of the pose along the robot, across it, and in heading: (3,) deviations on a
     logarithmic scale, 1 mm (mrad) as 0 and 1 m (rad) as 1, and (3,) correlations."""
-    c, s = math.cos(pose.theta), math.sin(pose.theta)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    own = turn @ covariance @ turn.T
-    deviations = np.sqrt(np.maximum(own.diagonal(), 1e-12))
-    low, high = DEVIATION_RANGE
-    shown = np.log(np.minimum(np.maximum(deviations, low), high) / low) / math.log(high / low)
-    correlations = (own / (deviations[:, None] * deviations))[LOWER_TRIANGLE]
-    correlations = np.minimum(np.maximum(correlations, -1.0), 1.0)
-    return shown.astype(np.float32), correlations.astype(np.float32)
+    return _certainty(pose.theta, covariance)
 
 
 def observe(
@@ -81,6 +72,23 @@ def observe(
         "deviations": deviations,
         "correlations": correlations,
     }
+
+
+@kernel
+def _certainty(theta, covariance):
+    c, s = np.cos(theta), np.sin(theta)
+    turn = np.array(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)))
+    own = np.zeros((3, 3))
+    for i, j, k, m in np.ndindex((3, 3, 3, 3)):
+        own[i, j] += turn[i, k] * covariance[k, m] * turn[j, m]
+    shown, correlations = np.empty(3, np.float32), np.empty(3, np.float32)
+    deviations = np.sqrt(np.maximum(np.diag(own), 1e-12))
+    low, high = DEVIATION_RANGE
+    for k in range(3):
+        shown[k] = np.log(min(max(deviations[k], low), high) / low) / np.log(high / low)
+        i, j = LOWER_TRIANGLE[k]
+        correlations[k] = min(max(own[i, j] / (deviations[i] * deviations[j]), -1.0), 1.0)
+    return shown, correlations
 
 
 @kernel

@@ -205,6 +205,11 @@ class FloorPlan:
         """The leaves, in the order of their doorways."""
         return tuple(leaf for each in self.doorways for leaf in self.leaves(each))
 
+    @property
+    def leaf_count(self) -> int:
+        """The number of `doors`, which need not be made for it."""
+        return sum(len(each.halves()) for each in self.doorways)
+
     def opening(self, doorway: Doorway) -> Rect:
         """The area of the opening in the wall, m."""
         wall, stop = self.wall(doorway), doorway.start + doorway.width

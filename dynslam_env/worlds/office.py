@@ -106,7 +106,7 @@ class Office:
                       self.wall_thickness, self.clearance, self.free_way)  # fmt: skip
         for _ in range(MAX_FLOOR_TRIES):
             floor = draw_floor(dimensions, rng)
-            if floor and len(floor.plan.spaces) > 1 and len(floor.plan.doors) >= self.doors:
+            if floor and len(floor.plan.spaces) > 1 and floor.plan.leaf_count >= self.doors:
                 return floor._replace(
                     plan=narrowed(self._with_doors(floor.plan), self.narrowest, rng)
                 )
@@ -118,5 +118,5 @@ class Office:
 
     def _with_doors(self, plan: FloorPlan) -> FloorPlan:
         """The plan with `doors` doors; its open doorways come first."""
-        kept = plan.doorways[: len(plan.doorways) - len(plan.doors) + self.doors]
+        kept = plan.doorways[: len(plan.doorways) - plan.leaf_count + self.doors]
         return plan.with_doorways(kept)
