@@ -29,9 +29,6 @@ class Layer:
     first read or written.
 
     Slot 0 is the blank tile: it holds the fill value and is never written to.
-
-    values  (slots, AREA, ...) a view, valid until the next tile is allocated
-    flat    (cells, ...) likewise
     """
 
     def __init__(self, dtype: DTypeLike, fill: float, shape: tuple[int, ...], slots: int):
@@ -46,10 +43,12 @@ class Layer:
 
     @cached_property
     def values(self) -> np.ndarray:
+        """(slots, AREA, ...) a view, valid until the next tile is allocated."""
         return self._memory[: self._used]
 
     @cached_property
     def flat(self) -> np.ndarray:
+        """(cells, ...) likewise."""
         return self.values.reshape(-1, *self._shape[1:])
 
     def resize(self, slots: int) -> None:
