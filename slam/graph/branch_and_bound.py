@@ -19,6 +19,7 @@ LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
+LONG_ROW = 24  # squares
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -36,20 +37,20 @@ def best_candidates(
     radius   squared, of a place, of which only the best candidate counts
     """
     beams = _beams(points, turns, middle, words.shape[1])
-    bounds = bounds_of(phases, beams, window, unknown, _spans(standing, middle, window))
-    _stand(bounds, standing, middle, window)
+    bounds = bounds_of(phases, beams, window, unknown)
+    _clear(bounds, standing, middle, window)
     found, values = np.full((most, 3), -1), np.full(most, least)
     kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
     rows, cols, box, places = beams
     flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
-    high, wide = bounds.shape[1:]
+    high, along = bounds.shape[1:]
     for first in (True, False):  # the most promising square, then those that may be better
         worst = values.min()
         nodes = _first_largest(flat) if first else _above(flat, worst)
         for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
             if flat[o] <= worst:
                 break
-            t, i, j = o // (high * wide), o // wide % high * SQUARE, o % wide * SQUARE
+            t, i, j = o // (high * along), o // along % high * SQUARE, o % along * SQUARE
             i, j = i - window[1], j - window[0]
             inside = box[t, 0] + i >= 0 and box[t, 1] + i + SQUARE <= len(words)
             if inside and box[t, 2] + j >= -MARGIN and box[t, 3] + j < pitch - MARGIN:
@@ -130,57 +131,59 @@ def _above(values, least):
 
 
 @kernel
-def bounds_of(phases, beams, window, unknown, spans):
-    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates; in each
-    row only those in `spans` (rows, 2)."""
-    rows, cols = beams[0], beams[1]
-    high, wide = len(spans), 2 * window[0] // SQUARE + 1
-    bounds = np.full((len(rows), high, wide), rows.shape[1] * unknown, np.uint16)
+def bounds_of(phases, beams, window, unknown):
+    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates; there
+    may be further columns, which mean nothing.
+
+    Long rows are added up all at once: they are as long as those of the maxima, beside which there
+    are zeros then.
+    """
+    rows, cols, box, _ = beams
     _, _, tall, broad = phases.shape
-    sums, maxima = bounds.ravel(), phases.ravel()
+    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
+    at_once, length, pitch, maxima = wide >= LONG_ROW, wide, broad, phases.reshape(-1, broad)
+    if at_once:
+        least = (box[:, 2].min() - window[0]) // SQUARE
+        most = (box[:, 3].max() - window[0]) // SQUARE
+        length = pitch = max(broad, broad - least, wide, wide + most)
+        padded = np.zeros((len(maxima) + 2, pitch), np.uint16)
+        padded[1:-1, :broad] = maxima
+        maxima = padded
+    bounds = np.full((len(rows), high, length), rows.shape[1] * unknown, np.uint16)
+    sums, values = bounds.ravel(), maxima.ravel()
     for t in range(len(rows)):
         for k in range(rows.shape[1]):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
             phase = row % SQUARE * SQUARE + col % SQUARE
             row, col = row // SQUARE, col // SQUARE
-            for a in range(max(-row, 0), min(tall - row, high)):
-                begin, end = max(-col, spans[a, 0]), min(broad - col, spans[a, 1])
-                target = np.uint64((t * high + a) * wide)
-                source = np.uint64((phase * tall + row + a) * broad + col)
-                for b in range(begin, end):  # in this loop: slices count references to arrays
-                    sums[target + np.uint64(b)] += maxima[source + np.uint64(b)]
+            begin, end, left, right = max(-row, 0), min(tall - row, high), 0, 0
+            if at_once:
+                right, end = max(end - begin, 0) * pitch, begin + 1
+            else:
+                left, right = max(-col, 0), min(broad - col, wide)
+            for a in range(begin, end):
+                target = np.uint64((t * high + a) * length)
+                source = np.uint64((at_once + phase * tall + row + a) * pitch + col)
+                for b in range(left, right):  # in this loop: slices count references to arrays
+                    sums[target + np.uint64(b)] += values[source + np.uint64(b)]
     return bounds
 
 
 @kernel
-def _spans(standing, middle, window):
-    """(rows, 2) the first square of each row in which the robot may stand, and the one after the
-    last."""
-    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
-    spans = np.zeros((high, 2), np.int64)
-    for a in range(high):
-        for b in range(wide):
-            if _stands(standing, 1, middle, a * SQUARE - window[1], b * SQUARE - window[0]):
-                if spans[a, 1] == 0:
-                    spans[a, 0] = b
-                spans[a, 1] = b + 1
-    return spans
-
-
-@kernel
-def _stand(bounds, standing, middle, window):
-    """Set the bounds of squares to zero where no robot may stand."""
-    if not len(standing):
+def _clear(bounds, standing, middle, window):
+    """Set the bounds of squares to zero where no robot may stand, and beside the window."""
+    wide = 2 * window[0] // SQUARE + 1
+    if not len(standing) and bounds.shape[2] == wide:
         return
-    mask = np.empty(bounds.shape[1:], np.uint16)
-    for a in range(bounds.shape[1]):
-        for b in range(bounds.shape[2]):
+    mask = np.zeros(bounds.shape[1:], np.uint16)
+    for a in range(len(mask)):
+        for b in range(wide):
             i, j = a * SQUARE - window[1], b * SQUARE - window[0]
             mask[a, b] = 0xFFFF if _stands(standing, 1, middle, i, j) else 0
     flat, kept = bounds.ravel(), mask.ravel()
     for begin in range(0, len(flat), len(kept)):
         for k in range(len(kept)):
-            flat[begin + k] &= kept[k]
+            flat[np.uint64(begin) + np.uint64(k)] &= kept[np.uint64(k)]
 
 
 @kernel

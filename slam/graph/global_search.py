@@ -57,10 +57,9 @@ class GlobalSearch:
         first, last = _tiles(tiles, region)
         index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
         width = KNOWN_CELL if known else CANDIDATE_CELL
-        explaining, every = _coarse(index, endpoint.field().values, width, self._pad,
-                                    np.float32(endpoint.unknown), unknown,
-                                    np.float32(self._low), np.float32(1 / self._unit))  # fmt: skip
-        cells = explaining if known else every
+        cells, every = _coarse(index, endpoint.field().values, width, self._pad,
+                               np.float32(endpoint.unknown), unknown, np.float32(self._low),
+                               np.float32(1 / self._unit), known)  # fmt: skip
         self._words = _words(cells, self._unknown)
         self._phases = _phases(_square_maxima(cells, self._unknown), self._unknown)
         self._standing = _squares(every < free) if known else ANYWHERE
@@ -108,7 +107,8 @@ class GlobalSearch:
         """The best poses as of `best`, at most so many, each a place of its own, the best one
         first; those with a mean of the field above `least`."""
         n = max(math.ceil(reach[2] / turn_step), 0)
-        turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta
+        steps = np.arange(1, 2 * n + 2)
+        turns = np.where(steps % 2, steps // 2, -(steps // 2)) * turn_step + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
@@ -142,16 +142,18 @@ def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray
 
 
 @kernel
-def _coarse(index, field, width, pad, unknown, fill, low, scale):
+def _coarse(index, field, width, pad, unknown, fill, low, scale, apart):
     """The field in cells `width` times as wide, each with the maximum of the field in it, in units
-    of its span, padded by `pad` unknown cells; first without the unknown cells, then with them.
+    of its span, padded by `pad` unknown cells; first without the unknown cells, if these are to be
+    kept `apart`, then with them.
 
     unknown  the field's value in unknown cells; `fill`: the same in units
     low      the field's minimum; `scale`: units by value
     """
     side = TILE // width
     shape = index.shape[0] * side + 2 * pad, index.shape[1] * side + 2 * pad
-    known, every = np.zeros(shape, np.uint8), np.full(shape, fill, np.uint8)
+    every = np.full(shape, fill, np.uint8)
+    known = np.zeros(shape, np.uint8) if apart else every
     explaining, top = np.empty(TILE, np.float32), np.empty(TILE, np.float32)
     for i, j in np.ndindex(index.shape):
         slot = np.uint64(index[i, j])
@@ -164,6 +166,8 @@ def _coarse(index, field, width, pad, unknown, fill, low, scale):
                 for k in range(TILE):
                     value = field[slot, begin + np.uint64(k)]
                     top[k] = value if value > top[k] else top[k]
+                for k in range(TILE if apart else 0):
+                    value = field[slot, begin + np.uint64(k)]
                     more = value > explaining[k] and value != unknown
                     explaining[k] = value if more else explaining[k]
             row, col = pad + i * side + r, pad + j * side
@@ -171,8 +175,9 @@ def _coarse(index, field, width, pad, unknown, fill, low, scale):
                 best, most = low, low
                 for k in range(width * c, width * (c + 1)):
                     best, most = max(best, explaining[k]), max(most, top[k])
-                known[row, col + c] = _unit(best, low, scale)
                 every[row, col + c] = _unit(most, low, scale)
+                if apart:
+                    known[row, col + c] = _unit(best, low, scale)
     return known, every
 
 
