@@ -171,20 +171,22 @@ def _coarse(index, field, width, pad, unknown, fill, low, scale, apart):
                     more = value > explaining[k] and value != unknown
                     explaining[k] = value if more else explaining[k]
             row, col = pad + i * side + r, pad + j * side
-            for c in range(side):
-                best, most = low, low
-                for k in range(width * c, width * (c + 1)):
-                    best, most = max(best, explaining[k]), max(most, top[k])
-                every[row, col + c] = _unit(most, low, scale)
-                if apart:
-                    known[row, col + c] = _unit(best, low, scale)
+            _write_units(every[row, col : col + side], top, width, low, scale)
+            if apart:
+                _write_units(known[row, col : col + side], explaining, width, low, scale)
     return known, every
 
 
 @kernel
-def _unit(value, low, scale):
-    """A value of the field in units, rounded up."""
-    return np.uint8(min(np.ceil((value - low) * scale), np.float32(MAX_UNITS)))
+def _write_units(cells, values, width, low, scale):
+    """Write the maximum of each `width` values of the field, in units, rounded up."""
+    for c in range(len(cells)):
+        most = values[np.uint64(c * width)]
+        for k in range(1, width):
+            most = max(most, values[np.uint64(c * width + k)])
+        values[np.uint64(c)] = most
+    for c in range(len(cells)):
+        cells[c] = np.uint8(min(np.ceil((values[c] - low) * scale), np.float32(MAX_UNITS)))
 
 
 @kernel
