@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +36,15 @@ BEFORE_ALL = -1e12  # s: earlier than any scan
 AT_ONCE = 64  # lists of changed cells, after which they become one
 EXACT = np.zeros((3, 3))  # covariance of a known pose
 FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
+
+
+class Drawn(NamedTuple):
+    """A keyframe that was integrated at a pose, and the ids (n,) of the cells that may have
+    changed."""
+
+    scan: Scan
+    pose: Pose2
+    changed: np.ndarray
 
 
 class MaximumLikelihood:
@@ -72,10 +82,10 @@ class MaximumLikelihood:
         """`surroundings`: the map in which a lost robot is searched for; None: this one."""
         self.rng = np.random.default_rng(0) if rng is None else rng
         self.map_model = Static() if map_model is None else map_model
-        self.sensor_model = Endpoint() if sensor_model is None else sensor_model
+        self._sensor_model = Endpoint() if sensor_model is None else sensor_model
         self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
-        self.registration = registration if isinstance(self.sensor_model, Endpoint) else None
+        self.registration = registration if isinstance(self._sensor_model, Endpoint) else None
         self.matches = matches
         self.keyframes = keyframes
         self.pose = start
@@ -88,10 +98,17 @@ class MaximumLikelihood:
         self._last_match: tuple[Prediction, Array] | None = None  # inputs of the last match
         self.watch = watch
         self.again = again
-        self._field = self.sensor_model if isinstance(self.sensor_model, Endpoint) else Endpoint()
+        self._field = self._sensor_model if isinstance(self._sensor_model, Endpoint) else Endpoint()
         self._searched = surroundings
         self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
+        self._unread: Drawn | None = None  # the last one that is, until a match reads the map
         self.astray: Astray | None = None
+
+    @property
+    def sensor_model(self) -> SensorModel:
+        """What scans are compared with the map by, up to its last keyframe."""
+        self._catch_up()
+        return self._sensor_model
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
@@ -127,12 +144,15 @@ class MaximumLikelihood:
     ) -> None:
         """Integrate scans at known poses, of (3, 3) `covariance`, and continue from the last."""
         self._stay()
+        self._catch_up()
         changed: list[np.ndarray] = []
         for scan, pose in keyframes:
             if len(changed) == AT_ONCE:
                 changed = [self._once(changed)]
             estimate = Estimate(pose, covariance, score, True)
-            changed.append(self._draw(scan, estimate))
+            drawn = self._draw(scan, estimate)
+            self._add_surfaces(drawn)
+            changed.append(drawn.changed)
             self._matched = estimate
             self._since_match.restart(scan.time)
         if changed:
@@ -159,6 +179,7 @@ class MaximumLikelihood:
     def freeze(self) -> None:
         """Stop mapping: from now on the robot is only localised in the map."""
         self._stay()
+        self._catch_up()
         self._frozen = True
 
     def _stay(self) -> None:
@@ -237,12 +258,24 @@ class MaximumLikelihood:
         self._since_keyframe.restart(scan.time)
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
-        """Integrate the keyframe, and update the sensor model."""
-        self._refresh(self._draw(scan, estimate))
+        """Integrate the keyframe; what matches read of it is computed when one does."""
+        self._catch_up()
+        self._unread = self._draw(scan, estimate)
+
+    def _catch_up(self) -> None:
+        """Compute what matches read of the last keyframe: its surfaces, and the sensor model."""
+        if self._unread is not None:
+            drawn, self._unread = self._unread, None
+            self._add_surfaces(drawn)
+            self._refresh(drawn.changed)
+
+    def _add_surfaces(self, drawn: Drawn) -> None:
+        if self._surfaces is not None and not self._frozen:
+            self._surfaces.add(outlined(drawn.scan), drawn.pose)
 
     def _refresh(self, changed: np.ndarray) -> None:
-        self.sensor_model.refresh(self.map_model, changed)
-        if self._field is not self.sensor_model and self.watch is not None:
+        self._sensor_model.refresh(self.map_model, changed)
+        if self._field is not self._sensor_model and self.watch is not None:
             self._field.refresh(self.map_model, changed)
 
     def _get_lost(self, watch: Watch, estimate: Estimate) -> None:
@@ -281,19 +314,18 @@ class MaximumLikelihood:
 
     def _surroundings(self) -> Surroundings:
         """The map in which a lost robot is searched for: this one, if no other was given."""
+        self._catch_up()
         return Surroundings(self._field, Pose2()) if self._searched is None else self._searched()
 
-    def _draw(self, scan: Scan, estimate: Estimate) -> np.ndarray:
-        """Integrate the keyframe; returns the ids of the cells that may have changed."""
+    def _draw(self, scan: Scan, estimate: Estimate) -> Drawn:
+        """Integrate the keyframe."""
         changed = NO_CELLS
         if not self._frozen:
             changed = self.map_model.integrate(scan, estimate.pose)
-            if self._surfaces is not None:
-                self._surfaces.add(outlined(scan), estimate.pose)
             self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)
-        return changed
+        return Drawn(scan, estimate.pose, changed)
 
     def _dead_reckoned(self) -> Estimate:
         """The last match moved by the odometry, with the covariance propagated."""
