@@ -112,15 +112,31 @@ def inflated(
     inflation: Inflation = Inflation(),
 ) -> Costmap:
     """The costmap of bool arrays (rows, cols) for a robot of `radius` m."""
-    cell, here = spec.resolution, extent(occupied | observed)
-    clearance, cost = np.full(spec.shape, np.inf), np.ones(spec.shape)
-    room = distances(occupied[here], cell) - cell / 2
+    cell, (rows, cols) = spec.resolution, extent(occupied | observed)
     near = radius + inflation.margin
-    clearance[here] = room
-    cost[here] = 1.0 + inflation.weight * np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)
+    room = distances(occupied[rows, cols], cell) - cell / 2
+    falling = np.exp(-np.maximum(room - near, 0.0) / inflation.falloff)
     swept = dilated(changing, disc(cell, inflation.swept_distance))
-    cost[swept] += inflation.swept_weight
+    weights = inflation.weight, inflation.swept_weight
+    clearance, cost = _laid_out(room, falling, swept, (rows.start, cols.start), weights)
     return Costmap(spec, kinds_of(occupied, observed, clearance < near), cost, clearance, swept)
+
+
+@kernel
+def _laid_out(room, falling, swept, corner, weights):
+    """(rows, cols) clearance, and cost of a metre: `room` and `falling` (the cost of being near
+    obstacles falls to this share) are those of a part of the cells, from a corner on."""
+    clearance, cost = np.full(swept.shape, np.inf), np.ones(swept.shape)
+    for i in range(len(room)):
+        for j in range(room.shape[1]):
+            row, col = corner[0] + i, corner[1] + j
+            clearance[row, col] = room[i, j]
+            cost[row, col] += weights[0] * falling[i, j]
+    for row in range(len(swept)):
+        for col in range(swept.shape[1]):
+            if swept[row, col]:
+                cost[row, col] += weights[1]
+    return clearance, cost
 
 
 @kernel

@@ -53,11 +53,7 @@ def plan(costmap: Costmap, pose: Pose2) -> Plan:
     """
     spec = costmap.spec
     row, col = spec.cell(pose.x, pose.y)
-    cost, length = np.full(spec.shape, np.inf), np.full(spec.shape, np.inf)
-    parent = np.full(spec.shape, NO_PARENT, dtype=np.int32)
-    if 0 <= row < spec.rows and 0 <= col < spec.cols:
-        _dijkstra(row, col, costmap.kinds, costmap.cost, spec.resolution, cost, length, parent)
-    return Plan(spec, cost, length, parent)
+    return Plan(spec, *_dijkstra(row, col, costmap.kinds, costmap.cost, spec.resolution))
 
 
 def reached(spec: GridSpec, kinds: Kinds, pose: Pose2) -> NDArray[np.bool_]:
@@ -106,11 +102,15 @@ def _flood(row, col, kinds, found):
 
 
 @kernel
-def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
-    """Write cost, length and parent (rows, cols) of all cells that can be reached."""
+def _dijkstra(row, col, kinds, price, cell):
+    """(rows, cols) cost, length and parent, see `Plan`; nothing is reached from outside."""
     rows, cols = kinds.shape
+    table = (np.full((rows, cols), np.inf), np.full((rows, cols), np.inf),
+             np.full((rows, cols), NO_PARENT, np.int32))  # fmt: skip
+    if not (0 <= row < rows and 0 <= col < cols):
+        return table
     kinds, price = kinds.ravel(), price.ravel()
-    cost, length, parent = cost.ravel(), length.ravel(), parent.ravel()
+    cost, length, parent = table[0].ravel(), table[1].ravel(), table[2].ravel()
     done = np.zeros(len(cost), dtype=np.bool_)
     steps = np.array([cell, cell * math.sqrt(2.0)])  # straight, diagonal
     keys, items = np.empty(1024), np.empty(1024, dtype=np.int32)
@@ -142,6 +142,7 @@ def _dijkstra(row, col, kinds, price, cell, cost, length, parent):
                     if size == len(keys):
                         keys, items = np.append(keys, np.empty_like(keys)), np.append(items, items)
                     size = _push(keys, items, size, total, there)
+    return table
 
 
 @kernel
