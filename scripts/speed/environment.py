@@ -31,10 +31,15 @@ VECTOR_STEPS_PER_ROUND = 1920  # of all worlds together
 WARM_UP_STEPS = 50  # of each world
 SLAM_STEPS_PER_ROUND = 160  # of one with a SLAM
 CROP = 4.0  # m, side of the map that a robot observes
+RESETS = (
+    "DoorCorridor-v0", "DoorOffice-v0", "DoorWings-v0",
+    "DoorPatrol-v0", "DoorPatrol-v1", "DoorPatrolGoals-v0",
+)  # fmt: skip
+RESETS_PER_ROUND = 20
 
 
 def env_rows(num_envs: int, rounds: int, track: ProgressTracker) -> list[Result]:
-    """Time of a step and of its floor for each case, and of a reset.
+    """Time of a step and of its floor for each case, and of resets.
 
     The floor is the time of the ten calls of pymunk's `Space.step` in a step, measured on a twin in
     the same worlds on the same drive, alternating in each round. That of `SlamWrapper` with
@@ -77,7 +82,8 @@ def _cases(num_envs: int) -> Iterator[Case]:
     for extra in EXTRA_WALLS:
         yield lambda rounds, n=extra: _single(f"{n} more walls", rounds, world=_walled(n))
     yield _crop
-    yield _reset
+    for name in RESETS:
+        yield lambda rounds, id=name: _reset(id, rounds)
 
 
 def _doors(doors: int, rounds: int) -> Result:
@@ -196,16 +202,16 @@ def _drive(env: Any, actions: np.ndarray) -> None:
         env.step(action)
 
 
-def _reset(rounds: int) -> Result:
-    env = gym.make("DoorCorridor-v0")
+def _reset(name: str, rounds: int) -> Result:
+    env = gym.make(name)
     env.reset(seed=0)
 
     def resets() -> None:
-        for _ in range(20):
+        for _ in range(RESETS_PER_ROUND):
             env.reset()
 
-    fastest = min(_timed(resets) / 20 for _ in range(rounds))
-    return {"what": "reset", "step_us": fastest * 1e6, "steps_per_s": 1 / fastest}
+    fastest = min(_timed(resets) / RESETS_PER_ROUND for _ in range(rounds))
+    return {"what": f"reset of {name}", "step_us": fastest * 1e6, "steps_per_s": 1 / fastest}
 
 
 def _timed(call: Callable[[], None]) -> float:
