@@ -46,8 +46,8 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
   9 to 10 us in a vector of 64: 0.62 to 0.68 and 0.39 to 0.41 times the ten physics steps of pymunk
   that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). Where the robot touches
   something, 5 to 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode
-  takes 1 ms more, which these figures leave out. A reset takes 0.4 to 1.4 ms, of patrols 1.5 to 3.0
-  at a busy time (medians, [more](accuracy.md#what-a-step-of-a-world-costs)).
+  takes 1 ms more, which these figures leave out. A reset takes 0.5 to 1.7 ms, of patrols 1.3 to 2.4
+  ([more](accuracy.md#what-a-step-of-a-world-costs)).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
   worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.
