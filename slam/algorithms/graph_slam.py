@@ -29,6 +29,7 @@ from slam.graph.whole_map import SearchedMap, WholeMap
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
 from slam.maps.static import Static
+from slam.memory import give_back
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.recovery.astray import Astray
 from slam.recovery.places import Surroundings
@@ -219,7 +220,10 @@ class GraphSlam:
         whole = WholeMap(self.local)
         whole.update(self.places, self.graph.poses)
         scans = [one.scan for place in self.places for one in place.keyframes]
-        return echoes_of(scans, poses, whole.map_model)
+        echoes = echoes_of(scans, poses, whole.map_model)
+        del whole
+        give_back()
+        return echoes
 
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, as believed now."""
