@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.branch_and_bound import MAX_UNITS, SQUARE, bounds_of
+from slam.graph.branch_and_bound import LONG_ROW, MAX_UNITS, SQUARE, bounds_of
 from slam.graph.global_search import (
     CANDIDATE_CELL,
     MAX_POINTS,
@@ -164,15 +164,17 @@ def test_no_candidate_is_below_the_least() -> None:
 
 @pytest.mark.parametrize("row", range(-5, 6))
 @pytest.mark.parametrize("col", range(-12, 13))
-def test_of_points_beside_the_map_nothing_is_added(row: int, col: int) -> None:
+@pytest.mark.parametrize("wide", [6, LONG_ROW - 1, LONG_ROW, 40])
+def test_of_points_beside_the_map_nothing_is_added(row: int, col: int, wide: int) -> None:
     phase = np.arange(1, 13, dtype=np.uint16).reshape(3, 4)
-    phases, expected = np.zeros((SQUARE, SQUARE, 3, 4), np.uint16), np.zeros((2, 6), np.uint16)
+    phases, expected = np.zeros((SQUARE, SQUARE, 3, 4), np.uint16), np.zeros((2, wide), np.uint16)
     phases[0, 0] = phase
+    phases[1:], phases[0, 1:] = 77, 77  # those of other points
     for a, b in np.ndindex(expected.shape):
         if 0 <= row + a < 3 and 0 <= col + b < 4:
             expected[a, b] = phase[row + a, col + b]
-    expected[0, :1] = expected[1, 4:] = 0  # outside of the spans
-    window, spans = np.array([10, 2]), np.array([[1, 6], [0, 4]])
-    beams = np.array([[row * SQUARE + 2]]), np.array([[col * SQUARE + 10]])
-    found = bounds_of(phases, beams, window, 0, spans)[0]
-    np.testing.assert_array_equal(found, expected)
+    window = np.array([(wide - 1) * SQUARE // 2, 2])
+    rows, cols = np.array([[row * SQUARE + window[1]]]), np.array([[col * SQUARE + window[0]]])
+    box = np.column_stack([rows, rows, cols, cols])
+    found = bounds_of(phases, (rows, cols, box, rows), window, 0)[0]
+    np.testing.assert_array_equal(found[:, :wide], expected)
