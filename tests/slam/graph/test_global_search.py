@@ -163,15 +163,17 @@ def test_no_candidate_is_below_the_least() -> None:
 
 
 @pytest.mark.parametrize("row", range(-5, 6))
-@pytest.mark.parametrize("col", range(-12, 13))
+@pytest.mark.parametrize("col", range(-12, 13, 3))
 @pytest.mark.parametrize("wide", [6, LONG_ROW - 1, LONG_ROW, 40])
-def test_of_points_beside_the_map_nothing_is_added(row: int, col: int, wide: int) -> None:
-    phase = np.arange(1, 13, dtype=np.uint16).reshape(3, 4)
-    phases, expected = np.zeros((SQUARE, SQUARE, 3, 4), np.uint16), np.zeros((2, wide), np.uint16)
-    phases[0, 0] = phase
-    phases[1:], phases[0, 1:] = 77, 77  # those of other points
+@pytest.mark.parametrize("broad", [4, 60])
+def test_of_points_beside_the_map_nothing_is_added(
+    row: int, col: int, wide: int, broad: int
+) -> None:
+    phase = np.arange(1, 3 * broad + 1, dtype=np.uint16).reshape(3, broad)
+    phases = np.full((SQUARE, SQUARE, 3, broad), 999, np.uint16)  # of other points
+    phases[0, 0], expected = phase, np.zeros((2, wide), np.uint16)
     for a, b in np.ndindex(expected.shape):
-        if 0 <= row + a < 3 and 0 <= col + b < 4:
+        if 0 <= row + a < 3 and 0 <= col + b < broad:
             expected[a, b] = phase[row + a, col + b]
     window = np.array([(wide - 1) * SQUARE // 2, 2])
     rows, cols = np.array([[row * SQUARE + window[1]]]), np.array([[col * SQUARE + window[0]]])
