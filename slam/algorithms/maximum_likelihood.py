@@ -314,7 +314,6 @@ class MaximumLikelihood:
 
     def _surroundings(self) -> Surroundings:
         """The map in which a lost robot is searched for: this one, if no other was given."""
-        self._catch_up()
         return Surroundings(self._field, Pose2()) if self._searched is None else self._searched()
 
     def _draw(self, scan: Scan, estimate: Estimate) -> Drawn:

@@ -1,3 +1,4 @@
+import copy
 import gc
 import itertools
 import math
@@ -15,6 +16,7 @@ from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.motion.gaussian import GaussianMotion, Prediction
 from slam.motion.threshold import MotionThreshold
+from slam.recovery.watch import Watch
 from slam.sensor_models.endpoint import Endpoint
 from tests.slam.algorithms.parts import GRIDS, JUMPING, MOTIONS, READINGS, SEARCHES
 from tests.slam.worlds import drive, first_scans, scan_at
@@ -347,6 +349,71 @@ def test_many_keyframes_are_remembered_in_the_field_too(episode) -> None:
     field = robot.sensor_model
     assert isinstance(field, Endpoint)
     np.testing.assert_array_equal(field.field().flat, whole.field().flat)
+
+
+def whole_field(robot: MaximumLikelihood) -> np.ndarray:
+    """The field of all cells of a robot's map, by a reading that is new to it."""
+    reading = Endpoint()
+    reading.refresh(robot.map_model, np.empty(0, np.int64))
+    return reading.field().flat
+
+
+def field_of(robot: MaximumLikelihood) -> np.ndarray:
+    """The field that a robot matches in."""
+    assert isinstance(robot.sensor_model, Endpoint)
+    return robot.sensor_model.field().flat
+
+
+def test_the_sensor_model_is_that_of_the_last_keyframe() -> None:
+    robot = MaximumLikelihood()
+    for step in range(4):
+        robot.update(Pose2(0.2 if step else 0.0), scan_at(Pose2(0.2 * step)))
+        assert robot.keyframe.pose.x == pytest.approx(0.2 * step, abs=0.02)
+        if step == 0:  # later ones leave small changes of cells out
+            np.testing.assert_array_equal(field_of(robot), whole_field(robot))
+    apart = np.abs(field_of(robot) - whole_field(robot))
+    assert apart.max() < 0.1 < np.ptp(field_of(robot))
+
+
+class Doubtful(Watch):
+    """Withholds keyframes for a while."""
+
+    doubts = True
+
+    @property
+    def withheld(self) -> bool:
+        return self.doubts
+
+
+def test_keyframes_that_were_withheld_are_all_read() -> None:
+    watch = Doubtful()
+    robot = MaximumLikelihood(watch=watch)
+    robot.remember([(scan_at(Pose2()), Pose2())])
+    for step in range(1, 5):
+        watch.doubts = step < 4
+        robot.update(Pose2(0.2), scan_at(Pose2(0.2 * step)))
+    apart = np.abs(field_of(robot) - whole_field(robot))
+    assert apart.max() < 0.1 < np.ptp(field_of(robot))
+
+
+@pytest.mark.parametrize("copied", [False, True])
+@pytest.mark.parametrize("last", ["freeze", "remember"])
+def test_what_follows_a_keyframe_finds_its_surfaces(last: str, copied: bool) -> None:
+    """As if a match had read the map between them."""
+
+    def driven(read: bool) -> Pose2:
+        robot = MaximumLikelihood()
+        robot.update(Pose2(), scan_at(Pose2()))
+        if read:
+            assert isinstance(robot.sensor_model, Endpoint)
+        robot = copy.deepcopy(robot) if copied else robot
+        if last == "freeze":
+            robot.freeze()
+        else:
+            robot.remember([(scan_at(Pose2(0.1)), Pose2(0.1))])
+        return robot.update(Pose2(0.23, 0.02, 0.01), scan_at(Pose2(0.2))).pose
+
+    assert driven(read=True) == driven(read=False)
 
 
 def test_one_that_is_dropped_frees_its_map_at_once(episode):
