@@ -32,8 +32,8 @@ WARM_UP_STEPS = 50  # of each world
 SLAM_STEPS_PER_ROUND = 160  # of one with a SLAM
 CROP = 4.0  # m, side of the map that a robot observes
 RESETS = (
-    "DoorCorridor-v0", "DoorOffice-v0", "DoorWings-v0",
-    "DoorPatrol-v0", "DoorPatrol-v1", "DoorPatrolGoals-v0",
+    "DoorCorridor-v0", "DoorCorridorStatic-v0", "DoorLoop-v0", "DoorOffice-v0", "DoorCrowd-v0",
+    "DoorWings-v0", "DoorPatrol-v0", "DoorPatrol-v1", "DoorPatrolGoals-v0",
 )  # fmt: skip
 RESETS_PER_ROUND = 20
 
@@ -83,7 +83,7 @@ def _cases(num_envs: int) -> Iterator[Case]:
         yield lambda rounds, n=extra: _single(f"{n} more walls", rounds, world=_walled(n))
     yield _crop
     for name in RESETS:
-        yield lambda rounds, id=name: _reset(id, rounds)
+        yield lambda rounds, world=name: _reset(world, rounds)
 
 
 def _doors(doors: int, rounds: int) -> Result:

@@ -19,7 +19,7 @@ LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
-LONG_ROW = 24  # squares
+LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -141,11 +141,13 @@ def bounds_of(phases, beams, window, unknown):
     rows, cols, box, _ = beams
     _, _, tall, broad = phases.shape
     high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
-    at_once, length, pitch, maxima = wide >= LONG_ROW, wide, broad, phases.reshape(-1, broad)
+    length, pitch, maxima = wide, broad, phases.reshape(-1, broad)
+    least = (box[:, 2].min() - window[0]) // SQUARE
+    most = (box[:, 3].max() - window[0]) // SQUARE
+    padded_length = max(broad, broad - least, wide, wide + most)
+    at_once = wide >= LONG_ROW and padded_length < MOST_PADDED * wide
     if at_once:
-        least = (box[:, 2].min() - window[0]) // SQUARE
-        most = (box[:, 3].max() - window[0]) // SQUARE
-        length = pitch = max(broad, broad - least, wide, wide + most)
+        length = pitch = padded_length
         padded = np.zeros((len(maxima) + 2, pitch), np.uint16)
         padded[1:-1, :broad] = maxima
         maxima = padded

@@ -401,7 +401,7 @@ def test_keyframes_that_were_withheld_are_all_read() -> None:
 def test_what_follows_a_keyframe_finds_its_surfaces(last: str, copied: bool) -> None:
     """As if a match had read the map between them."""
 
-    def driven(read: bool) -> Pose2:
+    def driven(read: bool) -> tuple[Pose2, bytes]:
         robot = MaximumLikelihood()
         robot.update(Pose2(), scan_at(Pose2()))
         if read:
@@ -410,8 +410,11 @@ def test_what_follows_a_keyframe_finds_its_surfaces(last: str, copied: bool) -> 
         if last == "freeze":
             robot.freeze()
         else:
-            robot.remember([(scan_at(Pose2(0.1)), Pose2(0.1))])
-        return robot.update(Pose2(0.23, 0.02, 0.01), scan_at(Pose2(0.2))).pose
+            turned = (Pose2(0.1 * k, 0.013 * k, 0.007 * k) for k in range(1, 4))
+            robot.remember([(scan_at(pose), pose @ Pose2(0.003, 0.002, 0.001)) for pose in turned])
+        pose = robot.update(Pose2(0.23, 0.02, 0.01), scan_at(Pose2(0.2))).pose
+        assert robot._surfaces is not None
+        return pose, robot._surfaces.table.tobytes()
 
     assert driven(read=True) == driven(read=False)
 

@@ -180,3 +180,22 @@ def test_of_points_beside_the_map_nothing_is_added(
     box = np.column_stack([rows, rows, cols, cols])
     found = bounds_of(phases, (rows, cols, box, rows), window, 0)[0]
     np.testing.assert_array_equal(found[:, :wide], expected)
+
+
+@pytest.mark.parametrize("wide", [6, LONG_ROW, 40])
+def test_bounds_are_sums_over_all_points_at_each_turn(wide: int) -> None:
+    rng, tall, broad, high = np.random.default_rng(wide), 20, 30, 7
+    phases = rng.integers(0, 255, (SQUARE, SQUARE, tall, broad)).astype(np.uint16)
+    window = np.array([(wide - 1) * SQUARE // 2, (high - 1) * SQUARE // 2])
+    rows, cols = rng.integers(-20, 100, (2, 3, 9))  # of nine points at three turns
+    box = np.stack([rows.min(1), rows.max(1), cols.min(1), cols.max(1)], axis=1)
+    expected = np.zeros((3, high, wide), np.uint16)
+    for t, k, a, b in np.ndindex(3, 9, high, wide):
+        (i, row), (j, col) = (
+            divmod(rows[t, k] - window[1], SQUARE),
+            divmod(cols[t, k] - window[0], SQUARE),
+        )
+        if 0 <= i + a < tall and 0 <= j + b < broad:
+            expected[t, a, b] += phases[row, col, i + a, j + b]
+    found = bounds_of(phases, (rows, cols, box, rows), window, 0)
+    np.testing.assert_array_equal(found[:, :, :wide], expected)
