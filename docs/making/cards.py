@@ -47,7 +47,7 @@ observation, reward, terminated, truncated, info = env.step(env.action_space.sam
   that it replaces (`dynslam speed --what env`, a busy machine of 2 cores). Where the robot touches
   something, 5 to 6 % of these steps, pymunk makes the step: 60 us. The first contact of an episode
   takes 1 ms more, which these figures leave out. A reset takes 0.5 to 1.7 ms, of patrols 1.3 to 2.4
-  ([more](accuracy.md#what-a-step-of-a-world-costs)).
+  on an idle machine ([more](accuracy.md#what-a-step-of-a-world-costs)).
 * **By keyboard.** `dynslam play --env DoorLoop-v0` drives the robot while the map grows.
 * **With a SLAM.** `SlamWrapper` ([API](api/dynslam_env.md)) adds any SLAM variant to any of the
   worlds. Put a time limit inside of it; around one outside, `FinalScores` adds the last scores.
