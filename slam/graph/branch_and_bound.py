@@ -141,15 +141,15 @@ def bounds_of(phases, beams, window, unknown):
     rows, cols, box, _ = beams
     _, _, tall, broad = phases.shape
     high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
-    length, pitch, maxima = wide, broad, phases.reshape(-1, broad)
+    length, pitch, maxima, blank = wide, broad, phases.reshape(-1, broad), 0
     least = (box[:, 2].min() - window[0]) // SQUARE
     most = (box[:, 3].max() - window[0]) // SQUARE
     padded_length = max(broad, broad - least, wide, wide + most)
     at_once = wide >= LONG_ROW and padded_length < MOST_PADDED * wide
     if at_once:
-        length = pitch = padded_length
-        padded = np.zeros((len(maxima) + 2, pitch), np.uint16)
-        padded[1:-1, :broad] = maxima
+        length, pitch, blank = padded_length, padded_length, 1  # rows before and after the others
+        padded = np.zeros((len(maxima) + 2 * blank, pitch), np.uint16)
+        padded[blank:-blank, :broad] = maxima
         maxima = padded
     bounds = np.full((len(rows), high, length), rows.shape[1] * unknown, np.uint16)
     sums, values = bounds.ravel(), maxima.ravel()
@@ -165,7 +165,7 @@ def bounds_of(phases, beams, window, unknown):
                 left, right = max(-col, 0), min(broad - col, wide)
             for a in range(begin, end):
                 target = np.uint64((t * high + a) * length)
-                source = np.uint64((at_once + phase * tall + row + a) * pitch + col)
+                source = np.uint64((blank + phase * tall + row + a) * pitch + col)
                 for b in range(left, right):  # in this loop: slices count references to arrays
                     sums[target + np.uint64(b)] += values[source + np.uint64(b)]
     return bounds

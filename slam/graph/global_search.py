@@ -107,8 +107,7 @@ class GlobalSearch:
         """The best poses as of `best`, at most so many, each a place of its own, the best one
         first; those with a mean of the field above `least`."""
         n = max(math.ceil(reach[2] / turn_step), 0)
-        steps = np.arange(1, 2 * n + 2)
-        turns = np.where(steps % 2, steps // 2, -(steps // 2)) * turn_step + around.theta
+        turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
         every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad

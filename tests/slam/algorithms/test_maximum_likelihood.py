@@ -337,20 +337,6 @@ def test_what_is_remembered_is_what_later_scans_are_matched_with(episode) -> Non
     assert np.linalg.eigvalsh(estimate.covariance).min() > 0
 
 
-def test_many_keyframes_are_remembered_in_the_field_too(episode) -> None:
-    """More than fit in one list of changed cells: the field is that of the whole map."""
-    poses = [Pose2(8.0 * k) for k in range(len(episode.scans))]  # each where no other one looks
-    robot, whole = MaximumLikelihood(), Endpoint()
-    assert len(poses) > 2 * AT_ONCE
-    known = list(zip(episode.scans, poses, strict=True))
-    robot.remember(known[:1])
-    robot.remember(known[1:])
-    whole.refresh(robot.map_model, np.empty(0, np.int64))  # all cells of a map that is new to it
-    field = robot.sensor_model
-    assert isinstance(field, Endpoint)
-    np.testing.assert_array_equal(field.field().flat, whole.field().flat)
-
-
 def whole_field(robot: MaximumLikelihood) -> np.ndarray:
     """The field of all cells of a robot's map, by a reading that is new to it."""
     reading = Endpoint()
@@ -362,6 +348,17 @@ def field_of(robot: MaximumLikelihood) -> np.ndarray:
     """The field that a robot matches in."""
     assert isinstance(robot.sensor_model, Endpoint)
     return robot.sensor_model.field().flat
+
+
+def test_many_keyframes_are_remembered_in_the_field_too(episode) -> None:
+    """More than fit in one list of changed cells: the field is that of the whole map."""
+    poses = [Pose2(8.0 * k) for k in range(len(episode.scans))]  # each where no other one looks
+    robot = MaximumLikelihood()
+    assert len(poses) > 2 * AT_ONCE
+    known = list(zip(episode.scans, poses, strict=True))
+    robot.remember(known[:1])
+    robot.remember(known[1:])
+    np.testing.assert_array_equal(field_of(robot), whole_field(robot))
 
 
 def test_the_sensor_model_is_that_of_the_last_keyframe() -> None:
