@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ class SplitEpisode:
 
     def plain(self) -> dict[str, Any]:
         """Split and index by name, as the infos tell them."""
-        return asdict(self)
+        return {"split": self.split, "index": self.index}
 
     def rng(self) -> np.random.Generator:
         """A new generator, at the beginning of the episode's stream."""

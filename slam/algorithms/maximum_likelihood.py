@@ -235,8 +235,15 @@ class MaximumLikelihood:
                 covariance = self._carried(self.keyframe, prediction)
                 estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
-        self.watch.judge(match._replace(estimate=estimate), self._surroundings)
-        return estimate
+        anchor = self.watch.judge(match._replace(estimate=estimate), self._surroundings)
+        return estimate if anchor is estimate.pose else self._anchored(estimate, anchor)
+
+    def _anchored(self, estimate: Estimate, pose: Pose2) -> Estimate:
+        """The estimate at another pose; so are the keyframes that are not integrated yet."""
+        self._last_match = None
+        moved = pose @ estimate.pose.inverse()
+        self._doubted = [(scan, one._replace(pose=moved @ one.pose)) for scan, one in self._doubted]
+        return estimate._replace(pose=pose)
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Make the scan a keyframe, at its matched pose; the motion model learns from the match."""

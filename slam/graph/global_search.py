@@ -103,9 +103,10 @@ class GlobalSearch:
         turn_step: float = TURN_STEP,
         least: float = -math.inf,
         most: int = 1,
+        apart: float = OTHER_DISTANCE,
     ) -> list[Pose2]:
-        """The best poses as of `best`, at most so many, each a place of its own, the best one
-        first; those with a mean of the field above `least`."""
+        """The best poses as of `best`, at most so many, each `apart`, m, or OTHER_TURN from better
+        ones, the best one first; those with a mean of the field above `least`."""
         n = max(math.ceil(reach[2] / turn_step), 0)
         turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
@@ -115,7 +116,7 @@ class GlobalSearch:
         found = best_candidates(
             self._words, self._phases, self._standing, points[every] / self._cell, turns, middle,
             window, self._excluded(turns, around, but), self._unknown,
-            max(math.floor(least_units * len(every)), 0), (OTHER_DISTANCE / self._cell) ** 2, most,
+            max(math.floor(least_units * len(every)), 0), (apart / self._cell) ** 2, most,
         )  # fmt: skip
         xy = np.array(around[:2]) + found[:, :0:-1] * self._cell
         angles = [math.remainder(turn, math.tau) for turn in turns[found[:, 0]]]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.episode import Truth
-from slam.geometry import Array, Pose2, transform_points
+from slam.geometry import Array, Pose2
 from slam.grid import GridSpec
 from slam.kernel import kernel
 from slam.scan import Scan
@@ -48,7 +48,8 @@ class SeenSurface:
 
     def see(self, scan: Scan, pose: Pose2) -> None:
         """Add a scan taken at the true `pose`."""
-        _mark(self.spec.cells(transform_points(pose, scan.points)), self._seen)
+        spec = self.spec
+        _mark(scan.points, *pose, spec.resolution, spec.row0, spec.col0, self._seen)
 
     def now(self, doors: Array) -> TrueSurface:
         """The surface with the `doors` (d, 4), m, in their present position."""
@@ -80,10 +81,13 @@ def sampled(segments: Array, spacing: float) -> Array:
 
 
 @kernel
-def _mark(cells, seen):
-    """Set the cells (n, 2) and their eight neighbours."""
+def _mark(points, x, y, theta, resolution, row0, col0, seen):
+    """Set the cells of points (n, 2), in the frame of a pose, and their eight neighbours."""
     rows, cols = seen.shape
-    for i in range(len(cells)):
-        for row in range(max(cells[i, 0] - 1, 0), min(cells[i, 0] + 2, rows)):
-            for col in range(max(cells[i, 1] - 1, 0), min(cells[i, 1] + 2, cols)):
+    c, s = np.cos(theta), np.sin(theta)
+    for k in range(len(points)):
+        i = int(np.floor((s * points[k, 0] + c * points[k, 1] + y) / resolution)) - row0
+        j = int(np.floor((c * points[k, 0] - s * points[k, 1] + x) / resolution)) - col0
+        for row in range(max(i - 1, 0), min(i + 2, rows)):
+            for col in range(max(j - 1, 0), min(j + 2, cols)):
                 seen[row, col] = True

@@ -15,7 +15,7 @@ from slam.recovery.places import Place, Places, Surroundings, agree, near, same_
 from slam.scan import Scan
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
-MAX_RECENT = 40  # keyframes that are matched
+MAX_RECENT = 100  # keyframes that are matched: in a corridor 10 m tell more than 4
 MANY = 150  # echoes that are searched for
 LEAST_EXPLAINED = 0.55  # of the usual share, at a place that is accepted if nothing contradicts it
 WELL_EXPLAINED = 0.78  # the same, if as much contradicts it as the demands allow
@@ -23,7 +23,7 @@ LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearl
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
-REPEATED = 5  # the same, if another place fits nearly as well
+LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -55,7 +55,8 @@ class Astray:
 
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
     if the map agrees with them as the demands ask, and if CONFIRMED attempts in a row find it;
-    REPEATED ones, if another place fits nearly as well.
+    REPEATED ones, if another place fits nearly as well. In a building whose corridors look alike
+    that takes long: until then the robot says that it is lost.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
@@ -78,7 +79,7 @@ class Astray:
         self._demands, self._path = demands, 0.0
         self.believed, self.pose = believed, Pose2()
         self._front, self._frame, self._lost = front, surroundings.frame, lost
-        self._places = Places(surroundings.endpoint, surroundings.frame @ believed, MANY)
+        self._places = Places(surroundings.endpoint, known=True, echoes=MANY, rated=True)
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)
@@ -117,15 +118,15 @@ class Astray:
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
-        best = self._places.best(scan, LEAST_EXPLAINED * self._demands.usual)
+        found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
+        best = max(found, key=lambda place: place.value, default=None)
         here = self._places.matched(scan, believed)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
-        explained = best.agreement.explained - LESS_EXPLAINED
         if self._meets(best) or same_place(best.pose, believed):
-            alone = self._places.better_than(scan, best, -MIN_GAIN, explained) is None
-            return best, CONFIRMED if alone else REPEATED
+            lead = _lead(best, found)
+            return best if lead > LEAD else None, CONFIRMED if lead > MIN_GAIN else REPEATED
         return here if best.value - here.value < TIE else None, CONFIRMED
 
     def _possible(self, place: Place, believed: Pose2) -> bool:
@@ -147,3 +148,11 @@ class Astray:
         before, self._candidate = self._candidate, origin
         same = origin is not None and before is not None and agree(before, origin)
         self._agreeing = self._agreeing + 1 if same else int(origin is not None)
+
+
+def _lead(best: Place, found: list[Place]) -> float:
+    """Nats by which the best place fits better than any other one that explains about as much."""
+    least = best.agreement.explained - LESS_EXPLAINED
+    others = [place.value for place in found if place.agreement.explained > least
+              and not same_place(place.pose, best.pose)]  # fmt: skip
+    return best.value - max(others, default=-math.inf)

@@ -14,10 +14,9 @@ from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
 from slam.recovery.lost_belief import Agreement
 from slam.scan import Scan
-from slam.search.gauss_newton import GaussNewton
+from slam.search.gauss_newton import GaussNewton, climbed
 from slam.sensor_models.endpoint import Endpoint
 
-SEARCHED = 40.0  # m around a pose, of the map in which it is searched for
 FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW = 60  # echoes
 TURN_STEP = math.radians(2.0)  # between candidates
@@ -26,6 +25,10 @@ MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
 CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
+RATED, APART = 1024, 0.25  # the same, and m between them, where places look alike: they are rated
+RATED_BY = 100  # echoes, in the map itself,
+ROUGHLY = 6, 0.005  # after so many steps uphill, the last of so many m and rad;
+FINALISTS = 32  # the best of them are matched
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
@@ -48,23 +51,26 @@ class Surroundings(NamedTuple):
 
 
 class Places:
-    """A map prepared for the search of places: all of it, or the part within SEARCHED of a pose."""
+    """A map prepared for the search of places."""
 
     def __init__(
         self,
         endpoint: Endpoint,
-        around: Pose2 | None = None,
+        *,
+        known: bool = False,
         echoes: int = FEW,
         candidates: int = CANDIDATES,
+        rated: bool = False,
     ):
-        """A search takes the best of so many `candidates`, by at most so many `echoes`."""
-        self._endpoint, self._echoes, self._most = endpoint, echoes, candidates
-        if around is None:
-            self._search = GlobalSearch(endpoint)
-        else:
-            here = np.array(around[:2])
-            region = here - SEARCHED, here + SEARCHED
-            self._search = GlobalSearch(endpoint, region, known=True)
+        """A search takes the best of so many `candidates`, by at most so many `echoes`.
+
+        known  see `GlobalSearch`
+        rated  whether they are the best of RATED ones of the coarse map: in a building whose
+               corridors look alike hundreds of places are as good there as the true one
+        """
+        self._endpoint, self._echoes, self._rated = endpoint, echoes, rated
+        self._most = FINALISTS if rated else candidates
+        self._search = GlobalSearch(endpoint, known=known)
 
     def best(self, scan: Scan, explained: float) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it."""
@@ -94,7 +100,25 @@ class Places:
     def _starts(self, scan: Scan, explained: float, but: list[Pose2]) -> list[Pose2]:
         region, least = self._search, self._least(explained)
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
-        return region.candidates(points, centre, reach, but, TURN_STEP, least, self._most)
+        most, apart = (RATED, APART) if self._rated else (self._most, OTHER_DISTANCE)
+        found = region.candidates(points, centre, reach, but, TURN_STEP, least, most, apart)
+        return self._likeliest(scan, found)
+
+    def _likeliest(self, scan: Scan, starts: list[Pose2]) -> list[Pose2]:
+        """The best of the local maxima near poses."""
+        if len(starts) <= self._most:
+            return starts
+        points, endpoint = scan.points[:: math.ceil(len(scan.points) / RATED_BY)], self._endpoint
+        readings = endpoint.reading(1), endpoint.reading(0)
+        tops, values = climbed(np.array(starts), points, *readings, WEAK_PRIOR, ROUGHLY)
+        found: list[Pose2] = []
+        for k in np.argsort(-values, kind="stable"):
+            pose = Pose2.of(tops[k])
+            if not any(agree(pose, other) for other in found):
+                found.append(pose)
+            if len(found) == self._most:
+                break
+        return found
 
     def _least(self, explained: float) -> float:
         """Mean log-likelihood of echoes of which this share is explained."""

@@ -244,7 +244,7 @@ class Rivals:
             return None
         self._searches -= 1.0
         here = check.here
-        places = Places(check.endpoint, here.pose, candidates=check.proof.candidates)
+        places = Places(check.endpoint, known=True, candidates=check.proof.candidates)
         gain = check.proof.gain * len(check.scan.points)
         place = places.better_than(check.scan, here, gain, check.least)
         if place is None or not check.speaks_for(place, check.least):

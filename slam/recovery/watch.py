@@ -13,6 +13,7 @@ from slam.recovery.astray import GRADUAL, SUDDEN, Demands
 from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
+from slam.recovery.misfit import Misfit
 from slam.recovery.odometry_failure import OdometryFailure
 from slam.recovery.places import Surroundings, at
 from slam.recovery.rivals import (
@@ -68,6 +69,7 @@ class Watch:
         self.odometry = OdometryFailure(self.belief, WideSearch() if wide is None else wide)
         self._rivals = Rivals()
         self._recent = Recent()
+        self._misfit = Misfit()
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
@@ -87,7 +89,7 @@ class Watch:
     @property
     def withheld(self) -> bool:
         """Whether the last keyframes are not integrated yet."""
-        return self.doubted or 0 < self._disagreeing <= MAX_WAITING
+        return self.doubted or self._misfit.votes > 0 or 0 < self._disagreeing <= MAX_WAITING
 
     @property
     def lost(self) -> bool:
@@ -107,7 +109,8 @@ class Watch:
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
-        return estimate._replace(lost=max(self.belief.probability, self._dropped))
+        suspected = UNCHECKED if self._misfit.votes else 0.0
+        return estimate._replace(lost=max(self.belief.probability, self._dropped, suspected))
 
     def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:
         """The same for a scan that is not matched, `displacement` after the last keyframe: if it
@@ -123,6 +126,7 @@ class Watch:
         self._dropped = 0.0
         self._trust()
         self._recent.clear()
+        self._misfit.clear()
 
     def _trust(self) -> None:
         """No doubt is left."""
@@ -140,8 +144,9 @@ class Watch:
             return match.estimate.pose
         return self.odometry.corrected(match, self._recent)
 
-    def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> None:
-        """Update the belief by a keyframe; other places are searched for in the `surroundings`."""
+    def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> Pose2:
+        """Update the belief by a keyframe; other places are searched for in the `surroundings`.
+        Returns its pose, corrected if the robot has drifted beside its map."""
         pose = match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
         if not self.doubted:
@@ -171,6 +176,20 @@ class Watch:
         self.odometry.sudden = self.odometry.far = False
         if not self.doubted:
             self.belief.learn(agreement, match.estimate.score, changed)
+        return self._anchored(match, agreement, surroundings)
+
+    def _anchored(
+        self, match: Match, agreement: Agreement, surroundings: Callable[[], Surroundings]
+    ) -> Pose2:
+        """The pose of a match, or the one near it at which the last scans fit the map together."""
+        pose = match.estimate.pose
+        self._misfit.add(match, agreement)
+        if self.doubted or not self._misfit.due:
+            return pose
+        found = self._misfit.search(surroundings(), pose)
+        if found.elsewhere:
+            self.belief.set(ELSEWHERE[-1])
+        return pose if found.anchor is None else found.anchor
 
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""

@@ -111,6 +111,25 @@ def ascended_field(pose, points, reading, prior, limits):
 
 
 @kernel
+def climbed(starts, points, coarse, fine, deviations, limits):
+    """(n, 3) where climbs from each of the starts (n, 3) end, first in a coarse field, and (n,) the
+    posterior there.
+
+    coarse, fine  see `Endpoint.reading`
+    deviations    (3,) of a prior around each start
+    limits        steps, precision
+    """
+    tops, values = np.empty_like(starts), np.empty(len(starts))
+    for k in range(len(starts)):
+        prior = starts[k].copy(), np.zeros(2), deviations
+        pose = starts[k, 0], starts[k, 1], starts[k, 2]
+        pose = ascended_field(pose, points, coarse, prior, limits)[0]
+        pose, values[k], _, _ = ascended_field(pose, points, fine, prior, limits)
+        tops[k, 0], tops[k, 1], tops[k, 2] = pose
+    return tops, values
+
+
+@kernel
 def _higher(pose, here, step, points, reading, prior, precision):
     """The first pose along a step that is higher than `here`, or else the same; the posterior
     there."""
