@@ -176,14 +176,12 @@ class Watch:
         self.odometry.sudden = self.odometry.far = False
         if not self.doubted:
             self.belief.learn(agreement, match.estimate.score, changed)
-        return self._anchored(match, agreement, surroundings)
+        return self._anchored(match, surroundings)
 
-    def _anchored(
-        self, match: Match, agreement: Agreement, surroundings: Callable[[], Surroundings]
-    ) -> Pose2:
+    def _anchored(self, match: Match, surroundings: Callable[[], Surroundings]) -> Pose2:
         """The pose of a match, or the one near it at which the last scans fit the map together."""
         pose = match.estimate.pose
-        self._misfit.add(match, agreement)
+        self._misfit.add(match)
         if self.doubted or not self._misfit.due:
             return pose
         found = self._misfit.search(surroundings(), pose)

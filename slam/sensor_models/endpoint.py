@@ -134,13 +134,22 @@ class Endpoint:
 
     def shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
         """Shares of echoes (n, 2) that the map explains (occupied) and contradicts (free)."""
+        above, below, _ = self._counts(points, pose)
+        n = max(len(points), 1)
+        return above / n, below / n
+
+    def known_shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
+        """Shares of echoes (n, 2) that the map explains, and that it knows and does not explain."""
+        above, _, unknown = self._counts(points, pose)
+        n = max(len(points), 1)
+        return above / n, (len(points) - above - unknown) / n
+
+    def _counts(self, points: Array, pose: Pose2) -> tuple[int, int, int]:
         tiles = self.tiles
-        above, below = field.counts(
+        return field.counts(
             *pose, points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
             self.free, self._explained,
         )  # fmt: skip
-        n = max(len(points), 1)
-        return above / n, below / n
 
     def behind(self, points: Array, views: Array, pose: Pose2) -> float:
         """Share of echoes (n, 2), seen along unit vectors `views` (n, 2), on the far side of a wall

@@ -20,6 +20,7 @@ NO_CENTROIDS = np.uint64(0x8080808080808080)  # the same of four cells
 U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numba checks no index
 U_2 = np.uint64(2)
 U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
+NEAR_UNKNOWN = np.float32(0.003)  # nats: the field is tabulated
 ROUNDING = 1e-6  # nats, of sums that are compared with a floor
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
@@ -230,16 +231,17 @@ def _row(index, field, i, j, u0, u1, u2):
 
 @kernel
 def counts(x, y, theta, points, index, field, origin, resolution, low, high):
-    """Numbers of points, given in the frame of a robot at (x, y, theta), in cells where the field
-    is above `high`, and below `low`."""
+    """Numbers of points, given in the robot's frame, where the field is above `high`, below `low`,
+    and where it is unknown."""
     c, s = np.cos(theta), np.sin(theta)
-    above = below = 0
+    above = below = unknown = 0
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
         value = _value(px, py, index, field, origin, resolution)
         above += value > high
         below += value < low
-    return above, below
+        unknown += abs(value - field[0]) < NEAR_UNKNOWN
+    return above, below, unknown
 
 
 @kernel
