@@ -78,7 +78,11 @@ class Misfit:
             self.clear()
         pose = match.estimate.pose
         self._steps.append(Keyframe(match.scan, match.last.between(pose)))
-        self._shares.append(match.endpoint.known_shares(match.scan.pieces, pose))
+        self.take(match.endpoint.known_shares(match.scan.pieces, pose))
+
+    def take(self, shares: tuple[float, float]) -> None:
+        """Take in what share of a keyframe the map explains, and what it knows but does not."""
+        self._shares.append(shares)
         self._since += 1
         if len(self._shares) < WINDOW:
             return

@@ -1,0 +1,110 @@
+"""A building whose corridors look alike: a robot is carried across it, or draws it twice."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agents import record_path
+from dynslam_env import CarriedAway, Loop, Odometry, OdometryScale
+from slam import make
+from slam.benchmark.run import run, true_start
+from slam.episode import Episode
+from slam.geometry import Pose2
+from slam.interface import LOST_DISTANCE
+from slam.maps.static import Static
+from slam.metrics.lost import LostScores, score_lost
+from slam.motion.gaussian import Prediction
+from slam.recovery.misfit import HELD, WINDOW, Misfit
+from slam.scan import Scan
+from slam.search.gauss_newton import GaussNewton, climbed
+from slam.sensor_models.endpoint import Endpoint
+
+CALIBRATED = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)
+BLOCK = Loop(length=70.0, breadth=40.0, outer_doors=8, inner_doors=5, laps=2)
+SECOND_LAP = 385.0  # s, when it begins
+
+
+@cache
+def drive(seed: int) -> Episode:
+    """Round a block; in the second lap the robot is carried 45 m and more."""
+    return record_path(
+        "DoorLoop-v0", seed, "moving", world=BLOCK, max_episode_steps=6500, odometry=CALIBRATED,
+        faults=[OdometryScale(1.01), CarriedAway(distance=45.0, at=(420.0, 560.0))],
+    )  # fmt: skip
+
+
+@cache
+def scores(seed: int) -> LostScores:
+    episode = drive(seed)
+    result = run(make("static-ml", true_start(episode)), episode)
+    times = np.array([scan.time for scan in episode.scans])
+    return score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
+
+
+@pytest.mark.parametrize("seed", [5600, 5602, 5604])
+def test_a_robot_that_is_carried_across_a_building_that_looks_alike_is_found(seed: int) -> None:
+    found = scores(seed)
+    carried = found.losses[-1]
+    assert carried.begin > SECOND_LAP + 30.0
+    assert carried.end is not None
+    assert carried.end - carried.begin < 60.0
+    assert found.sure_and_wrong < 0.05
+    assert found.false_alarms == 0
+
+
+def test_a_map_that_is_drawn_beside_itself_where_a_loop_closes_is_corrected_at_once() -> None:
+    drifted = scores(5602).losses[0]  # by more than LOST_DISTANCE; it lasted for 83 s
+    assert drifted.begin == pytest.approx(SECOND_LAP, abs=10.0)
+    assert drifted.end is not None
+    assert drifted.end - drifted.begin < 5.0
+    assert LOST_DISTANCE == 0.3
+
+
+def room(pose: Pose2 = Pose2()) -> Scan:
+    """A scan in the middle of a room of 4 x 3 m, from a pose in it."""
+    angles = np.radians(np.arange(-180.0, 180.0, 2.0))
+    c, s = np.cos(angles + pose.theta), np.sin(angles + pose.theta)
+    with np.errstate(divide="ignore"):
+        x = np.where(c > 0, 2.0 - pose.x, 2.0 + pose.x) / np.abs(c)
+        y = np.where(s > 0, 1.5 - pose.y, 1.5 + pose.y) / np.abs(s)
+    return Scan(np.minimum(x, y), angles, max_range=8.0)
+
+
+def reading() -> Endpoint:
+    """The room, drawn several times."""
+    known, endpoint = Static(), Endpoint()
+    for _ in range(5):
+        endpoint.refresh(known, known.integrate(room(), Pose2()))
+    return endpoint
+
+
+def test_climbs_in_one_call_are_climbs() -> None:
+    endpoint, points = reading(), room().points
+    starts = np.array([[0.1, -0.05, 0.05], [-0.08, 0.02, -0.1], [0.0, 0.0, 0.0]])
+    wide, limits = np.array([0.3, 0.3, 0.1]), GaussNewton().limits
+    tops, values = climbed(starts, points, endpoint.reading(1), endpoint.reading(0), wide, limits)
+    assert tops == pytest.approx(np.zeros((3, 3)), abs=0.02)
+    priors = [
+        Prediction(Pose2.of(start), Pose2(), wide).log_density(top[None])[0]
+        for start, top in zip(starts, tops, strict=True)
+    ]
+    assert values == pytest.approx(endpoint.log_likelihood(room(), tops) + priors, abs=1e-3)
+
+
+def test_what_a_map_does_not_know_is_not_wrong() -> None:
+    endpoint = reading()
+    inside, walls, beyond = [[0.5, 0.5]], [[2.0, 0.0], [0.0, 1.5]], [[6.0, 0.0], [0.0, -5.0]]
+    points = np.array(inside + walls + beyond)
+    assert endpoint.known_shares(points, Pose2()) == pytest.approx((0.4, 0.2))
+    assert endpoint.known_shares(points[:0], Pose2()) == (0.0, 0.0)
+
+
+def test_what_stays_unusual_becomes_usual() -> None:
+    misfit = Misfit()
+    for explained in [0.98] * 200 + [0.5] * WINDOW:
+        misfit.take((explained, 1.0 - explained))
+    assert misfit.due
+    for _ in range(HELD + 400):
+        misfit.take((0.5, 0.5))
+    assert not misfit.due
