@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
-from slam.geometry import Array, Pose2
+from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.recovery.match import Match
 from slam.recovery.places import Place, Places, Surroundings, agree, best_near, matched, near
@@ -38,7 +37,7 @@ VOTES = 3  # searches in a row that find the same other place
 class Found(NamedTuple):
     """What a search found.
 
-    anchor     pose near the believed one at which the last keyframes fit as usual, or None
+    anchor     pose near that of the match at which the last keyframes fit as usual, or None
     elsewhere  whether they did so at another place of the map, VOTES times in a row
     """
 
@@ -60,7 +59,7 @@ class Misfit:
     def __init__(self) -> None:
         self._steps: deque[Keyframe] = deque(maxlen=KEPT)  # each from the one before
         self._shares: deque[tuple[float, float]] = deque(maxlen=WINDOW)
-        self._usual, self._spread = np.zeros(2), np.zeros(2)
+        self._usual, self._spread = [0.0, 0.0], [0.0, 0.0]
         self._learned = 0
         self.clear()
 
@@ -86,8 +85,8 @@ class Misfit:
         self._since += 1
         if len(self._shares) < WINDOW:
             return
-        mean = np.mean(self._shares, axis=0)
-        unusual = self._learned >= LEAST_LEARNED and self._is_unusual(*mean.tolist())
+        mean = [sum(each) / WINDOW for each in zip(*self._shares, strict=True)]
+        unusual = self._learned >= LEAST_LEARNED and self._is_unusual(*mean)
         self._count = self._count + 1 if unusual else 0
         if not self._count:
             self.votes = 0
@@ -100,49 +99,48 @@ class Misfit:
         more = max(MORE_WRONG, DEVIATIONS * self._spread[1])
         return explained < self._usual[0] - less and wrong > self._usual[1] + more
 
-    def _learn(self, mean: Array) -> None:
+    def _learn(self, mean: list[float]) -> None:
         self._learned = min(self._learned + 1, MEMORY)
         rate = 1.0 / self._learned
-        self._spread += rate * (np.abs(mean - self._usual) - self._spread)
-        self._usual += rate * (mean - self._usual)
+        for k, share in enumerate(mean):
+            self._spread[k] += rate * (abs(share - self._usual[k]) - self._spread[k])
+            self._usual[k] += rate * (share - self._usual[k])
 
     @property
     def due(self) -> bool:
         """Whether the keyframes are to be searched for now."""
         return self._count > 0 and self._since >= self._pause
 
-    def search(self, surroundings: Surroundings, pose: Pose2) -> Found:
-        """Where the last keyframes fit, the last one being at `pose`."""
-        endpoint, frame = surroundings
-        scan, here = panorama(self._seen_from_last()), frame @ pose
-        believed = matched(endpoint, scan, here)
-        close = matched(endpoint, scan, best_near(endpoint, scan, here, NEARBY))
-        other = None
-        if self._usual[0] > KNOWN:
-            places = Places(endpoint, known=True, echoes=ECHOES, rated=True)
-            other = places.best(scan, self._usual[0] - AS_USUAL)
+    def search(self, match: Match, surroundings: Callable[[], Surroundings]) -> Found:
+        """Where the last keyframes fit, the last one being that of the match."""
+        scan, pose, endpoint = panorama(self._seen_from_last()), match.estimate.pose, match.endpoint
         self._since = 0
-        best = -math.inf if other is None else other.value
-        if close.value > best - GAIN and self._fits(endpoint, scan, close, believed, GAIN_NEAR):
+        close = matched(endpoint, scan, best_near(endpoint, scan, pose, NEARBY))
+        if self._fits(endpoint, scan, close, pose, GAIN_NEAR):
             self._pause, self.votes = PAUSE, 0
-            moved = not near(close.pose, here, *MOVED)
-            return Found(anchor=frame.inverse() @ close.pose if moved else None)
-        if other is None or not self._fits(endpoint, scan, other, believed, GAIN):
+            return Found(anchor=None if near(close.pose, pose, *MOVED) else close.pose)
+        way = self._way_elsewhere(scan, pose, surroundings()) if self._usual[0] > KNOWN else None
+        if way is None:
             self._pause, self.votes = min(2 * self._pause, LONGEST_PAUSE), 0
             return Found()
-        way, before = other.pose @ here.inverse(), self._way
-        self.votes = self.votes + 1 if self.votes and agree(before @ here, other.pose) else 1
-        self._way, self._pause = way, PAUSE
+        same = self.votes > 0 and agree(self._way @ pose, way @ pose)
+        self._way, self._pause, self.votes = way, PAUSE, self.votes + 1 if same else 1
         return Found(elsewhere=self.votes >= VOTES)
 
-    def _fits(
-        self, endpoint: Endpoint, scan: Scan, place: Place, believed: Place, gain: float
-    ) -> bool:
-        """Whether the keyframes agree with the map as usual at a place, and better than at the
-        believed one."""
+    def _way_elsewhere(self, scan: Scan, pose: Pose2, surroundings: Surroundings) -> Pose2 | None:
+        """From here to another place of the whole map at which the last keyframes fit."""
+        endpoint, here = surroundings.endpoint, surroundings.frame @ pose
+        places = Places(endpoint, known=True, echoes=ECHOES, rated=True)
+        other = places.best(scan, self._usual[0] - AS_USUAL)
+        if other is None or not self._fits(endpoint, scan, other, here, GAIN):
+            return None
+        return surroundings.frame.inverse() @ other.pose @ pose.inverse()
+
+    def _fits(self, endpoint: Endpoint, scan: Scan, place: Place, pose: Pose2, gain: float) -> bool:
+        """Whether a map agrees with keyframes as usual at a place, and better than at a pose."""
         explained, wrong = endpoint.known_shares(scan.points, place.pose)
         usual = explained > self._usual[0] - AS_USUAL and wrong < self._usual[1] + AS_USUAL
-        return usual and place.value > believed.value + gain
+        return usual and place.value > matched(endpoint, scan, pose).value + gain
 
     def _seen_from_last(self) -> list[Keyframe]:
         """The keyframes in the frame of the last one."""

@@ -184,7 +184,7 @@ class Watch:
         self._misfit.add(match)
         if self.doubted or not self._misfit.due:
             return pose
-        found = self._misfit.search(surroundings(), pose)
+        found = self._misfit.search(match, surroundings)
         if found.elsewhere:
             self.belief.set(ELSEWHERE[-1])
         return pose if found.anchor is None else found.anchor
