@@ -24,6 +24,7 @@ MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
+DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -119,8 +120,9 @@ class Astray:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
+        found = [_weighed(place, believed) for place in found]
         best = max(found, key=lambda place: place.value, default=None)
-        here = self._places.matched(scan, believed)
+        here = _weighed(self._places.matched(scan, believed), believed)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
@@ -148,6 +150,12 @@ class Astray:
         before, self._candidate = self._candidate, origin
         same = origin is not None and before is not None and agree(before, origin)
         self._agreeing = self._agreeing + 1 if same else int(origin is not None)
+
+
+def _weighed(place: Place, believed: Pose2) -> Place:
+    """A place with the prior in its value: a map is drifted, or wheels slip, more often than a
+    robot is carried."""
+    return place._replace(value=place.value + DRIFTED * near(place.pose, believed, *DRIFT))
 
 
 def _lead(best: Place, found: list[Place]) -> float:

@@ -41,8 +41,8 @@ class Found(NamedTuple):
     elsewhere  whether they did so at another place of the map, VOTES times in a row
     """
 
-    anchor: Pose2 | None = None
-    elsewhere: bool = False
+    anchor: Pose2 | None
+    elsewhere: bool
 
 
 class Misfit:
@@ -118,14 +118,14 @@ class Misfit:
         close = matched(endpoint, scan, best_near(endpoint, scan, pose, NEARBY))
         if self._fits(endpoint, scan, close, pose, GAIN_NEAR):
             self._pause, self.votes = PAUSE, 0
-            return Found(anchor=None if near(close.pose, pose, *MOVED) else close.pose)
+            return Found(None if near(close.pose, pose, *MOVED) else close.pose, elsewhere=False)
         way = self._way_elsewhere(scan, pose, surroundings()) if self._usual[0] > KNOWN else None
         if way is None:
             self._pause, self.votes = min(2 * self._pause, LONGEST_PAUSE), 0
-            return Found()
+            return Found(None, elsewhere=False)
         same = self.votes > 0 and agree(self._way @ pose, way @ pose)
         self._way, self._pause, self.votes = way, PAUSE, self.votes + 1 if same else 1
-        return Found(elsewhere=self.votes >= VOTES)
+        return Found(None, elsewhere=self.votes >= VOTES)
 
     def _way_elsewhere(self, scan: Scan, pose: Pose2, surroundings: Surroundings) -> Pose2 | None:
         """From here to another place of the whole map at which the last keyframes fit."""
