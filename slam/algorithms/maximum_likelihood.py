@@ -261,7 +261,7 @@ class MaximumLikelihood:
             for keyframe in self._doubted:
                 self._keep(*keyframe)
             self._doubted.clear()
-        self.keyframe = estimate
+        self.keyframe = self._matched = estimate
         self._since_keyframe.restart(scan.time)
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
