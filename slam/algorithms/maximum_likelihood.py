@@ -236,7 +236,10 @@ class MaximumLikelihood:
                 estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
         anchor = self.watch.judge(match._replace(estimate=estimate), self._surroundings)
-        return estimate if anchor is estimate.pose else self._anchored(estimate, anchor)
+        withheld_by_a_graph = self._searched is not None and self._doubted
+        if anchor is estimate.pose or withheld_by_a_graph:
+            return estimate
+        return self._anchored(estimate, anchor)
 
     def _anchored(self, estimate: Estimate, pose: Pose2) -> Estimate:
         """The estimate at another pose; so are the keyframes that are not integrated yet."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -56,8 +57,8 @@ class Astray:
 
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
     if the map agrees with them as the demands ask, and if CONFIRMED attempts in a row find it;
-    REPEATED ones, if another place fits nearly as well. In a building whose corridors look alike
-    that takes long: until then the robot says that it is lost.
+    REPEATED ones, if another place fits nearly as well, and none with less than LEAD. In a building
+    whose corridors look alike that takes long: until then the robot says that it is lost.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
@@ -120,14 +121,13 @@ class Astray:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
-        found = [_weighed(place, believed) for place in found]
-        best = max(found, key=lambda place: place.value, default=None)
-        here = _weighed(self._places.matched(scan, believed), believed)
+        here = self._places.matched(scan, believed)
+        best = max(found, key=partial(_worth, believed=believed), default=None)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
         if self._meets(best) or same_place(best.pose, believed):
-            lead = _lead(best, found)
+            lead = _lead(best, [*found, here], believed)
             return best if lead > LEAD else None, CONFIRMED if lead > MIN_GAIN else REPEATED
         return here if best.value - here.value < TIE else None, CONFIRMED
 
@@ -152,15 +152,15 @@ class Astray:
         self._agreeing = self._agreeing + 1 if same else int(origin is not None)
 
 
-def _weighed(place: Place, believed: Pose2) -> Place:
-    """A place with the prior in its value: a map is drifted, or wheels slip, more often than a
+def _worth(place: Place, believed: Pose2) -> float:
+    """The value of a place with its prior: a map is drifted, or wheels slip, more often than a
     robot is carried."""
-    return place._replace(value=place.value + DRIFTED * near(place.pose, believed, *DRIFT))
+    return place.value + DRIFTED * near(place.pose, believed, *DRIFT)
 
 
-def _lead(best: Place, found: list[Place]) -> float:
-    """Nats by which the best place fits better than any other one that explains about as much."""
+def _lead(best: Place, found: list[Place], believed: Pose2) -> float:
+    """Nats by which the best place is worth more than any other one that explains about as much."""
     least = best.agreement.explained - LESS_EXPLAINED
-    others = [place.value for place in found if place.agreement.explained > least
+    others = [_worth(place, believed) for place in found if place.agreement.explained > least
               and not same_place(place.pose, best.pose)]  # fmt: skip
-    return best.value - max(others, default=-math.inf)
+    return _worth(best, believed) - max(others, default=-math.inf)

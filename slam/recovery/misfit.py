@@ -26,6 +26,7 @@ KNOWN = (
 KEPT = 40  # keyframes that are searched for together,
 ECHOES = 150  # and their echoes in the coarse map
 PAUSE, LONGEST_PAUSE = 5, 320  # keyframes between two searches; doubled by each that finds nothing
+WITHHELD = 60  # keyframes, at most, that are not drawn while another place is suspected
 HELD = 100  # keyframes, after which unusual shares become usual
 AS_USUAL = 0.05  # share of the echoes by which another place may agree less than usual
 NEARBY = 1.0, 1.0, math.radians(10.0)  # m, m, rad: drift of a map that is drawn twice
@@ -107,6 +108,11 @@ class Misfit:
             self._usual[k] += rate * (share - self._usual[k])
 
     @property
+    def withholds(self) -> bool:
+        """Whether the last keyframes are not to be drawn yet."""
+        return self.votes > 0 and self._count <= WITHHELD
+
+    @property
     def due(self) -> bool:
         """Whether the keyframes are to be searched for now."""
         return self._count > 0 and self._since >= self._pause
@@ -117,7 +123,8 @@ class Misfit:
         self._since = 0
         close = matched(endpoint, scan, best_near(endpoint, scan, pose, NEARBY))
         if self._fits(endpoint, scan, close, pose, GAIN_NEAR):
-            self._pause, self.votes = PAUSE, 0
+            self._pause, self.votes, self._count = PAUSE, 0, 0
+            self._shares.clear()
             return Found(None if near(close.pose, pose, *MOVED) else close.pose, elsewhere=False)
         way = self._way_elsewhere(scan, pose, surroundings()) if self._usual[0] > KNOWN else None
         if way is None:

@@ -89,7 +89,8 @@ class Watch:
     @property
     def withheld(self) -> bool:
         """Whether the last keyframes are not integrated yet."""
-        return self.doubted or self._misfit.votes > 0 or 0 < self._disagreeing <= MAX_WAITING
+        waits = 0 < self._disagreeing <= MAX_WAITING
+        return self.doubted or self._misfit.withholds or waits
 
     @property
     def lost(self) -> bool:
