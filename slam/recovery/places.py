@@ -105,7 +105,7 @@ class Places:
         return self._likeliest(scan, found)
 
     def _likeliest(self, scan: Scan, starts: list[Pose2]) -> list[Pose2]:
-        """The best of the local maxima near poses."""
+        """Some poses, or the best of the local maxima near them if they are too many."""
         if len(starts) <= self._most:
             return starts
         points, endpoint = scan.points[:: math.ceil(len(scan.points) / RATED_BY)], self._endpoint
