@@ -20,8 +20,9 @@ from slam.graph.chain import MIN_WEIGHT, chained
 from slam.graph.covariance import MIN_INFORMATION, size
 from slam.graph.echoes import Echoes, echoes_of
 from slam.graph.edges import Edge
-from slam.graph.local_map import Keyframe, LocalMap
+from slam.graph.local_map import Keyframe, LocalMap, Panorama
 from slam.graph.loops import Loops, Matcher
+from slam.graph.old_ground import Ground, OldGround
 from slam.graph.path import Path
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.redundancy import Redundancy
@@ -135,6 +136,7 @@ class GraphSlam:
         self._redundancy = Redundancy(visits)
         self._whole = WholeMap(map_model)
         self._searched: SearchedMap | None = None  # from the first search on
+        self._old_ground = OldGround()
         self._doubted: list[Keyframe] = []  # keyframes that are not part of a local map yet
         self._lost_since = 0  # number of updates before the robot got lost
         self._path = Path()
@@ -250,6 +252,7 @@ class GraphSlam:
         not counted."""
         front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         searched = self._searched.nbytes if self._searched is not None else 0
+        searched += self._old_ground.nbytes
         return front + self._matcher.nbytes + self._whole.nbytes + searched
 
     # -- the current local map -----------------------------------------------------------------
@@ -293,7 +296,10 @@ class GraphSlam:
         )
 
     def _surroundings(self) -> Surroundings:
-        """The whole map, and the current local map in it."""
+        """The map that a lost robot is searched for in, and the current local map in it: the whole
+        one, or without the last local maps if these are misplaced."""
+        if self._old_ground.votes:
+            return self._old_ground.surroundings(self.places, self.graph.poses)
         if self._searched is None:
             self._searched = SearchedMap()
         poses = self.graph.poses
@@ -314,6 +320,7 @@ class GraphSlam:
         self._path.rebase(self._lost_since, len(self.places), astray.believed @ first.pose)
         score = self._front.keyframe.score
         estimate = self._begin(place, score)
+        self._old_ground.begin(place.ordinal)
         assert self._front is not None
         self._front.place(here)
         return estimate._replace(pose=here)
@@ -436,11 +443,25 @@ class GraphSlam:
             yield
         if closed:
             yield from self._moved(graph.adjusting())
+        if self.watch is not None and self._is_sure():
+            self._judge(self.watch, self.places.index(place), panorama)
+            yield
         if place is not self.places[-1]:
             self._matcher.build(place)
             place.compact()
         while self._forget(self.places.index(place)):
             yield
+
+    def _judge(self, watch: Watch, here: int, scan: Panorama) -> None:
+        """Judge whether a local map, the panorama of which is `scan`, is where it seems to be."""
+        now = slice(here + 1)
+        ground = Ground(self.places[now], self.graph.poses[now], self._middles[now], self._matcher)
+        self._old_ground.judge(ground, scan)
+        watch.suspected = self._old_ground.votes
+
+    def _is_sure(self) -> bool:
+        """Whether the robot does not map apart."""
+        return self._front is not None and self._front.astray is None
 
     def _forget(self, here: int) -> bool:
         """Forget a local map near number `here`, if one is redundant; returns whether it did."""
@@ -457,7 +478,7 @@ class GraphSlam:
         self._path.forget(number, into, frames[0].between(frames[1]))
         self._matcher.forget(self.places.pop(number))
         del self._middles[number]
-        for whole in (self._whole, self._searched):
+        for whole in (self._whole, self._searched, self._old_ground):
             if whole is not None:
                 whole.forget(number)
         return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -183,6 +184,17 @@ class Matcher:
         matches = (self._at(endpoint, scan, start, predicted, covariance)
                    for start in (*starts, predicted))  # fmt: skip
         return max(matches, key=lambda one: _log_posterior(endpoint, scan, one))
+
+    def known_shares(
+        self, places: Sequence[tuple[LocalMap, Pose2]], scan: Panorama
+    ) -> tuple[float, float]:
+        """Shares of a panorama's echoes that local maps explain together, and that they know and do
+        not explain; each is given with the pose of the panorama in it."""
+        known = np.zeros(len(scan.points), np.uint8)
+        for place, pose in places:
+            self._unpacked_map(place).endpoint.raise_known(known, scan.points, pose)
+        explained, other = np.bincount(known, minlength=3)[:0:-1] / max(len(known), 1)
+        return float(explained), float(other)
 
     def _at(
         self, endpoint: Endpoint, scan: Panorama, start: Pose2, predicted: Pose2, covariance: Array

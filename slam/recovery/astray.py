@@ -26,6 +26,8 @@ LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
+FIRST_METRES, NEW_GROUND = 3.0, 10.0  # m, driven: from the first ones on, and so far, ...
+NEW_KNOWN = 0.5  # ... the map knows a smaller share of the echoes at the believed place
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -87,6 +89,7 @@ class Astray:
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._candidate: Pose2 | None = None  # the origin by the last attempt
         self._agreeing = 0  # attempts in a row that found it
+        self._known = False  # whether the map knows the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
@@ -115,13 +118,17 @@ class Astray:
         place, attempts = self._place(scan, self._frame @ self.believed @ last)
         origin = None if place is None else self._frame.inverse() @ place.pose @ last.inverse()
         self._count(origin)
-        return origin if self._agreeing >= attempts else None
+        if self._agreeing >= attempts:
+            return origin
+        return self.believed if self._path > NEW_GROUND and not self._known else None
 
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
+        if self._path > FIRST_METRES and sum(here.agreement) > NEW_KNOWN:
+            self._known = True
         best = max(found, key=partial(_worth, believed=believed), default=None)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)

@@ -32,6 +32,7 @@ DOUBTED = 0.005  # probability of being lost, above which no keyframe is integra
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardly moved
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
+MISPLACED = 2  # local maps in a row that fit much better at the same other place
 MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
@@ -62,6 +63,7 @@ class Watch:
     belief    the probability, and what is usual
     odometry  tells where it failed
     wide      the search around the predicted pose after a failure of the odometry
+    suspected  how many local maps in a row fit much better at another place, by a graph
     """
 
     def __init__(self, wide: WideSearch | None = None):
@@ -70,6 +72,7 @@ class Watch:
         self._rivals = Rivals()
         self._recent = Recent()
         self._misfit = Misfit()
+        self.suspected = 0
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
@@ -110,7 +113,7 @@ class Watch:
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
-        suspected = UNCHECKED if self._misfit.votes else 0.0
+        suspected = UNCHECKED if self._misfit.votes or self.suspected else 0.0
         return estimate._replace(lost=max(self.belief.probability, self._dropped, suspected))
 
     def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:
@@ -124,7 +127,7 @@ class Watch:
     def found(self) -> None:
         """The robot was found again."""
         self.belief.set(FOUND)
-        self._dropped = 0.0
+        self._dropped, self.suspected = 0.0, 0
         self._trust()
         self._recent.clear()
         self._misfit.clear()
@@ -183,6 +186,8 @@ class Watch:
         """The pose of a match, or the one near it at which the last scans fit the map together."""
         pose = match.estimate.pose
         self._misfit.add(match)
+        if self.suspected >= MISPLACED:
+            self.belief.set(ELSEWHERE[-1])
         if self.doubted or not self._misfit.due:
             return pose
         found = self._misfit.search(match, surroundings)

@@ -144,6 +144,15 @@ class Endpoint:
         n = max(len(points), 1)
         return above / n, (len(points) - above - unknown) / n
 
+    def raise_known(self, known: np.ndarray, points: Array, pose: Pose2) -> None:
+        """Raise `known` (n,) uint8 to 1 for echoes (n, 2) that the map knows, and to 2 for those
+        that it explains: by several maps together."""
+        tiles = self.tiles
+        field.raise_known(
+            known, tuple(pose), points, tiles.index, self._field.flat, tiles.origin,
+            tiles.resolution, self._explained,
+        )  # fmt: skip
+
     def _counts(self, points: Array, pose: Pose2) -> tuple[int, int, int]:
         tiles = self.tiles
         return field.counts(

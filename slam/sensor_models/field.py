@@ -245,6 +245,20 @@ def counts(x, y, theta, points, index, field, origin, resolution, low, high):
 
 
 @kernel
+def raise_known(known, pose, points, index, field, origin, resolution, high):
+    """Raise `known` (n,) uint8 to 1 for points, given in the frame of a robot at `pose`, where the
+    field is not unknown, and to 2 where it is above `high`."""
+    x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
+    for k in range(len(points)):
+        px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
+        value = _value(px, py, index, field, origin, resolution)
+        if value > high:
+            known[k] = 2
+        elif known[k] == 0 and abs(value - field[0]) >= NEAR_UNKNOWN:
+            known[k] = 1
+
+
+@kernel
 def behind(pose, points, views, index, field, origin, resolution, low, high):
     """The number of points, given in the frame of a robot at `pose` (x, y, theta), where the field
     is above `high`, and by `views` (n, 2), m, beyond them below `low`, but not before them."""
