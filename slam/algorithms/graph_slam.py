@@ -316,7 +316,7 @@ class GraphSlam:
             place.add(scan, first.pose.between(pose))
         here = first.pose.between(astray.pose)
         origin = Pose2.of(self.graph.poses[-1]) @ self._front.pose @ here.inverse()
-        self._join(origin)
+        self._join(origin, JOINED if astray.sure else astray.covariance)
         self._path.rebase(self._lost_since, len(self.places), astray.believed @ first.pose)
         score = self._front.keyframe.score
         estimate = self._begin(place, score)
@@ -361,14 +361,14 @@ class GraphSlam:
             self.graph.poses = np.array([pose])
         self.places.append(place)
 
-    def _join(self, pose: Pose2) -> None:
-        """Add a frame at a pose in the graph: of the first local map of this recording, or of a
-        robot that was found again."""
+    def _join(self, pose: Pose2, covariance: Array = JOINED) -> None:
+        """Add a frame at a pose in the graph, known with (3, 3) `covariance`: of this recording's
+        first local map, or of a robot that was found again."""
         if not self.places:
             self.graph.poses = np.array([pose])
             return
         nearest = int(np.argmin(np.hypot(*(self.graph.poses[:, :2] - pose[:2]).T)))
-        self._tie(nearest, pose, JOINED)
+        self._tie(nearest, pose, covariance)
         self._frame_covariance = self._chained_to_last()
 
     def _chained_to_last(self) -> Array:

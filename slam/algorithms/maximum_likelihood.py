@@ -23,7 +23,7 @@ from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.recovery.astray import Astray
 from slam.recovery.match import Match
 from slam.recovery.places import Surroundings
-from slam.recovery.watch import FOUND, Watch
+from slam.recovery.watch import Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
@@ -35,7 +35,6 @@ MAX_LOSS = 3.0  # nats of the log-likelihood by which a registered pose may be w
 BEFORE_ALL = -1e12  # s: earlier than any scan
 AT_ONCE = 64  # lists of changed cells, after which they become one
 EXACT = np.zeros((3, 3))  # covariance of a known pose
-FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # m^2, rad^2, of a robot that was found again
 
 
 class Drawn(NamedTuple):
@@ -306,7 +305,8 @@ class MaximumLikelihood:
         origin = astray.found(scan.time)
         if origin is not None:
             self._return(astray, origin)
-            estimate = estimate._replace(pose=self.pose, covariance=FOUND_COVARIANCE, lost=FOUND)
+            estimate = estimate._replace(pose=self.pose, covariance=astray.covariance)
+            estimate = estimate if self.watch is None else self.watch.told(estimate)
         self.pose = estimate.pose
         return estimate
 
@@ -314,13 +314,13 @@ class MaximumLikelihood:
         """Go on in the map, with what was mapped apart at `origin` in it."""
         self.astray = None
         if self.watch is not None:
-            self.watch.found()
+            self.watch.found(astray.sure)
         self.remember(
             ((one.scan, origin @ one.pose) for one in astray.keyframes),
             self._matched.score,
-            FOUND_COVARIANCE,
+            astray.covariance,
         )
-        self.place(origin @ astray.pose, FOUND_COVARIANCE)
+        self.place(origin @ astray.pose, astray.covariance)
 
     def _surroundings(self) -> Surroundings:
         """The map in which a lost robot is searched for: this one, if no other was given."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
@@ -23,11 +23,13 @@ WELL_EXPLAINED = 0.78  # the same, if as much contradicts it as the demands allo
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
 MIN_GAIN = 15.0  # nats, of the best place over the second best
 LOST_COVARIANCE = np.diag([5.0, 5.0, 1.0]) ** 2  # m^2, rad^2
+FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # the same, of one that was found again,
+UNSURE_COVARIANCE = np.diag([0.5, 0.5, 0.07]) ** 2  # or that goes on on new ground
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
-FIRST_METRES, NEW_GROUND = 3.0, 10.0  # m, driven: from the first ones on, and so far, ...
-NEW_KNOWN = 0.5  # ... the map knows a smaller share of the echoes at the believed place
+NEW_GROUND, FIRST = 10.0, 3.0  # m, that a robot drives on new ground; the first may be known:
+LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -41,6 +43,7 @@ class Demands(NamedTuple):
     usual         share of the echoes that the map explains in this recording
     within        m and rad from the believed place; None: anywhere. After a gap in the scans the
                   odometry did not fail: the robot may see new ground that looks like another place
+    known         whether it is known ground that does not agree with the robot
     """
 
     path: float
@@ -48,6 +51,7 @@ class Demands(NamedTuple):
     sudden: bool
     usual: float = 0.9
     within: tuple[float, float] | None = None
+    known: bool = False
 
 
 SUDDEN = Demands(0.7, 0.2, True)
@@ -60,11 +64,14 @@ class Astray:
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
     if the map agrees with them as the demands ask, and if CONFIRMED attempts in a row find it;
     REPEATED ones, if another place fits nearly as well, and none with less than LEAD. In a building
-    whose corridors look alike that takes long: until then the robot says that it is lost.
+    whose corridors look alike that takes long: until then the robot says that it is lost. If none
+    is found, and the believed place is new ground that the robot came to through no wall, a scan
+    was misjudged, and it goes on there.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
     pose       of the robot, in its frame
+    sure       whether it was found at a place of the map, and does not only go on on new ground
     """
 
     def __init__(
@@ -81,6 +88,7 @@ class Astray:
         demands  of a place other than the believed one
         """
         self._demands, self._path = demands, 0.0
+        self.sure = False
         self.believed, self.pose = believed, Pose2()
         self._front, self._frame, self._lost = front, surroundings.frame, lost
         self._places = Places(surroundings.endpoint, known=True, echoes=MANY, rated=True)
@@ -89,7 +97,7 @@ class Astray:
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._candidate: Pose2 | None = None  # the origin by the last attempt
         self._agreeing = 0  # attempts in a row that found it
-        self._known = False  # whether the map knows the believed place
+        self._known = demands.known  # whether the map knows the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
@@ -107,6 +115,11 @@ class Astray:
             lost=self._lost,
         )
 
+    @property
+    def covariance(self) -> Array:
+        """(3, 3) of the pose, once it was found."""
+        return FOUND_COVARIANCE if self.sure else UNSURE_COVARIANCE
+
     def found(self, time: float) -> Pose2 | None:
         """The pose in the SLAM's frame of the origin of the map apart, if it is found at `time`."""
         if not self._since_attempt.due(time):
@@ -118,17 +131,25 @@ class Astray:
         place, attempts = self._place(scan, self._frame @ self.believed @ last)
         origin = None if place is None else self._frame.inverse() @ place.pose @ last.inverse()
         self._count(origin)
-        if self._agreeing >= attempts:
+        self.sure = self._agreeing >= attempts
+        if self.sure:
             return origin
-        return self.believed if self._path > NEW_GROUND and not self._known else None
+        return self.believed if self._on_new_ground() else None
+
+    def _on_new_ground(self) -> bool:
+        """Whether the robot drove on ground that the map does not know, if it is where it believed
+        to be."""
+        if self._known or self._path < NEW_GROUND:
+            return False
+        path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
+        return not self._places.crossed(path[:, :2])
 
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
-        if self._path > FIRST_METRES and sum(here.agreement) > NEW_KNOWN:
-            self._known = True
+        self._known |= self._path > FIRST and sum(here.agreement) > LITTLE_KNOWN
         best = max(found, key=partial(_worth, believed=believed), default=None)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)

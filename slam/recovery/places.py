@@ -29,6 +29,7 @@ RATED, APART = 1024, 0.25  # the same, and m between them, where places look ali
 RATED_BY = 100  # echoes, in the map itself,
 ROUGHLY = 6, 0.005  # after so many steps uphill, the last of so many m and rad;
 FINALISTS = 32  # the best of them are matched
+STEP = 0.05  # m between points of a path: a wall is wider in the field
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
@@ -79,6 +80,13 @@ class Places:
     def all(self, scan: Scan, explained: float) -> list[Place]:
         """The places of the candidates that explain so large a share in the coarse map."""
         return [self.matched(scan, start) for start in self._starts(scan, explained, [])]
+
+    def crossed(self, path: Array) -> bool:
+        """Whether a path (n, 2), m, leads through a wall."""
+        driven = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+        steps = np.arange(0.0, driven[-1], STEP)
+        points = np.column_stack([np.interp(steps, driven, along) for along in path.T])
+        return self._endpoint.shares(points, Pose2())[0] > 0.0
 
     def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
         """The best other place that explains so large a share of the scan, if it is by `gain` nats

@@ -109,6 +109,7 @@ class Watch:
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
             within=self._within,
+            known=self.suspected > 0 or self._misfit.votes > 0,
         )
 
     def told(self, estimate: Estimate) -> Estimate:
@@ -124,10 +125,10 @@ class Watch:
         told = self.told(estimate)
         return told._replace(lost=max(told.lost, UNCHECKED)) if startling else told
 
-    def found(self) -> None:
-        """The robot was found again."""
+    def found(self, sure: bool) -> None:
+        """The robot was found again, or, not `sure`, goes on on new ground."""
         self.belief.set(FOUND)
-        self._dropped, self.suspected = 0.0, 0
+        self._dropped, self.suspected = 0.0 if sure else UNCHECKED, 0
         self._trust()
         self._recent.clear()
         self._misfit.clear()
