@@ -190,7 +190,8 @@ class GraphSlam:
             self._do(self._work[0])
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
-        self._whole = WholeMap(self.map_model)  # drop what was drawn so far
+        self._whole, self._searched = WholeMap(self.map_model), None  # drop what was drawn so far
+        self._old_ground.pack()
         self._matcher.pack()
         if new and self.alignment is not None:
             self._align(self.alignment)

@@ -106,6 +106,10 @@ class OldGround:
         """See `WholeMap.forget`."""
         self._map.forget(number)
 
+    def pack(self) -> None:
+        """Drop the map, until it is searched again."""
+        self._map = SearchedMap()
+
     def begin(self, ordinal: int) -> None:
         """The robot was found again: local maps from this one on are where they seem to be."""
         self.votes, self._begin = 0, ordinal

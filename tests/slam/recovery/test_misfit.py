@@ -38,9 +38,9 @@ def drive(seed: int) -> Episode:
 
 
 @cache
-def scores(seed: int) -> LostScores:
+def scores(seed: int, variant: str = "static-ml") -> LostScores:
     episode = drive(seed)
-    result = run(make("static-ml", true_start(episode)), episode)
+    result = run(make(variant, true_start(episode)), episode)
     times = np.array([scan.time for scan in episode.scans])
     return score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
 
@@ -54,6 +54,22 @@ def test_a_robot_that_is_carried_across_a_building_that_looks_alike_is_found(see
     assert carried.end - carried.begin < 60.0
     assert found.sure_and_wrong < 0.05
     assert found.false_alarms == 0
+
+
+def test_a_graph_is_told_by_what_it_drew_long_before_that_it_was_carried() -> None:
+    carried = scores(5602, "dynamic-graph").losses[-1]
+    assert carried.begin > SECOND_LAP + 30.0
+    assert carried.end is not None  # it was sure and wrong to the end
+    assert carried.end - carried.begin < 60.0
+
+
+def test_a_robot_that_is_lost_on_new_ground_goes_on_there() -> None:
+    episode = record_path("DoorLoop-v0", 5712, "moving", world=BLOCK, max_episode_steps=1700)
+    result = run(make("dynamic-graph", true_start(episode)), episode)
+    truth = episode.known_truth("a test").poses
+    assert result.lost.max() > 0.5  # at a corner, where a match was wrong by some degrees
+    assert 0.05 < result.lost[-1] < 0.5  # it was found at no place of the map
+    assert np.hypot(*(result.online[-1] - truth[-1])[:2]) < 2.0  # 36 m off a minute later
 
 
 def test_a_map_that_is_drawn_beside_itself_where_a_loop_closes_is_corrected_at_once() -> None:

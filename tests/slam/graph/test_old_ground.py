@@ -1,0 +1,132 @@
+"""Local maps are judged by those drawn long before: usual ones, other places, no place at all."""
+
+import numpy as np
+import pytest
+
+from slam.geometry import Pose2
+from slam.graph.local_map import LocalMap, panorama
+from slam.graph.loops import Loops, Matcher
+from slam.graph.old_ground import (
+    LEARNED,
+    LONGEST_PAUSE,
+    NOT_HERE,
+    RECENT,
+    USUAL,
+    WINDOW,
+    Ground,
+    OldGround,
+    Other,
+)
+from tests.slam.recovery.test_misfit import reading, room
+
+THERE, ELSEWHERE = Pose2(12.0, 3.0, 1.0), Pose2(-20.0, 5.0, 0.0)
+WEAK, STRONG = NOT_HERE - 5.0, NOT_HERE + 5.0
+
+
+class Told(Ground):
+    """Ground of which the first coordinate is the share that is unexplained."""
+
+    def unexplained(self, scan: object) -> float | None:
+        return self.poses[0, 0]
+
+
+class Scripted(OldGround):
+    """Finds what it is told to."""
+
+    def __init__(self, *found: Other | None):
+        super().__init__()
+        self.found, self.searches = iter(found), 0
+
+    def _elsewhere(self, ground: Ground) -> Other | None:
+        self.searches += 1
+        return next(self.found)
+
+    def take(self, share: float) -> None:
+        poses = np.array([[share, 0.0, 0.0]])
+        self.judge(Told([], poses, [], Matcher(Loops())), panorama(place().keyframes))
+
+
+def place(ordinal: int = 0) -> LocalMap:
+    result = LocalMap((), room(), ordinal)
+    for _ in range(4):
+        result.add(room(), Pose2())
+    return result
+
+
+def misplaced(*found: Other | None) -> Scripted:
+    """Local maps that fit as usual, and then others that do not, for each of the finds."""
+    ground = Scripted(*found)
+    for share in [USUAL] * WINDOW + [1.0] * len(found):
+        ground.take(share)
+    return ground
+
+
+def test_a_map_knows_explains_or_does_not_know_an_echo() -> None:
+    inside, walls, beyond = [[0.5, 0.5]], [[2.0, 0.0], [0.0, 1.5]], [[6.0, 0.0], [0.0, -5.0]]
+    points, known = np.array(inside + walls + beyond), np.zeros(5, np.uint8)
+    reading().raise_known(known, points, Pose2())
+    assert known.tolist() == [1, 2, 2, 0, 0]
+    reading().raise_known(known, points, Pose2(0.0, 3.5, 0.0))  # the wall behind the last one
+    assert known.tolist() == [1, 2, 2, 0, 2]
+
+
+def test_what_fits_as_usual_is_not_searched_for() -> None:
+    ground = Scripted()
+    for k in range(50):
+        ground.take(USUAL * (k % 3))
+    assert (ground.searches, ground.votes) == (0, 0)
+
+
+def test_two_finds_of_a_place_are_two_votes() -> None:
+    assert misplaced(Other(THERE, WEAK)).votes == 1
+    assert misplaced(Other(THERE, WEAK), Other(THERE, WEAK)).votes == 2
+    assert misplaced(Other(THERE, WEAK), Other(ELSEWHERE, WEAK)).votes == 1
+    assert misplaced(Other(THERE, WEAK), None).votes == 0
+
+
+def test_where_two_places_fit_far_better_the_robot_is_not_here() -> None:
+    assert misplaced(Other(THERE, STRONG), Other(ELSEWHERE, STRONG)).votes == 2
+    assert misplaced(Other(THERE, STRONG), Other(ELSEWHERE, WEAK)).votes == 1
+
+
+def test_what_fits_again_ends_the_doubt() -> None:
+    ground = misplaced(Other(THERE, WEAK))
+    ground.found = iter([Other(THERE, WEAK)] * WINDOW)
+    for _ in range(WINDOW):
+        ground.take(0.0)
+    assert ground.votes == 0
+    ground.take(0.0)
+    assert ground.searches == WINDOW
+
+
+def test_a_robot_that_was_found_is_not_doubted_for_what_was_before() -> None:
+    ground = misplaced(Other(THERE, WEAK))
+    ground.begin(9)
+    for _ in range(WINDOW - 1):
+        ground.take(1.0)
+    assert (ground.searches, ground.votes) == (1, 0)
+
+
+def test_searches_in_vain_become_rare_and_what_stays_unusual_becomes_usual() -> None:
+    number = 40
+    ground = misplaced(*[None] * number)
+    assert ground.searches < number / 2
+    searches, rest = ground.searches, 400
+    ground.found = iter([None] * rest)
+    for _ in range(rest):
+        ground.take(USUAL + LEARNED)
+    assert ground.searches - searches < rest / LONGEST_PAUSE
+
+
+def test_local_maps_of_the_last_metres_judge_nothing() -> None:
+    places = [place(ordinal) for ordinal in range(RECENT + 3)]
+    scan = panorama(places[0].keyframes)
+    frames = np.zeros((len(places), 3))
+
+    def judged(number: int) -> float | None:
+        middles = [Pose2()] * number
+        ground = Ground(places[:number], frames[:number], middles, Matcher(Loops()))
+        return ground.unexplained(scan)
+
+    assert judged(RECENT + 1) is None
+    assert judged(RECENT + 2) == pytest.approx(0.0, abs=0.02)
