@@ -18,7 +18,7 @@ from slam.sensor_models.endpoint import Endpoint
 WINDOW = 10  # keyframes, whose mean shares count
 MEMORY, LEAST_LEARNED = 150, 30  # keyframes that the usual ones are the mean of; first ones
 LESS_EXPLAINED, MORE_WRONG = 0.06, 0.05  # than usual, of shares that are not,
-DEVIATIONS = 3.0  # and by so many usual deviations
+DEVIATIONS = 2.0  # and by so many usual deviations
 KNOWN = (
     0.9  # usual share of explained echoes, at least, of a robot on known ground: new ground that
 )
