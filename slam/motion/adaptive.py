@@ -82,9 +82,7 @@ class AdaptiveOdometry:
 
     def _short(self, displacement: Pose2) -> Array:
         """The deviations by the errors of keyframes."""
-        deviations = self.base.deviations(displacement)
-        deviations[2] = self.base.rotation(displacement, self._rotation_per_m)
-        return deviations
+        return self.base.with_rotation(displacement, self._rotation_per_m)
 
     def learn(self, displacement: Pose2, found: Pose2, covariance: Array) -> None:
         """Update rate and scale: the odometry measured `displacement`, scan matching found `found`,
@@ -94,11 +92,11 @@ class AdaptiveOdometry:
             return
         corrected = self.corrected(displacement)
         error = math.remainder(found.theta - corrected.theta, math.tau)
-        before = float(self.deviations(displacement)[2]) ** 2
+        before = np.square(self.deviations(displacement)).tolist()
         self._long.learn(corrected, found)
-        self._learn_scale(displacement, driven, found, covariance)
+        self._learn_scale(displacement, driven, found, covariance, before[0])
         rest = self.base.rotation(displacement, BIAS_REST) ** 2
-        self.systematic.bias.learn(driven, error, float(covariance[2, 2]), before, rest)
+        self.systematic.bias.learn(driven, error, float(covariance[2, 2]), before[2], rest)
         expected = math.hypot(
             self.base.rotation_per_rad * displacement.theta, self.base.rotation_floor
         )
@@ -109,15 +107,15 @@ class AdaptiveOdometry:
         self._rotation_per_m = min(rate, self.base.rotation_per_m)
 
     def _learn_scale(
-        self, displacement: Pose2, driven: float, found: Pose2, covariance: Array
+        self, displacement: Pose2, driven: float, found: Pose2, covariance: Array, before: float
     ) -> None:
-        """Update the scale by the distance in the direction of the displacement. The prediction is
-        taken out of the covariance; where the scan has no information, nothing is learned."""
+        """Update the scale by the distance in the direction of the displacement. The prediction, of
+        variance `before`, is taken out of the covariance; where the scan has no information,
+        nothing is learned."""
         if driven < MIN_DISTANCE:
             return
         along = np.array(self._turned(displacement)[:2]) / driven
         variance = max(float(along @ covariance[:2, :2] @ along), MIN_VARIANCE)
-        before = float(self.deviations(displacement)[0]) ** 2
         predicted = self.systematic.scale.factor * driven
         scan = measured(float(along @ found[:2]) - predicted, variance, before)
         if scan is not None:

@@ -46,14 +46,16 @@ class GaussianMotion:
 
     def deviations(self, displacement: Pose2) -> Array:
         """(3,) standard deviations of x, y in m and theta in rad; the errors are independent."""
-        driven, turned = math.hypot(displacement.x, displacement.y), abs(displacement.theta)
+        return self.with_rotation(displacement, self.rotation_per_m)
+
+    def with_rotation(self, displacement: Pose2, per_m: float) -> Array:
+        """The same, with `per_m` in place of `rotation_per_m`."""
         translation = math.hypot(
-            self.translation_per_m * driven,
-            self.translation_per_rad * turned,
+            self.translation_per_m * math.hypot(displacement.x, displacement.y),
+            self.translation_per_rad * abs(displacement.theta),
             self.translation_floor,
         )
-        rotation = self.rotation(displacement, self.rotation_per_m)
-        return np.array([translation, translation, rotation])
+        return np.array([translation, translation, self.rotation(displacement, per_m)])
 
     def rotation(self, displacement: Pose2, per_m: float) -> float:
         """rad, standard deviation of theta, with `per_m` in place of `rotation_per_m`."""
