@@ -27,6 +27,7 @@ FOUND_COVARIANCE = np.diag([0.05, 0.05, 0.02]) ** 2  # the same, of one that was
 UNSURE_COVARIANCE = np.diag([0.5, 0.5, 0.07]) ** 2  # or that goes on on new ground
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
+SOME_WAY = 6.0  # m, driven before that
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
 NEW_GROUND, FIRST = 10.0, 3.0  # m, that a robot drives on new ground; the first may be known:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
@@ -156,7 +157,8 @@ class Astray:
             return here if accepted else None, CONFIRMED
         if self._meets(best) or same_place(best.pose, believed):
             lead = _lead(best, [*found, here], believed)
-            return best if lead > LEAD else None, CONFIRMED if lead > MIN_GAIN else REPEATED
+            least = LEAD if self._path > SOME_WAY else MIN_GAIN
+            return best if lead > least else None, CONFIRMED if lead > MIN_GAIN else REPEATED
         return here if best.value - here.value < TIE else None, CONFIRMED
 
     def _possible(self, place: Place, believed: Pose2) -> bool:
