@@ -34,7 +34,7 @@ from slam.memory import give_back
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.recovery.astray import Astray
 from slam.recovery.places import Surroundings
-from slam.recovery.watch import Watch
+from slam.recovery.watch import MISPLACED, Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.sensor_models.endpoint import Endpoint
@@ -299,7 +299,7 @@ class GraphSlam:
     def _surroundings(self) -> Surroundings:
         """The map that a lost robot is searched for in, and the current local map in it: the whole
         one, or without the last local maps if these are misplaced."""
-        if self._old_ground.votes:
+        if self._old_ground.votes >= MISPLACED:
             return self._old_ground.surroundings(self.places, self.graph.poses)
         if self._searched is None:
             self._searched = SearchedMap()

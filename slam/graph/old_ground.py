@@ -95,6 +95,7 @@ class OldGround:
         self._shares: deque[float] = deque(maxlen=WINDOW)
         self._other = Other(Pose2(), 0.0)  # the last one found, its pose from the believed one
         self._begin = 0  # ordinal of the first local map since the robot was found
+        self._unknown = 0  # local maps in a row that lie on new ground
         self._wait, self._fails = 0, 0  # local maps until the next search; searches in vain
 
     @property
@@ -112,7 +113,11 @@ class OldGround:
 
     def begin(self, ordinal: int) -> None:
         """The robot was found again: local maps from this one on are where they seem to be."""
-        self.votes, self._begin = 0, ordinal
+        self._begin = ordinal
+        self._forget_doubt()
+
+    def _forget_doubt(self) -> None:
+        self.votes = 0
         self._shares.clear()
 
     def surroundings(self, places: Sequence[LocalMap], poses: Array) -> Surroundings:
@@ -123,9 +128,15 @@ class OldGround:
 
     def judge(self, ground: Ground, scan: Panorama) -> None:
         """Judge the last local map of the `ground`, of which `scan` is the panorama."""
+        if ground.places[-1].ordinal < self._begin:
+            return
         share = ground.unexplained(scan)
         if share is None:
+            self._unknown += 1
+            if self._unknown == WINDOW:
+                self._forget_doubt()
             return
+        self._unknown = 0
         self._shares.append(share)
         self._wait -= 1
         mean = sum(self._shares) / len(self._shares)

@@ -1,5 +1,7 @@
 """Local maps are judged by those drawn long before: usual ones, other places, no place at all."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -24,10 +26,11 @@ WEAK, STRONG = NOT_HERE - 5.0, NOT_HERE + 5.0
 
 
 class Told(Ground):
-    """Ground of which the first coordinate is the share that is unexplained."""
+    """Ground of which the first coordinate is the share that is unexplained; NaN: new ground."""
 
     def unexplained(self, scan: object) -> float | None:
-        return self.poses[0, 0]
+        share = float(self.poses[0, 0])
+        return None if math.isnan(share) else share
 
 
 class Scripted(OldGround):
@@ -43,7 +46,7 @@ class Scripted(OldGround):
 
     def take(self, share: float) -> None:
         poses = np.array([[share, 0.0, 0.0]])
-        self.judge(Told([], poses, [], Matcher(Loops())), panorama(place().keyframes))
+        self.judge(Told([place(9)], poses, [], Matcher(Loops())), panorama(place().keyframes))
 
 
 def place(ordinal: int = 0) -> LocalMap:
@@ -97,6 +100,23 @@ def test_what_fits_again_ends_the_doubt() -> None:
     assert ground.votes == 0
     ground.take(0.0)
     assert ground.searches == WINDOW
+
+
+def test_new_ground_ends_the_doubt() -> None:
+    ground = misplaced(Other(THERE, WEAK))
+    for _ in range(WINDOW - 1):
+        ground.take(math.nan)
+    assert ground.votes == 1
+    ground.take(math.nan)
+    assert ground.votes == 0
+
+
+def test_local_maps_from_before_the_robot_was_found_are_not_judged() -> None:
+    ground = misplaced(Other(THERE, WEAK))
+    ground.begin(10)
+    for _ in range(2 * WINDOW):
+        ground.take(1.0)
+    assert (ground.searches, ground.votes) == (1, 0)
 
 
 def test_a_robot_that_was_found_is_not_doubted_for_what_was_before() -> None:
