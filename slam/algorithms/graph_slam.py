@@ -22,7 +22,6 @@ from slam.graph.echoes import Echoes, echoes_of
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap, Panorama
 from slam.graph.loops import Loops, Matcher
-from slam.graph.old_ground import Ground, OldGround
 from slam.graph.path import Path
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.redundancy import Redundancy
@@ -33,6 +32,7 @@ from slam.maps.static import Static
 from slam.memory import give_back
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.recovery.astray import Astray
+from slam.recovery.old_ground import Ground, OldGround
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import MISPLACED, Watch
 from slam.scan import Scan

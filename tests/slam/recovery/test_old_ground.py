@@ -8,7 +8,7 @@ import pytest
 from slam.geometry import Pose2
 from slam.graph.local_map import LocalMap, panorama
 from slam.graph.loops import Loops, Matcher
-from slam.graph.old_ground import (
+from slam.recovery.old_ground import (
     LEARNED,
     LONGEST_PAUSE,
     NOT_HERE,
