@@ -291,13 +291,10 @@ class MaximumLikelihood:
         """Map apart from now on; the doubted keyframes are dropped."""
         self._doubted.clear()
         front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
-        self.astray = Astray(
-            front,
-            self._surroundings(),
-            estimate.pose,
-            watch.belief.probability,
-            watch.demands,
-        )
+        demands, lost = watch.demands, watch.belief.probability
+        if self._frozen:  # it is localised in what is mapped: there is no new ground
+            demands = demands._replace(known=True)
+        self.astray = Astray(front, self._surroundings(), estimate.pose, lost, demands)
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:
         """The estimate of a lost robot; returns to the map where it is found there."""
