@@ -74,8 +74,9 @@ class GraphSlam:
     it is drawn anew, by a loop or by `finish`.
 
     Each update does one unit of that work (a match, or a step of the optimisation), which bounds
-    its time; where several local maps wait, it does one unit for each. `finish` does what is left,
-    and then aligns all keyframes with each other.
+    its time, but for searches of the whole map where the robot may be elsewhere; where several
+    local maps wait, it does one unit for each. `finish` does what is left, and then aligns all
+    keyframes with each other.
 
     map_model   makes the global map
     local       makes a local map: a few metres, in which little changes
@@ -249,7 +250,7 @@ class GraphSlam:
     @property
     def nbytes(self) -> int:
         """Bytes of the maps in memory: the current local map, those cached for matching, the
-        global map, and the one that is searched for a lost robot. The scans of the keyframes are
+        global map, and those that are searched for a lost robot. The scans of the keyframes are
         not counted."""
         front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         searched = self._searched.nbytes if self._searched is not None else 0
@@ -266,7 +267,7 @@ class GraphSlam:
         before, astray = self._front.keyframe, self._front.astray
         estimate = self._front.update(displacement, scan)
         if astray is not None:
-            return self._rejoined(astray) if self._front.astray is None else estimate
+            return estimate if self._front.astray is not None else self._rejoined(astray, estimate)
         if self._front.keyframe is before:
             return estimate
         if self._front.astray is not None:
@@ -292,9 +293,10 @@ class GraphSlam:
             self._matcher.keep(place, self._front.sensor_model)
         self._work.append(self._close(place))
         self._append(estimate)
-        return self._begin(
+        begun = self._begin(
             place.following(last.scan, last.pose, self._seeds(place)), estimate.score
         )
+        return begun._replace(lost=estimate.lost)
 
     def _surroundings(self) -> Surroundings:
         """The map that a lost robot is searched for in, and the current local map in it: the whole
@@ -306,7 +308,7 @@ class GraphSlam:
         poses = self.graph.poses
         return Surroundings(self._searched.endpoint(self.places, poses), Pose2.of(poses[-1]))
 
-    def _rejoined(self, astray: Astray) -> Estimate:
+    def _rejoined(self, astray: Astray, found: Estimate) -> Estimate:
         """A local map of what was mapped apart, tied to the graph where the robot was found; no
         edge leads to it from the local map in which the robot got lost."""
         assert self._front is not None
@@ -324,7 +326,7 @@ class GraphSlam:
         self._old_ground.begin(place.ordinal)
         assert self._front is not None
         self._front.place(here)
-        return estimate._replace(pose=here)
+        return estimate._replace(pose=here, lost=found.lost)
 
     def _begin(self, place: LocalMap, score: float = 0.0) -> Estimate:
         self._front = MaximumLikelihood(
@@ -444,10 +446,10 @@ class GraphSlam:
             yield
         if closed:
             yield from self._moved(graph.adjusting())
-        if self.watch is not None and self._is_sure():
-            self._judge(self.watch, self.places.index(place), panorama)
-            yield
         if place is not self.places[-1]:
+            if self.watch is not None and self._is_sure():
+                self._judge(self.watch, self.places.index(place), panorama)
+                yield
             self._matcher.build(place)
             place.compact()
         while self._forget(self.places.index(place)):

@@ -292,8 +292,8 @@ class MaximumLikelihood:
         self._doubted.clear()
         front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
         demands, lost = watch.demands, watch.belief.probability
-        if self._frozen:  # it is localised in what is mapped: there is no new ground
-            demands = demands._replace(known=True)
+        if self._frozen:
+            demands = demands._replace(no_new_ground=True)
         self.astray = Astray(front, self._surroundings(), estimate.pose, lost, demands)
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:
@@ -303,7 +303,8 @@ class MaximumLikelihood:
         if origin is not None:
             self._return(astray, origin)
             estimate = estimate._replace(pose=self.pose, covariance=astray.covariance)
-            estimate = estimate if self.watch is None else self.watch.told(estimate)
+            assert self.watch is not None
+            estimate = self.watch.told(estimate)
         self.pose = estimate.pose
         return estimate
 

@@ -44,7 +44,8 @@ class Demands(NamedTuple):
     usual         share of the echoes that the map explains in this recording
     within        m and rad from the believed place; None: anywhere. After a gap in the scans the
                   odometry did not fail: the robot may see new ground that looks like another place
-    known         whether it is known ground that does not agree with the robot
+    no_new_ground  whether the believed place is none: known ground did not agree with the robot,
+                  or the map is not drawn any more
     """
 
     path: float
@@ -52,7 +53,7 @@ class Demands(NamedTuple):
     sudden: bool
     usual: float = 0.9
     within: tuple[float, float] | None = None
-    known: bool = False
+    no_new_ground: bool = False
 
 
 SUDDEN = Demands(0.7, 0.2, True)
@@ -98,7 +99,7 @@ class Astray:
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._candidate: Pose2 | None = None  # the origin by the last attempt
         self._agreeing = 0  # attempts in a row that found it
-        self._known = demands.known  # whether the map knows the believed place
+        self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """The pose by the map apart, at the place that was believed when the robot got lost."""
@@ -135,22 +136,23 @@ class Astray:
         self.sure = self._agreeing >= attempts
         if self.sure:
             return origin
-        return self.believed if self._on_new_ground() else None
+        return self.believed if origin is None and self._on_new_ground() else None
 
     def _on_new_ground(self) -> bool:
         """Whether the robot drove on ground that the map does not know, if it is where it believed
         to be."""
-        if self._known or self._path < NEW_GROUND:
+        if self._no_new_ground or self._path < NEW_GROUND:
             return False
         path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
-        return not self._places.crossed(path[:, :2])
+        self._no_new_ground = self._places.crossed(path[:, :2])
+        return not self._no_new_ground
 
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
-        self._known |= self._path > FIRST and sum(here.agreement) > LITTLE_KNOWN
+        self._no_new_ground |= self._path > FIRST and sum(here.agreement) > LITTLE_KNOWN
         best = max(found, key=partial(_worth, believed=believed), default=None)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)

@@ -27,7 +27,7 @@ KEYFRAMES, ECHOES = 100, 150  # of them, at most, and in the coarse map
 USUAL, MEMORY = 0.03, 20  # share of known echoes that old maps do not explain; local maps
 UNUSUAL = 0.02  # more than usual: is searched for
 LEARNED, DISMISSED = 0.1, 8  # more, at most, is learned from; searches that make it usual
-LONGEST_PAUSE = 8  # local maps between two searches
+LONGEST_PAUSE = RECENT  # local maps between two searches
 DRIFT = 1.0, 1.0, math.radians(10.0)  # m, m, rad, of a loop that is not closed yet
 KNOWN, WRONG = 0.7, 0.15  # share of the echoes that the map knows here, or does not explain
 GAIN, MORE_EXPLAINED = 8.0, 0.05  # nats, and share of the echoes, more at another place
@@ -75,9 +75,9 @@ class Ground(NamedTuple):
         """The last keyframes, of local maps from ordinal `begin` on, as one scan at the frame."""
         found = []
         for place, pose in zip(self.places[-WINDOW:], self.poses[-WINDOW:], strict=True):
-            if place.ordinal >= begin:
+            if place.ordinal >= max(begin, self.places[-1].ordinal - WINDOW + 1):
                 away = self.frame.between(Pose2.of(pose))
-                found += [Keyframe(scan, away @ within) for scan, within in place.keyframes]
+                found += [Keyframe(one.scan.bare(), away @ one.pose) for one in place.keyframes]
         return panorama(found[-KEYFRAMES:])
 
 
@@ -93,7 +93,7 @@ class OldGround:
         self._map = SearchedMap()
         self._usual = USUAL
         self._shares: deque[float] = deque(maxlen=WINDOW)
-        self._other = Other(Pose2(), 0.0)  # the last one found, its pose from the believed one
+        self._other = Other(Pose2(), 0.0)  # the last one found; there @ here^-1
         self._begin = 0  # ordinal of the first local map since the robot was found
         self._unknown = 0  # local maps in a row that lie on new ground
         self._wait, self._fails = 0, 0  # local maps until the next search; searches in vain
@@ -114,6 +114,7 @@ class OldGround:
     def begin(self, ordinal: int) -> None:
         """The robot was found again: local maps from this one on are where they seem to be."""
         self._begin = ordinal
+        self._wait = self._fails = 0
         self._forget_doubt()
 
     def _forget_doubt(self) -> None:
@@ -164,6 +165,7 @@ class OldGround:
 
     def _elsewhere(self, ground: Ground) -> Other | None:
         """The place of the last frame at which the last local maps fit much better."""
+        ground.matcher.pack()  # makes room for the map of all
         endpoint, frame = self.surroundings(ground.places, ground.poses)
         scan = ground.last(self._begin)
         starts = frame, best_near(endpoint, scan, frame, DRIFT)

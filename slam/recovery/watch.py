@@ -32,7 +32,7 @@ DOUBTED = 0.005  # probability of being lost, above which no keyframe is integra
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardly moved
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
-MISPLACED = 2  # local maps in a row that fit much better at the same other place
+MISPLACED = 2  # searches in a row by which local maps lie elsewhere
 MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
@@ -63,7 +63,7 @@ class Watch:
     belief    the probability, and what is usual
     odometry  tells where it failed
     wide      the search around the predicted pose after a failure of the odometry
-    suspected  how many local maps in a row fit much better at another place, by a graph
+    suspected  searches in a row by which the local maps of a graph lie elsewhere
     """
 
     def __init__(self, wide: WideSearch | None = None):
@@ -81,7 +81,7 @@ class Watch:
         self._startled = False  # whether a scan that was not matched has changed since
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
-        self._dropped = 0.0  # probability that a doubt which was dropped was right
+        self._dropped = 0.0  # probability that a doubt which is over was right
         self._disagreeing = 0  # matches in a row with which the map hardly agrees
 
     @property
@@ -109,7 +109,7 @@ class Watch:
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
             within=self._within,
-            known=self.suspected > 0 or self._misfit.votes > 0,
+            no_new_ground=self.suspected > 0 or self._misfit.votes > 0,
         )
 
     def told(self, estimate: Estimate) -> Estimate:
@@ -201,7 +201,7 @@ class Watch:
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
-        self._dropped = DROPPED
+        self._dropped = max(self._dropped, DROPPED)
         return NOT_ELSEWHERE
 
     def _checked(

@@ -146,7 +146,7 @@ class Endpoint:
 
     def raise_known(self, known: np.ndarray, points: Array, pose: Pose2) -> None:
         """Raise `known` (n,) uint8 to 1 for echoes (n, 2) that the map knows, and to 2 for those
-        that it explains: by several maps together."""
+        that it explains; of several maps one after the other."""
         tiles = self.tiles
         field.raise_known(
             known, tuple(pose), points, tiles.index, self._field.flat, tiles.origin,

@@ -43,7 +43,21 @@ def test_it_goes_on_on_new_ground_and_is_not_sure() -> None:
 
 
 def test_it_stays_lost_where_known_ground_did_not_agree_with_it() -> None:
-    assert driven(SUDDEN._replace(known=True))[1] == np.inf
+    assert driven(SUDDEN._replace(no_new_ground=True))[1] == np.inf
+
+
+def test_a_place_that_is_being_confirmed_comes_before_new_ground() -> None:
+    astray = Astray(Turning(), Surroundings(reading(), Pose2()), BESIDE, 0.95)
+    there = astray._places.matched(room(), Pose2())
+    found = iter([None] * 10 + [there] * 10)
+    astray._place = lambda scan, believed: (next(found), 5)
+    for k in range(15):
+        scan = replace(room(), time=2.0 * k)
+        astray.update(Pose2(0.95, 0.0, 0.0), scan)
+        if (origin := astray.found(scan.time)) is not None:
+            break
+    assert astray.sure
+    assert origin == there.pose
 
 
 def test_a_path_through_a_wall_is_told_from_one_on_new_ground() -> None:
