@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.recovery.astray import NEW_GROUND, SUDDEN, Astray, Demands
@@ -16,7 +17,7 @@ BESIDE = Pose2(6.0, 0.0, 0.0)  # the known room, 4 x 3 m around the origin
 STEP = Pose2(0.2, 0.0, 0.0)
 
 
-class Turning:
+class Turning(DeadReckoning):
     """A SLAM of a robot that comes back to where it stood: only the odometry tells of the way."""
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
@@ -49,12 +50,13 @@ def test_it_stays_lost_where_known_ground_did_not_agree_with_it() -> None:
 def test_a_place_that_is_being_confirmed_comes_before_new_ground() -> None:
     astray = Astray(Turning(), Surroundings(reading(), Pose2()), BESIDE, 0.95)
     there = astray._places.matched(room(), Pose2())
-    found = iter([None] * 10 + [there] * 10)
+    found, origin = iter([None] * 10 + [there] * 10), None
     astray._place = lambda scan, believed: (next(found), 5)
     for k in range(15):
         scan = replace(room(), time=2.0 * k)
         astray.update(Pose2(0.95, 0.0, 0.0), scan)
-        if (origin := astray.found(scan.time)) is not None:
+        origin = astray.found(scan.time)
+        if origin is not None:
             break
     assert astray.sure
     assert origin == there.pose
