@@ -20,7 +20,6 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 
-ABOVE_ZERO = 1e-30  # m: a range of zero is no echo
 PIECE = 0.1  # m, of a surface that counts once
 
 
@@ -28,18 +27,18 @@ class Directions:
     """The directions of the last beams that were asked for: the scans of a laser share them."""
 
     def __init__(self) -> None:
-        self._last = 0.0, b"", np.empty((0, 2))  # turn, bytes of the angles, directions
+        self._last: tuple[object, Array] = None, np.empty((0, 2))  # key, directions
 
     def of(self, angles: Array, turn: float) -> Array:
         """(beams, 2) unit vectors of beams at `angles` of a sensor turned by `turn`; read-only."""
-        last, key = self._last, angles.tobytes()  # read once: another thread may replace it
-        if turn == last[0] and key == last[1] and len(angles) == len(last[2]):
-            return last[2]
+        key, last = (turn, angles.dtype, angles.tobytes()), self._last
+        if key == last[0]:  # `last` was read once: another thread may replace it
+            return last[1]
         turned, directions = angles + turn, np.empty((len(angles), 2))
         np.cos(turned, out=directions[:, 0])
         np.sin(turned, out=directions[:, 1])
         directions.flags.writeable = False
-        self._last = turn, key, directions
+        self._last = key, directions
         return directions
 
 
@@ -100,8 +99,7 @@ class Scan:
     @cached_property
     def hit(self) -> np.ndarray:
         """(beams,) bool: an echo within the sensor's range."""
-        least = max(self.min_range, ABOVE_ZERO)
-        return (self.ranges >= least) & (self.ranges < self.max_range)
+        return (self.ranges >= self.min_range) & (self.ranges < self.max_range) & (self.ranges > 0)
 
     @cached_property
     def no_echo(self) -> np.ndarray:

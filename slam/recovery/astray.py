@@ -12,12 +12,11 @@ from slam.geometry import Array, Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import Place, Places, Surroundings, agree, near, same_place
+from slam.recovery.places import MANY, Place, Places, Surroundings, agree, near, same_place
 from slam.scan import Scan
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
 MAX_RECENT = 100  # keyframes that are matched: in a corridor 10 m tell more than 4
-MANY = 150  # echoes that are searched for
 LEAST_EXPLAINED = 0.55  # of the usual share, at a place that is accepted if nothing contradicts it
 WELL_EXPLAINED = 0.78  # the same, if as much contradicts it as the demands allow
 LESS_EXPLAINED = 0.1  # share of the echoes, at most, of a place that fits nearly as well
@@ -37,15 +36,15 @@ TIE = 5.0  # nats by which the best place must exceed the believed one, if it is
 class Demands(NamedTuple):
     """What is asked of a place before a lost robot is believed to be there.
 
-    path          m, driven since it got lost
-    contradicted  share of the echoes, at most
-    sudden        whether a scan that was not continuous preceded: the robot was carried, and is at
-                  the believed place only if the map agrees
-    usual         share of the echoes that the map explains in this recording
-    within        m and rad from the believed place; None: anywhere. After a gap in the scans the
-                  odometry did not fail: the robot may see new ground that looks like another place
+    path           m, driven since it got lost
+    contradicted   share of the echoes, at most
+    sudden         whether a scan that was not continuous preceded: the robot was carried, and is at
+                   the believed place only if the map agrees, or is new ground
+    usual          share of the echoes that the map explains in this recording
+    within         m and rad from the believed place; None: anywhere. After a gap in the scans the
+                   odometry did not fail: the robot may see new ground that looks like another place
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
-                  or the map is not drawn any more
+                   or the map is not drawn any more
     """
 
     path: float

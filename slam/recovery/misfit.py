@@ -11,7 +11,7 @@ from typing import NamedTuple
 from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.recovery.match import Match
-from slam.recovery.places import Place, Places, Surroundings, agree, best_near, matched, near
+from slam.recovery.places import MANY, Place, Places, Surroundings, agree, best_near, matched, near
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
@@ -23,8 +23,7 @@ KNOWN = (
     0.9  # usual share of explained echoes, at least, of a robot on known ground: new ground that
 )
 # looks like another place is none to be searched for
-KEPT = 40  # keyframes that are searched for together,
-ECHOES = 150  # and their echoes in the coarse map
+KEPT = 40  # keyframes that are searched for together
 PAUSE, LONGEST_PAUSE = 5, 320  # keyframes between two searches; doubled by each that finds nothing
 WITHHELD = 60  # keyframes, at most, that are not drawn while another place is suspected
 HELD = 100  # keyframes, after which unusual shares become usual
@@ -137,7 +136,7 @@ class Misfit:
     def _way_elsewhere(self, scan: Scan, pose: Pose2, surroundings: Surroundings) -> Pose2 | None:
         """From here to another place of the whole map at which the last keyframes fit."""
         endpoint, here = surroundings.endpoint, surroundings.frame @ pose
-        places = Places(endpoint, known=True, echoes=ECHOES, rated=True)
+        places = Places(endpoint, known=True, echoes=MANY, rated=True)
         other = places.best(scan, self._usual[0] - AS_USUAL)
         if other is None or not self._fits(endpoint, scan, other, here, GAIN):
             return None

@@ -17,16 +17,17 @@ from slam.geometry import Array, Pose2, compose
 from slam.graph.local_map import Keyframe, LocalMap, Panorama, panorama
 from slam.graph.loops import Matcher
 from slam.graph.whole_map import SearchedMap
-from slam.recovery.places import Place, Places, Surroundings, best_near, matched, near
+from slam.recovery.places import MANY, Place, Places, Surroundings, best_near, matched, near
 
 RECENT = 5  # local maps before the last one, which are not old: they agree with it anywhere
 NEAREST, FARTHEST = 4, 8.0  # old local maps, at most, that judge; m, between centres
 LEAST_KNOWN = 0.4  # share of the echoes that they know, or they do not judge
-WINDOW = 3  # local maps, whose mean counts, and which are searched for:
-KEYFRAMES, ECHOES = 100, 150  # of them, at most, and in the coarse map
-USUAL, MEMORY = 0.03, 20  # share of known echoes that old maps do not explain; local maps
+WINDOW = 3  # local maps, whose mean counts, and which are searched for
+KEYFRAMES = 100  # of them, at most
+USUAL, MEMORY = 0.03, 20  # share of known echoes unexplained, at first; local maps of its mean
 UNUSUAL = 0.02  # more than usual: is searched for
-LEARNED, DISMISSED = 0.1, 8  # more, at most, is learned from; searches that make it usual
+LEARNED = 0.1  # more than usual, at most, that a local map counts in the mean
+DISMISSED = 8  # the same as MEMORY, of what was searched for in vain
 LONGEST_PAUSE = RECENT  # local maps between two searches
 DRIFT = 1.0, 1.0, math.radians(10.0)  # m, m, rad, of a loop that is not closed yet
 KNOWN, WRONG = 0.7, 0.15  # share of the echoes that the map knows here, or does not explain
@@ -143,7 +144,9 @@ class OldGround:
         mean = sum(self._shares) / len(self._shares)
         if len(self._shares) < WINDOW or mean < self._usual + UNUSUAL:
             self._learn(share, MEMORY)
-            self.votes, self._fails = 0, self._fails if self._wait > 0 else 0
+            self.votes = 0
+            if self._wait <= 0:
+                self._fails = 0
         elif self._wait <= 0:
             self._vote(ground.frame, self._elsewhere(ground))
             self._wait = min(1 + self._fails // 2, LONGEST_PAUSE)
@@ -161,7 +164,8 @@ class OldGround:
         before, self._other = self._other, Other(other.pose @ here.inverse(), other.gain)
         not_here = min(before.gain, other.gain) > NOT_HERE
         agree = not_here or near(before.pose @ here, other.pose, *SAME)
-        self._fails, self.votes = 0, self.votes + 1 if self.votes and agree else 1
+        self.votes = self.votes + 1 if self.votes and agree else 1
+        self._fails = 0
 
     def _elsewhere(self, ground: Ground) -> Other | None:
         """The place of the last frame at which the last local maps fit much better."""
@@ -173,7 +177,7 @@ class OldGround:
         explained, wrong = endpoint.known_shares(scan.points, here.pose)
         if explained + wrong < KNOWN and wrong < max(explained, WRONG):
             return None  # new ground
-        found = Places(endpoint, known=True, echoes=ECHOES, rated=True).best(scan, explained)
+        found = Places(endpoint, known=True, echoes=MANY, rated=True).best(scan, explained)
         if found is None or found.value < here.value + GAIN:
             return None
         there, _ = endpoint.known_shares(scan.points, found.pose)

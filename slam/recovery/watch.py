@@ -60,9 +60,9 @@ class Watch:
     scans much better, the place has changed; if another does so three times, the robot is
     lost.
 
-    belief    the probability, and what is usual
-    odometry  tells where it failed
-    wide      the search around the predicted pose after a failure of the odometry
+    belief     the probability, and what is usual
+    odometry   tells where it failed
+    wide       the search around the predicted pose after a failure of the odometry
     suspected  searches in a row by which the local maps of a graph lie elsewhere
     """
 
@@ -101,6 +101,11 @@ class Watch:
         return self._rivals.votes >= MIN_VOTES or self.belief.probability > CERTAIN
 
     @property
+    def _suspects(self) -> bool:
+        """Whether known ground misfits, and a search found another place at which it fits."""
+        return self._misfit.votes > 0 or self.suspected > 0
+
+    @property
     def demands(self) -> Demands:
         """What is asked of another place, if the robot is lost."""
         demands = GRADUAL if self._jump is None else SUDDEN
@@ -109,12 +114,12 @@ class Watch:
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
             within=self._within,
-            no_new_ground=self.suspected > 0 or self._misfit.votes > 0,
+            no_new_ground=self._suspects,
         )
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
-        suspected = UNCHECKED if self._misfit.votes or self.suspected else 0.0
+        suspected = UNCHECKED if self._suspects else 0.0
         return estimate._replace(lost=max(self.belief.probability, self._dropped, suspected))
 
     def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:

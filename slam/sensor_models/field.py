@@ -21,6 +21,7 @@ U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numb
 U_2 = np.uint64(2)
 U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
 NEAR_UNKNOWN = np.float32(0.003)  # nats: the field is tabulated
+KNOWN, EXPLAINED = 1, 2  # of an echo, see `raise_known`
 ROUNDING = 1e-6  # nats, of sums that are compared with a floor
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
@@ -247,15 +248,15 @@ def counts(x, y, theta, points, index, field, origin, resolution, low, high):
 @kernel
 def raise_known(known, pose, points, index, field, origin, resolution, high):
     """Raise `known` (n,) uint8 to 1 for points, given in the frame of a robot at `pose`, where the
-    field is not unknown, and to 2 where it is above `high`."""
+    field is not unknown (KNOWN), and to 2 where it is above `high` (EXPLAINED)."""
     x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
         value = _value(px, py, index, field, origin, resolution)
         if value > high:
-            known[k] = 2
-        elif known[k] == 0 and abs(value - field[0]) >= NEAR_UNKNOWN:
-            known[k] = 1
+            known[k] = EXPLAINED
+        elif known[k] < KNOWN and abs(value - field[0]) >= NEAR_UNKNOWN:
+            known[k] = KNOWN
 
 
 @kernel

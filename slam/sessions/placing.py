@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.recovery.places import Place, Places, matched, same_place
+from slam.recovery.places import MANY, Place, Places, matched, same_place
 from slam.sensor_models.endpoint import Endpoint
 from slam.sessions.relocalisation import in_words
 from slam.sessions.stretches import LENGTH, Stretch
 
-ECHOES = 150  # of a stretch that are searched for
 SHOWN, CONTRADICTED = 0.45, 0.2  # share of the echoes of a stretch that the map explains at least
 # where it shows the stretch, and contradicts at most: doors move
 LEAST_SHOWN = 3  # stretches that the map shows at least,
@@ -34,7 +33,7 @@ class Proposal(NamedTuple):
 def placed(reading: Endpoint, parts: Sequence[Stretch]) -> tuple[Proposal, Proposal | None]:
     """Where the other session's frame lies: the proposal that most stretches agree with, and the
     best one of another place, if any. Raises InputError if there is none."""
-    places = Places(reading, echoes=ECHOES)
+    places = Places(reading, echoes=MANY)
     proposals: list[Proposal] = []
     for part in parts:
         for found in places.all(part.scan, SHOWN):
