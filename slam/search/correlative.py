@@ -12,9 +12,9 @@ from slam.geometry import Array, Pose2
 from slam.interface import Posterior
 from slam.kernel import kernel
 from slam.motion.gaussian import log_density, with_errors
+from slam.search.candidates import likeliest
 from slam.search.gauss_newton import GaussNewton, ascended_field
 from slam.sensor_models.endpoint import Endpoint
-from slam.sensor_models.field import likeliest
 from slam.validation import positive
 
 FEW = 16  # candidates of which all are evaluated in full: a floor would cost more than it saves
@@ -145,7 +145,8 @@ def _best_in_field(axes, prior, points, samples):
     samples  see `Endpoint.samples`
     """
     poses = with_errors(_grid(*axes), prior[0], prior[1])
-    best = likeliest(poses, log_density(poses, *prior), points, *samples)
+    group = len(axes[1]) * len(axes[2])
+    best = likeliest(poses, log_density(poses, *prior), group, points, *samples)
     return poses[best, 0], poses[best, 1], poses[best, 2]
 
 

@@ -127,7 +127,7 @@ class Endpoint:
 
     @property
     def samples(self) -> Samples:
-        """What kernels compare poses by: the last arguments of `field.likeliest`."""
+        """What kernels compare poses by: the last arguments of `search.candidates.likeliest`."""
         tiles = self.tiles
         return (tiles.index, self._field.flat, tiles.origin, tiles.resolution,
                 self.unknown, self.top, self.beta)  # fmt: skip

@@ -159,31 +159,15 @@ def sums(poses, points, index, field, origin, resolution, unknown, floor, top):
     """
     result = np.empty(len(poses))
     for n in range(len(poses)):
-        result[n] = _sum(poses[n, 0], poses[n, 1], poses[n, 2], points, index, field, origin,
-                         resolution, unknown, floor, top)  # fmt: skip
+        result[n] = pose_sum(poses[n, 0], poses[n, 1], poses[n, 2], points, index, field, origin,
+                             resolution, unknown, floor, top)  # fmt: skip
     return result
 
 
 @kernel
-def likeliest(poses, priors, points, index, field, origin, resolution, unknown, top, beta):
-    """The number of the pose (of (n, 3)) with the largest sum over the points of the field, times
-    `beta`, plus its log prior (n,); the first of equal ones.
-
-    The poses are tried in the order of their priors, and each only until it must be worse.
-    """
-    best, found = -np.inf, 0
-    for n in np.argsort(-priors, kind="mergesort"):
-        floor = (best - priors[n]) / beta - ROUNDING
-        total = _sum(poses[n, 0], poses[n, 1], poses[n, 2], points, index, field, origin,
-                     resolution, unknown, floor, top)  # fmt: skip
-        value = beta * total + priors[n]
-        if value > best or (value == best and n < found):
-            best, found = value, n
-    return found
-
-
-@kernel
-def _sum(robot_x, robot_y, theta, points, index, field, origin, resolution, unknown, floor, top):
+def pose_sum(
+    robot_x, robot_y, theta, points, index, field, origin, resolution, unknown, floor, top
+):
     """The sum of `sums` for one pose."""
     scale = 1.0 / resolution
     rows, cols = (index.shape[0] << SHIFT) - 1.0, (index.shape[1] << SHIFT) - 1.0
