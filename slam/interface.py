@@ -144,11 +144,6 @@ class SensorModel(Protocol):
         """
         ...
 
-    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
-        """(n,) upper bounds of the log-likelihood over all poses within `reach` m, in x and in y,
-        of each of the poses (n, 3), with the same heading. Infinity if no bound is known."""
-        ...
-
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """The log-likelihood around a pose, at one of the resolutions, in new arrays."""
         ...

@@ -9,6 +9,7 @@ from typing import Any
 from gymnasium.envs.registration import load_env_creator
 
 import slam
+from dynslam_env.patrol.config import PatrolConfig
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.goals import DoorPatrolGoalsEnv
 from dynslam_env.patrol.vector import DoorPatrolVectorEnv
@@ -46,7 +47,8 @@ def run_training(command: TrainCommand) -> int:
     _check_env(command.env)
     settings = read_settings(command.algo, command.env.rpartition(":")[2], command.hyperparameters)
     steps = _timesteps(settings) if command.steps is None else command.steps
-    parameters = {"world": world, "slam": command.slam}
+    parameters = {"world": world, "slam": command.slam, "scan_every": command.scan_every}
+    PatrolConfig(scan_every=command.scan_every)  # raises InputError for a wrong one
     training = Training(command.env, command.algo, settings, command.seed, steps, parameters)
     name = f"{file_name(command.env)}-{file_name(world)}-{command.algo}-{command.seed}"
     out = own_directory(command.out or Path("out") / "train" / name)

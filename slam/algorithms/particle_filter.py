@@ -160,7 +160,7 @@ class ParticleFilter:
         displacement = self._since_keyframe.displacement
         prediction = self._prediction(Pose2.of(self._poses[self._best]), displacement)
         posterior = Posterior(self.sensor_model, scan, prediction)
-        pose, peak = self.search.refine.top(posterior, self.search.exhaustive(posterior))
+        pose, peak = self.search.refine.top(posterior, self.search.best(posterior))
         covariance = self._matched(scan, prediction, pose) + self._scatter()
         self._since_match.restart(scan.time)
         self._last = Estimate(pose, covariance, _score(peak, prediction, pose, scan), True)
@@ -208,7 +208,7 @@ class ParticleFilter:
             prediction = self._prediction(Pose2.of(self._poses[k]), displacement)
             posterior = Posterior(self.sensor_model, scan, prediction)
             if k == best:
-                start = self.search.exhaustive(posterior)
+                start = self.search.best(posterior)
             else:
                 start = Pose2.of(prediction.poses(error)[0])
             pose, peak = self.search.refine.top(posterior, start)

@@ -165,13 +165,6 @@ class Beam:
         return self.beta * _sums(poses, sensor, ends, hit, origin, unit, beam_map, parameters,
                                  floor / self.beta - ROUNDING, self._tops(scan))  # fmt: skip
 
-    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
-        """(n,) the log-likelihood if the map explained every beam perfectly, the same at all poses:
-        a tighter bound would have to trace the beams."""
-        hit = self._beams(scan)[2]
-        echo, none = self._tops(scan)
-        return np.full(len(poses), self.beta * (echo * hit.sum() + none * (~hit).sum()))
-
     def _beams(self, scan: Scan) -> tuple[Array, Array, np.ndarray]:
         """Sensor, end points (robot's frame) and which are hits, limited by the map's `Rays`."""
         sensor, ends, hit = self._rays.ends(scan, Pose2())

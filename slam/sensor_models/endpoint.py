@@ -16,12 +16,13 @@ from slam.maps.tiles import AREA, Layer, Tiles
 from slam.scan import Scan
 from slam.sensor_models import field
 from slam.sensor_models.blocks import BLOCKS
-from slam.sensor_models.pyramid import LEVELS, PEAK_RADIUS, Means, Peaks
+from slam.sensor_models.pyramid import LEVELS, Means
 from slam.validation import positive
 
 ROUNDING = 1e-6
 # F above which an echo is explained and below which it is contradicted; the prior lies between
 EXPLAINED_F, CONTRADICTED_F = 0.4, 0.1
+INTERPOLATED = 2  # cells around an echo's, whose samples its value depends on
 SIDE = 0.15  # m before and beyond an echo, where it is told from which side a wall is known
 SHARPNESS = 9.0  # at beta 1, see `SensorModel`: the field is as wide as cells need it
 TABLE_SIZE = 4096  # values of the logarithm that are tabulated
@@ -73,17 +74,16 @@ class Endpoint:
             blocks, self._stale.values, tiles.index, self._h_level.flat, self._centroid.flat,
             self._field.flat, self._radius, *self._model,
         )  # fmt: skip
-        for derived in (self._peaks, self._means):
-            if derived is not None:
-                derived.dirty.add(blocks)
+        if self._means is not None:
+            self._means.dirty.add(blocks)
 
     def _begin(self, map_model: MapModel) -> None:
         """Start a field for a new map; unknown cells have the map's prior."""
         tiles = map_model.cells.tiles
         self._map_model = map_model
         self._radius = math.ceil(3 * self.sigma / tiles.resolution - ROUNDING)
-        if self._radius + PEAK_RADIUS > TILE_MARGIN:
-            most = tiles.resolution * (TILE_MARGIN - PEAK_RADIUS) / 3
+        if self._radius > TILE_MARGIN - INTERPOLATED:
+            most = tiles.resolution * (TILE_MARGIN - INTERPOLATED) / 3
             raise InputError(
                 f"Endpoint.sigma may be {most:g} m at most with cells of {tiles.resolution:g} m, "
                 f"got {self.sigma:g}"
@@ -101,11 +101,9 @@ class Endpoint:
         self.tiles, self._field, self.unknown = tiles, layer, float(layer.fill)
         h = np.array([field.H_MIN, field.H_MAX]) / 255
         low, high = np.log(self.z_hit * h + self.z_rand).tolist()
-        self._span = low, high
         self.top = max(high, self.unknown)
         self.nothing, self.free = low, math.log(self.z_hit * CONTRADICTED_F + self.z_rand)
         self._explained = math.log(self.z_hit * EXPLAINED_F + self.z_rand)
-        self._peaks: Peaks | None = None
         self._means: Means | None = None
 
     def field(self, level: int = 0) -> Layer:
@@ -169,13 +167,6 @@ class Endpoint:
             tiles.resolution, self.free, self._explained,
         )  # fmt: skip
         return number / max(len(points), 1)
-
-    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
-        """(n,) upper bound of the log-likelihood over all poses within `reach` m, in x and in y, of
-        each of the poses (n, 3), with the same heading."""
-        if self._peaks is None:
-            self._peaks = Peaks(self.tiles, self._field, self.unknown, *self._span)
-        return self.beta * self._peaks.bounds(scan.points, poses, reach)
 
     def reading(self, level: int) -> Reading:
         """What kernels evaluate the field of `level` by."""

@@ -60,10 +60,6 @@ class Literal:
             floor / self.beta - ROUNDING,
         )  # fmt: skip
 
-    def bound(self, scan: Scan, poses: Array, reach: float) -> Array:
-        """(n,) zero: the log of a probability is at most 0."""
-        return np.zeros(len(poses))
-
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature of the log-likelihood, by central differences."""
         return differences.slope(lambda poses: self.log_likelihood(scan, poses), pose)

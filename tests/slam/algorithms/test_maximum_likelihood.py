@@ -213,9 +213,6 @@ def test_a_part_of_ones_own_takes_the_place_of_any_other(episode) -> None:
             asked.append("likelihood")
             return np.zeros(len(poses))
 
-        def bound(self, scan, poses, reach):
-            return np.zeros(len(poses))
-
         def slope(self, scan, pose, level=0):
             return Slope(0.0, np.zeros(3), np.zeros((3, 3)))
 

@@ -20,17 +20,15 @@ class Peaks:
     """The maximum of some paraboloids: a log-likelihood with a peak at each of `tops` (n, 3).
 
     heights  (n,) of the peaks
-    known    whether bounds are given; infinity otherwise
     asked    every array of poses that was asked for
     """
 
     levels, sharpness = 1, 1.0
 
-    def __init__(self, tops, heights=None, width: Any = WIDTH, known=True):
+    def __init__(self, tops, heights=None, width: Any = WIDTH):
         self.tops = np.atleast_2d(np.asarray(tops, dtype=float))
         self.heights = np.zeros(len(self.tops)) if heights is None else np.asarray(heights)
         self.width = np.asarray(width)
-        self.known = known
         self.asked: list[np.ndarray] = []
 
     def refresh(self, map_model, changed):
@@ -38,27 +36,23 @@ class Peaks:
 
     def log_likelihood(self, scan, poses, floor=-math.inf):
         self.asked.append(poses.copy())
-        values = self._values(poses, 0.0)
+        values = self._values(poses)
         return np.where(values < floor, -math.inf, values)
-
-    def bound(self, scan, poses, reach):
-        return self._values(poses, reach) if self.known else np.full(len(poses), math.inf)
 
     def slope(self, scan, pose, level=0):
         poses = np.array([pose])
-        k = self._each(poses, 0.0)[0].argmax()
+        k = self._each(poses)[0].argmax()
         errors = np.array(pose) - self.tops[k]
         errors[2] = wrap_angle(errors[2])
         curvature = np.diag(-1.0 / self.width**2)
-        return Slope(float(self._values(poses, 0.0)[0]), curvature @ errors, curvature)
+        return Slope(float(self._values(poses)[0]), curvature @ errors, curvature)
 
-    def _values(self, poses, reach):
-        return self._each(poses, reach).max(axis=1)
+    def _values(self, poses):
+        return self._each(poses).max(axis=1)
 
-    def _each(self, poses, reach):
-        errors = np.abs(poses[:, None] - self.tops)
-        errors[..., 2] = np.abs(wrap_angle(errors[..., 2]))
-        errors[..., :2] = np.maximum(errors[..., :2] - reach, 0.0)
+    def _each(self, poses):
+        errors = poses[:, None] - self.tops
+        errors[..., 2] = wrap_angle(errors[..., 2])
         return self.heights - 0.5 * ((errors / self.width) ** 2).sum(axis=-1)
 
     @property
@@ -69,10 +63,10 @@ class Peaks:
 class Plain(Peaks):
     """No information: exactly the same everywhere."""
 
-    def __init__(self, known=True):
-        super().__init__((0.0, 0.0, 0.0), known=known)
+    def __init__(self):
+        super().__init__((0.0, 0.0, 0.0))
 
-    def _values(self, poses, reach):
+    def _values(self, poses):
         return np.full(len(poses), -3.0)
 
     def slope(self, scan, pose, level=0):

@@ -17,7 +17,7 @@ class Shape(Plain):
         super().__init__()
         self.function = function
 
-    def _values(self, poses, reach):
+    def _values(self, poses):
         return self.function((poses - np.array(POSE)) / NARROW_STEPS)
 
 

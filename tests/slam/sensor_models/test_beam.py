@@ -165,7 +165,6 @@ def test_whatever_is_no_reading_says_nothing() -> None:
     for nothing in (np.zeros(0), np.full(5, np.nan)):
         empty = Scan(nothing, np.zeros(len(nothing)), 6.0)
         assert reading.log_likelihood(empty, poses) == 0.0
-        assert reading.bound(empty, poses, 0.1) == 0.0
         assert not reading.slope(empty, Pose2()).gradient.any()
     assert reading.log_likelihood(scan, np.zeros((0, 3))).shape == (0,)
 
@@ -189,7 +188,6 @@ def test_a_stride_looks_at_every_so_many_th_beam() -> None:
     some = Scan(scan.ranges[::3], scan.angles[::3], 6.0)
     found = third.log_likelihood(scan, pose)[0]
     assert found == pytest.approx(every.log_likelihood(some, pose)[0])
-    assert third.bound(scan, pose, 0.1)[0] == pytest.approx(every.bound(some, pose, 0.1)[0])
 
 
 def test_above_the_floor_nothing_changes_and_below_it_nothing_is_missed() -> None:

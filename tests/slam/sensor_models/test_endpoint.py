@@ -68,7 +68,6 @@ def test_whatever_is_no_echo_says_nothing() -> None:
     assert endpoint.log_likelihood(more, poses) == endpoint.log_likelihood(scan, poses)
     empty = Scan(np.zeros(0), np.zeros(0), 6.0)
     assert endpoint.log_likelihood(empty, poses) == 0.0
-    assert endpoint.bound(empty, poses, 0.1) == 0.0
     assert endpoint.slope(empty, Pose2()).value == 0.0
     assert endpoint.log_likelihood(scan, np.zeros((0, 3))).shape == (0,)
 
@@ -93,9 +92,6 @@ def test_beta_only_scales() -> None:
         scale = beta / 0.3
         np.testing.assert_allclose(
             reading.log_likelihood(scan, poses), scale * tempered.log_likelihood(scan, poses)
-        )
-        np.testing.assert_allclose(
-            reading.bound(scan, poses, 0.1), scale * tempered.bound(scan, poses, 0.1)
         )
         for a, b in zip(reading.slope(scan, Pose2()), tempered.slope(scan, Pose2()), strict=True):
             np.testing.assert_allclose(a, scale * b)

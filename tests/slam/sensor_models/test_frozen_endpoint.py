@@ -15,7 +15,7 @@ def test_a_frozen_endpoint_equals_the_endpoint_when_it_was_frozen(parameters) ->
     grid, reading = mapped(Static(), Endpoint(**parameters))
     scan = scan_at(HERE)
     poses = np.asarray(np.array(HERE) + around(HERE, n=2), dtype=np.float64)
-    values, bounds = reading.log_likelihood(scan, poses), reading.bound(scan, poses, 0.03)
+    values = reading.log_likelihood(scan, poses)
     slopes = [reading.slope(scan, HERE, level) for level in range(Endpoint.levels)]
     shares = reading.shares(scan.points, HERE)
     frozen = FrozenEndpoint(reading)
@@ -23,7 +23,6 @@ def test_a_frozen_endpoint_equals_the_endpoint_when_it_was_frozen(parameters) ->
     assert not np.array_equal(reading.log_likelihood(scan, poses), values)
     found = frozen.unpacked()
     np.testing.assert_array_equal(found.log_likelihood(scan, poses), values)
-    np.testing.assert_array_equal(found.bound(scan, poses, 0.03), bounds)
     assert found.shares(scan.points, HERE) == shares
     for level, slope in enumerate(slopes):
         for mine, its in zip(found.slope(scan, HERE, level), slope, strict=True):
