@@ -47,8 +47,10 @@ def run_training(command: TrainCommand) -> int:
     _check_env(command.env)
     settings = read_settings(command.algo, command.env.rpartition(":")[2], command.hyperparameters)
     steps = _timesteps(settings) if command.steps is None else command.steps
-    parameters = {"world": world, "slam": command.slam, "scan_every": command.scan_every}
-    PatrolConfig(scan_every=command.scan_every)  # raises InputError for a wrong one
+    parameters: dict[str, Any] = {"world": world, "slam": command.slam}
+    if command.scan_every is not None:
+        PatrolConfig(scan_every=command.scan_every)  # raises InputError for a wrong one
+        parameters["scan_every"] = command.scan_every
     training = Training(command.env, command.algo, settings, command.seed, steps, parameters)
     name = f"{file_name(command.env)}-{file_name(world)}-{command.algo}-{command.seed}"
     out = own_directory(command.out or Path("out") / "train" / name)

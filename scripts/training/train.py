@@ -25,9 +25,9 @@ class TrainCommand:
     FILE.py:NAME of your own. Default: corridor; in DoorPatrol-v1 office."""
     slam: str = "hmm-ml"
     """SLAM variant of the patrol."""
-    scan_every: int = 2
-    """Control steps between two scans given to the SLAM: 1, 2 or 4 of the four of a decision. With 4
-    a decision is cheaper."""
+    scan_every: int | None = None
+    """Control steps between two scans given to the SLAM: 1, 2 or 4 of the 4 of a decision; 4 is the
+    cheapest. Default: 2."""
     algo: str = "ppo"
     """ppo or recurrent-ppo."""
     seed: int = 0

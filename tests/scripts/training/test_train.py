@@ -61,6 +61,12 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
     assert row["error"] is None
 
 
+def test_a_training_may_give_the_slam_one_scan_a_decision(tiny, tmp_path):
+    assert tiny("--scan-every", "4") == 0
+    config = json.loads((tmp_path / "out" / "config.json").read_text())
+    assert config["parameters"] == {"world": "corridor", "slam": "odometry", "scan_every": 4}
+
+
 def test_a_patrol_of_another_package_is_trained_on(tiny, tmp_path, own_ids, capsys):
     path = tmp_path / "own.yml"
     path.write_text(TINY.replace("DoorPatrol-v0", "OwnPatrol-v0"))
@@ -80,6 +86,7 @@ def test_a_patrol_of_another_package_is_trained_on(tiny, tmp_path, own_ids, caps
         (("--world", "loup"), "unknown world 'loup'; did you mean loop?"),
         (("--world", "no.json"), "no.json"),
         (("--slam", "magic"), "unknown SLAM variant 'magic'"),
+        (("--scan-every", "3"), "hold must be a multiple of scan_every, got 4 and 3"),
         (("--workers", "0"), "workers must be a whole number of at least 1"),
         (("--workers", "3"), "num_envs must be a multiple of workers, got 2 and 3"),
         (("--seed", "-1"), "seed must be a whole number of at least 0"),

@@ -11,7 +11,8 @@ from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.interface import Posterior
 from slam.maps.static import Static
-from slam.motion.gaussian import GaussianMotion
+from slam.motion.gaussian import GaussianMotion, Prediction
+from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.endpoint import Endpoint
@@ -96,6 +97,14 @@ def test_best_is_the_first_of_the_best_in_a_real_map(
     asked = in_room(room(resolution, model, beta), TRUTH, start, displacement, np.array(deviations))
     search = Correlative(step=step, turn=turn, reach=1.0)
     assert search.best(asked) == first_of_the_best(search, asked)
+
+
+def test_without_echoes_the_odometry_is_best() -> None:
+    prediction = Prediction(TRUTH, Pose2(0.1, 0.02, 0.3), np.array([0.1, 0.1, 0.2]))
+    empty = Scan(np.zeros(0), np.zeros(0), 6.0)
+    assert Correlative().best(Posterior(room(), empty, prediction)) == pytest.approx(
+        prediction.pose
+    )
 
 
 @settings(max_examples=20)
