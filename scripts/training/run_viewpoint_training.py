@@ -29,6 +29,8 @@ def run_viewpoint_training(command: TrainCommand) -> int:
         raise InputError(f"training needs {error.name}: install dynslam[train]") from None
     if command.hyperparameters is not None or command.algo != "ppo":
         raise InputError(f"--env {LONG_PATROL} has one algorithm, and no --hyperparameters")
+    if command.scan_every is not None:
+        raise InputError(f"--env {LONG_PATROL} learns without a SLAM, and has no --scan-every")
     name, steps = command.world or "office", command.steps or DEFAULT_STEPS
     find_world(name)
     whole_number("steps", DEFAULT_STEPS if command.steps is None else command.steps, 1)

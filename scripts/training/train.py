@@ -27,7 +27,7 @@ class TrainCommand:
     """SLAM variant of the patrol."""
     scan_every: int | None = None
     """Control steps between two scans given to the SLAM: 1, 2 or 4 of the 4 of a decision; 4 is the
-    cheapest. Default: 2."""
+    cheapest. Default: 2. Not in DoorPatrol-v1."""
     algo: str = "ppo"
     """ppo or recurrent-ppo."""
     seed: int = 0

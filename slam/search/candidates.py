@@ -6,10 +6,11 @@ import numpy as np
 
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT
-from slam.sensor_models.field import ROUNDING, U_MASK, U_SHIFT, pose_sum
+from slam.sensor_models.field import U_MASK, U_SHIFT, pose_sum
 
 CLOSE = 20.0  # of a sum over a field; in 16,000 matches of three logs the best candidate was always
 # so close to the best one by cells
+ROUNDING = 1e-6  # nats, of sums that are compared with a floor
 PART = 32  # echoes, after which it is asked whether a candidate can still be the best
 
 
@@ -18,8 +19,9 @@ def likeliest(poses, priors, group, points, index, field, origin, resolution, un
     """The number of the pose (of (n, 3)) with the largest sum over the points of the field, times
     `beta`, plus its log prior (n,); the first of equal ones.
 
-    All are compared by the cells that the points lie in; those that are CLOSE to the best one then,
-    on the interpolated field. Each `group` of poses has one heading.
+    All are compared by the cells that the points lie in; those that are CLOSE to the best one then
+    on the interpolated field: no bound makes sure that the largest is among them. Each `group` of
+    poses has one heading.
     """
     values = _by_cells(
         poses, priors, group, points, index, field, origin, resolution, unknown, top, beta

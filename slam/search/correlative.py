@@ -27,9 +27,8 @@ Axes = tuple[Array, Array, Array]  # turns, x, y: the ticks of the grid of candi
 class Correlative:
     """Exhaustive search of the poses that the motion model makes likely, so that no peak is missed.
 
-    In the field of an `Endpoint` candidates are compared by the cells that the echoes lie in, as in
-    the paper, and those that are close to the best one then on the interpolated field
-    (`candidates.likeliest`).
+    In the field of an `Endpoint` candidates are compared by the cells that the echoes lie in, and
+    those that are close to the best one then on the interpolated field (`candidates.likeliest`).
 
     step, turn  m and rad between neighbouring candidates
     reach       half the width of the search window, in standard deviations of the motion
@@ -105,7 +104,7 @@ def _grid(turns, xs, ys):
 
 @kernel
 def _best_in_field(axes, prior, points, samples):
-    """The same as `_exhaustive`, compiled.
+    """The best candidate in the field of an `Endpoint`.
 
     prior    see `Prediction.gaussian`
     samples  see `Endpoint.samples`

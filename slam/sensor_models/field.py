@@ -22,7 +22,6 @@ U_2 = np.uint64(2)
 U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
 NEAR_UNKNOWN = np.float32(0.003)  # nats: the field is tabulated
 KNOWN, EXPLAINED = 1, 2  # of an echo, see `raise_known`
-ROUNDING = 1e-6  # nats, of sums that are compared with a floor
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
 

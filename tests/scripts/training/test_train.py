@@ -185,3 +185,5 @@ def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsy
     assert row["error"] is None
     assert main.status([*given, "--algo", "recurrent-ppo"]) == 2
     assert "one algorithm, and no --hyperparameters" in capsys.readouterr().err
+    assert main.status([*given, "--scan-every", "4"]) == 2
+    assert "learns without a SLAM, and has no --scan-every" in capsys.readouterr().err

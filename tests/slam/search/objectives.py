@@ -55,10 +55,6 @@ class Peaks:
         errors[..., 2] = wrap_angle(errors[..., 2])
         return self.heights - 0.5 * ((errors / self.width) ** 2).sum(axis=-1)
 
-    @property
-    def count(self) -> int:
-        return sum(map(len, self.asked))
-
 
 class Plain(Peaks):
     """No information: exactly the same everywhere."""
