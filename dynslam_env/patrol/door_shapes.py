@@ -1,8 +1,7 @@
 """Doors by their shape: a gap or a recess of a door's width in a straight wall, with two jambs.
 
 An open door is a gap, a closed one a recess, since a leaf hangs within the depth of its wall. Both
-are recognised in a single scan, before the door has moved. So is the leaf of an open door: echoes
-in a row behind a jamb, square to the wall.
+are recognised in a single scan, before the door has moved.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from dynslam_env.patrol.open_leaf import open_leaf
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.scan import Scan
@@ -25,8 +25,6 @@ JAMB_MARGIN = 0.1  # m beside a jamb in which its own side shows
 MIN_BEAMS = 4  # between the jambs
 MAX_DISTANCE = 7.0  # m of the jambs from the sensor
 MAX_RECESS = 0.2  # m: farther behind the wall's face there is no closed leaf
-LEAF_WIDTH = 0.12  # m of an open leaf's echoes from the line square to the wall at the jamb
-MIN_LEAF_ECHOES, MIN_LEAF_LENGTH = 4, 0.35  # of an open leaf; m
 
 MIN_INCIDENCE = 0.2  # sine of the angle between beam and wall: flatter beams are not used
 LEAF_TOLERANCE = 0.16  # m of an echo from the wall's middle line that may be the closed leaf's
@@ -35,16 +33,16 @@ INNER_SHARE = 0.75  # of the width of a doorway in which beams count
 
 
 def suspects(scan: Scan, pose: Pose2) -> Array:
-    """(n, 6) x, y of the middle, m; direction of the wall, rad; width, m; 1 if a leaf is seen,
-    closed or open; 1 if it is closed. Each row is a gap or recess in one wall."""
+    """(n, 5) x, y of the middle, m; direction of the wall, rad; width, m; 1 if a leaf closes it.
+    Each row is a gap or recess in one wall."""
     sensor, beams = _beams(scan, pose)
     return _suspects(scan.ranges, scan.angles, beams, sensor, min(scan.max_range, 1e6))
 
 
 def looked(scan: Scan, pose: Pose2, places: Array) -> NDArray[np.int64]:
-    """(d, 3) of each doorway of `places` (d, 4), x, y, direction, width, m and rad: beams that
-    reached it, how many of them ended at it, and 1 if a leaf is seen that stands open towards the
-    sensor."""
+    """(d, 4) of each doorway of `places` (d, 4), x, y, direction, width, m and rad: beams that
+    reached it, how many of them ended at it, and 1 if a leaf that stands open is seen, and if one
+    seems to stand towards the sensor; see `open_leaf`."""
     sensor, beams = _beams(scan, pose)
     return _looked(scan.ranges, beams, sensor, scan.max_range, places)
 
@@ -76,7 +74,7 @@ def _suspects(ranges, angles, beams, sensor, longest):
     spacing = np.full(n, np.inf)  # from the beam before
     for k in range(1, n):
         spacing[k] = np.hypot(x[k] - x[k - 1], y[k] - y[k - 1])
-    found = np.empty((n, 6))
+    found = np.empty((n, 5))
     count = 0
     i = 1
     while i < n - MIN_BEAMS - 2:
@@ -97,13 +95,13 @@ def _suspects(ranges, angles, beams, sensor, longest):
                     continue
                 if width - before - after > MAX_WIDTH:
                     continue
-                leaf, closed = _between(x, y, i, j, width)
-                if leaf < 0 or not _wall(x, y, i, j, width, -1) or not _wall(x, y, i, j, width, 1):
+                closed = _between(x, y, i, j, width)
+                if closed < 0 or not _wall(x, y, i, j, width, -1) or not _wall(x, y, i, j, width, 1):
                     continue
                 found[count, 0], found[count, 1] = (x[i] + x[j]) / 2, (y[i] + y[j]) / 2
                 found[count, 2] = np.arctan2(y[j] - y[i], x[j] - x[i])
                 found[count, 3] = width - (before + after) / 2.0
-                found[count, 4], found[count, 5] = leaf, closed
+                found[count, 4] = closed
                 count += 1
                 step = j - i
                 break
@@ -123,29 +121,23 @@ def _aside(away, view):
 
 @kernel
 def _between(x, y, i, j, width):
-    """Whether a leaf is seen between the jambs, 0 or 1, and whether it is closed; -1: no gap."""
+    """Whether a leaf closes the gap between the jambs, 0 or 1; -1: no gap."""
     ux, uy = (x[j] - x[i]) / width, (y[j] - y[i]) / width
-    inner, recessed, echoes, nearest, farthest = 0, 0, 0, np.inf, 0.0
+    inner, recessed = 0, 0
     for k in range(i + 1, j):
         if np.isnan(x[k]):
             continue
         along = (x[k] - x[i]) * ux + (y[k] - y[i]) * uy
         deep = (x[k] - x[i]) * uy - (y[k] - y[i]) * ux  # bearings rise: behind is to the right
-        if deep > MAX_RECESS and min(abs(along), abs(along - width)) < LEAF_WIDTH and deep < 1.0:
-            echoes += 1
-            nearest, farthest = min(nearest, deep), max(farthest, deep)
         if deep < 1.0 and (along < JAMB_MARGIN or along > width - JAMB_MARGIN):
             continue
         inner += 1
         if deep < MIN_RECESS:
-            return -1, 0
+            return -1
         recessed += deep < MAX_RECESS
     if inner < MIN_BEAMS:
-        return -1, 0
-    if recessed == inner:
-        return 1, 1
-    opened = echoes >= MIN_LEAF_ECHOES and farthest - nearest >= MIN_LEAF_LENGTH
-    return (1 if opened else 0), 0
+        return -1
+    return 1 if recessed == inner else 0
 
 
 @kernel
@@ -169,7 +161,7 @@ def _wall(x, y, i, j, width, side):
 
 @kernel
 def _looked(ranges, beams, sensor, longest, places):
-    found = np.empty((len(places), 3), np.int64)
+    found = np.empty((len(places), 4), np.int64)
     for d in range(len(places)):
         found[d] = _looked_at(ranges, beams, sensor, longest, places[d])
     return found
@@ -180,34 +172,24 @@ def _looked_at(ranges, beams, sensor, longest, place):
     """Only the inner part of the doorway counts; beams that ended before it do not."""
     ux, uy = np.cos(place[2]), np.sin(place[2])
     dx, dy = place[0] - sensor[0], place[1] - sensor[1]
-    half, side = place[3] / 2, dx * uy - dy * ux
-    reached, ended, echoes, nearest, farthest = 0, 0, np.zeros(2), np.full(2, np.inf), np.zeros(2)
+    half, side, ahead = place[3] / 2, dx * uy - dy * ux, dx * ux + dy * uy
+    reached, ended = 0, 0
     for k in range(len(ranges)):
         bx, by = beams[0, k], beams[1, k]
         across = bx * uy - by * ux
-        if not ranges[k] > 0.0:
-            continue
-        if ranges[k] < longest:
-            along = ranges[k] * (bx * ux + by * uy) - (dx * ux + dy * uy)
-            before = (side - ranges[k] * across) * np.sign(side)
-            jamb = int(along > 0.0)
-            if MAX_RECESS < before < 1.0 and abs(abs(along) - half) < LEAF_WIDTH:
-                echoes[jamb] += 1
-                nearest[jamb] = min(nearest[jamb], before)
-                farthest[jamb] = max(farthest[jamb], before)
-        if abs(across) < MIN_INCIDENCE:
+        if not ranges[k] > 0.0 or abs(across) < MIN_INCIDENCE:
             continue
         away = side / across
         if away < 0.0 or away > longest - LEAF_TOLERANCE / abs(across):
             continue
-        if abs(away * (bx * ux + by * uy) - (dx * ux + dy * uy)) > INNER_SHARE * half:
+        if abs(away * (bx * ux + by * uy) - ahead) > INNER_SHARE * half:
             continue
         behind = (min(ranges[k], longest) - away) * abs(across)
-        ends = ranges[k] * (bx * ux + by * uy) - (dx * ux + dy * uy)
+        ends = ranges[k] * (bx * ux + by * uy) - ahead
         if behind < LEAF_TOLERANCE and abs(ends) > half - JAMB_SIDE:
             continue  # it may have met the side of a jamb
         if behind > -LEAF_TOLERANCE:
             reached += 1
             ended += behind < LEAF_TOLERANCE
-    leaf = (echoes >= MIN_LEAF_ECHOES) & (farthest - nearest >= MIN_LEAF_LENGTH)
-    return reached, ended, int(leaf.any())
+    leaf, towards = open_leaf(ranges, beams, longest, (ahead, side, half, ux, uy))
+    return reached, ended, leaf, towards

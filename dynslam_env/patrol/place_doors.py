@@ -23,7 +23,7 @@ from slam.scan import Scan
 SAME_DOOR = 0.4  # m between the middles of one doorway seen twice
 SAME_DIRECTION = 0.35  # rad
 MIN_SIGHTINGS = 3  # scans that show the shape, before a door is suspected
-MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, before the doorway certainly has one
+MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, open or closed, before the doorway certainly has one
 MEMORY = 50  # sightings that the mean place of a doorway remembers
 MIN_BEAMS = 4  # that reach a doorway, for a look
 MAX_SENSOR_DISTANCE = 8.0  # m
@@ -112,10 +112,11 @@ class PlaceDoors:
             self._see(row)
         near = [door for door in self.doors if door.distance(pose) <= MAX_SENSOR_DISTANCE]
         shown = looked(scan, pose, np.array([door.place for door in near]).reshape(-1, 4))
-        for door, (reached, ended, leaf) in zip(near, shown.tolist(), strict=True):
+        for door, (reached, ended, leaf, towards) in zip(near, shown.tolist(), strict=True):
+            door.leaves += leaf
             if reached >= MIN_BEAMS:
                 door.look(scan.time, ended / reached)
-            elif leaf:
+            elif towards:
                 door.look(scan.time, 0.0)
 
     def known(self) -> list[SuspectedDoor]:

@@ -1,0 +1,71 @@
+"""A doorway of 0.9 m at (0, 0) in a wall along x, 0.2 m deep, between two rooms 8 m wide."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dynslam_env.patrol.door_shapes import looked
+from dynslam_env.patrol.place_doors import MIN_LEAF_SIGHTINGS, PlaceDoors
+from dynslam_env.sensors.laser import Laser, Scanner
+from slam import Pose2
+
+HALF, FACE = 0.45, 0.1  # m
+PLACE = np.array([[0.0, 0.0, 0.0, 2 * HALF]])
+WALLS = [
+    *((side * HALF, y, side * 4.0, y) for side in (-1, 1) for y in (-FACE, FACE)),
+    *((side * HALF, -FACE, side * HALF, FACE) for side in (-1, 1)),
+    *((-4.0, y, 4.0, y) for y in (-4.0, 4.0)),
+    *((x, -4.0, x, 4.0) for x in (-4.0, 4.0)),
+]
+
+
+def square(x: float, length: float, up: bool, thick: float = 0.04):
+    """Segments of something that stands on the wall at x, square to it, `length` m long."""
+    inside = x - math.copysign(thick, x)
+    near, far = (0.0, length) if up else (0.0, -length)
+    return [(x, near, x, far), (inside, near, inside, far), (x, far, inside, far)]
+
+
+def scan(pose: Pose2, more=(), time: float = 0.0):
+    scanner = Scanner(Laser(), np.random.default_rng(0))
+    return scanner.scan(scanner.exact(pose, np.array([*WALLS, *more])), time)
+
+
+@pytest.mark.parametrize("up", [False, True])
+@pytest.mark.parametrize("jamb", [-HALF, HALF])
+def test_a_leaf_is_seen_on_either_side_of_the_wall_at_either_jamb(jamb, up):
+    pose = Pose2(-math.copysign(1.2, jamb), -2.0, math.pi / 2)
+    (_, _, leaf, towards), (_, _, none, _) = (
+        looked(scan(pose, more), pose, PLACE)[0] for more in (square(jamb, 2 * HALF, up), ())
+    )
+    assert leaf
+    assert towards == (not up)  # the robot is below the wall
+    assert not none
+
+
+@pytest.mark.parametrize("up", [False, True])
+@pytest.mark.parametrize("length", [1.3, 2.5, 3.9])
+def test_a_wall_that_meets_the_doorway_is_no_leaf(length, up):
+    pose = Pose2(-1.2, -2.5, math.pi / 2)
+    wall = square(HALF, length, up)
+    _, _, leaf, towards = looked(scan(pose, wall), pose, PLACE)[0]
+    assert not leaf
+    assert towards == (not up)
+
+
+def test_a_door_that_stands_open_is_known_to_be_one_once_its_leaf_was_seen():
+    doors, pose = PlaceDoors(), Pose2(-1.2, -2.0, math.pi / 2)
+    for k in range(3 * MIN_LEAF_SIGHTINGS):
+        doors.look(scan(pose, square(HALF, 2 * HALF, True), 0.2 * k), pose)
+    (door,) = [door for door in doors.known() if door.near(0.0, 0.0, 0.0)]
+    assert door.has_leaf
+    assert door.filter.flips == 0
+    assert doors.closed(door, 0.2 * k) < 0.05
+    assert doors.closed(door, 300.0) > 0.3  # as likely as not; a bare doorway would stay open
+    bare = PlaceDoors()
+    for k in range(3 * MIN_LEAF_SIGHTINGS):
+        bare.look(scan(pose, (), 0.2 * k), pose)
+    (doorway,) = [door for door in bare.known() if door.near(0.0, 0.0, 0.0)]
+    assert not doorway.has_leaf
+    assert bare.closed(doorway, 300.0) < 0.3
