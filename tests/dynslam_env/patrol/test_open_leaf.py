@@ -54,6 +54,14 @@ def test_a_wall_that_meets_the_doorway_is_no_leaf(length, up):
     assert towards == (not up)
 
 
+def test_nothing_is_said_where_the_end_of_a_leaf_would_be_out_of_view():
+    pose = Pose2(-0.1, -1.0, math.pi / 2)
+    for length in (0.9, 3.9):
+        _, _, leaf, towards = looked(scan(pose, square(HALF, length, False)), pose, PLACE)[0]
+        assert not leaf
+        assert towards
+
+
 def test_a_door_that_stands_open_is_known_to_be_one_once_its_leaf_was_seen():
     doors, pose = PlaceDoors(), Pose2(-1.2, -2.0, math.pi / 2)
     for k in range(3 * MIN_LEAF_SIGHTINGS):
