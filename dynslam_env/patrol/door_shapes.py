@@ -96,7 +96,7 @@ def _suspects(ranges, angles, beams, sensor, longest):
                 if width - before - after > MAX_WIDTH:
                     continue
                 closed = _between(x, y, i, j, width)
-                if closed < 0 or not _wall(x, y, i, j, width, -1) or not _wall(x, y, i, j, width, 1):
+                if closed < 0 or not _walls(x, y, i, j, width):
                     continue
                 found[count, 0], found[count, 1] = (x[i] + x[j]) / 2, (y[i] + y[j]) / 2
                 found[count, 2] = np.arctan2(y[j] - y[i], x[j] - x[i])
@@ -138,6 +138,12 @@ def _between(x, y, i, j, width):
     if inner < MIN_BEAMS:
         return -1
     return 1 if recessed == inner else 0
+
+
+@kernel
+def _walls(x, y, i, j, width):
+    """Whether the wall goes on in line on both sides of the gap."""
+    return _wall(x, y, i, j, width, -1) and _wall(x, y, i, j, width, 1)
 
 
 @kernel

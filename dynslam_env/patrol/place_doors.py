@@ -23,7 +23,7 @@ from slam.scan import Scan
 SAME_DOOR = 0.4  # m between the middles of one doorway seen twice
 SAME_DIRECTION = 0.35  # rad
 MIN_SIGHTINGS = 3  # scans that show the shape, before a door is suspected
-MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, open or closed, before the doorway certainly has one
+MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, open or closed: certainly a door
 MEMORY = 50  # sightings that the mean place of a doorway remembers
 MIN_BEAMS = 4  # that reach a doorway, for a look
 MAX_SENSOR_DISTANCE = 8.0  # m

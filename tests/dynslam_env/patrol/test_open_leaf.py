@@ -62,18 +62,21 @@ def test_nothing_is_said_where_the_end_of_a_leaf_would_be_out_of_view():
         assert towards
 
 
-def test_a_door_that_stands_open_is_known_to_be_one_once_its_leaf_was_seen():
+def watched(more):
+    """The doorway after a few looks, in 2 s, and the doors."""
     doors, pose = PlaceDoors(), Pose2(-1.2, -2.0, math.pi / 2)
-    for k in range(3 * MIN_LEAF_SIGHTINGS):
-        doors.look(scan(pose, square(HALF, 2 * HALF, True), 0.2 * k), pose)
+    for time in np.linspace(0.0, 2.0, 4 * MIN_LEAF_SIGHTINGS):
+        doors.look(scan(pose, more, time), pose)
     (door,) = [door for door in doors.known() if door.near(0.0, 0.0, 0.0)]
+    return doors, door
+
+
+def test_a_door_that_stands_open_is_known_to_be_one_once_its_leaf_was_seen():
+    doors, door = watched(square(HALF, 2 * HALF, True))
     assert door.has_leaf
     assert door.filter.flips == 0
-    assert doors.closed(door, 0.2 * k) < 0.05
-    assert doors.closed(door, 300.0) > 0.3  # as likely as not; a bare doorway would stay open
-    bare = PlaceDoors()
-    for k in range(3 * MIN_LEAF_SIGHTINGS):
-        bare.look(scan(pose, (), 0.2 * k), pose)
-    (doorway,) = [door for door in bare.known() if door.near(0.0, 0.0, 0.0)]
-    assert not doorway.has_leaf
-    assert bare.closed(doorway, 300.0) < 0.3
+    assert doors.closed(door, 2.0) < 0.05
+    assert doors.closed(door, 300.0) > 0.3  # about as likely as not
+    doors, bare = watched(())
+    assert not bare.has_leaf
+    assert doors.closed(bare, 300.0) < 0.3
