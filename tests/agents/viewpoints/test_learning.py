@@ -65,7 +65,7 @@ def test_the_order_of_viewpoints_does_not_matter(floors: Floors) -> None:
 
 
 def test_it_learns_to_stay_where_that_pays(floors: Floors) -> None:
-    """A reward for staying, in the place of the doors', is found within a few rollouts."""
+    """A reward for staying, in the place of the doors', is found within 20 rollouts."""
     settings = Settings(patrols=16, length=16, updates=20, batch=64, judging=256, rate=3e-3)
     learner = Learner(floors, 0, 10**6, settings)
     step, stayed = Patrols.step, []
