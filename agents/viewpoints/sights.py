@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from agents.viewpoints.table import LOOK_TIME, WAY_STEP, ViewpointTable
 from dynslam_env.navigation.costmap import OCCUPIED, Costmap
 from dynslam_env.navigation.planner import Plan
-from dynslam_env.patrol.door_shapes import INNER_SHARE, MAX_DISTANCE, MIN_BEAMS
+from dynslam_env.patrol.door_looks import INNER_SHARE
+from dynslam_env.patrol.echoes import MAX_DISTANCE, MIN_BEAMS
 from slam.geometry import Array
 from slam.kernel import kernel
 

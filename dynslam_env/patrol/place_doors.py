@@ -8,7 +8,8 @@ from functools import cache
 import numpy as np
 
 from dynslam_env.navigation.door_belief import DoorBelief, spread
-from dynslam_env.patrol.door_shapes import looked, suspects
+from dynslam_env.patrol.door_looks import looked
+from dynslam_env.patrol.door_shapes import suspects
 from dynslam_env.patrol.dwell_laws import (
     PRIOR_WEIGHT,
     DoorFilter,
@@ -23,7 +24,8 @@ from slam.scan import Scan
 SAME_DOOR = 0.4  # m between the middles of one doorway seen twice
 SAME_DIRECTION = 0.35  # rad
 MIN_SIGHTINGS = 3  # scans that show the shape, before a door is suspected
-MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, open or closed: certainly a door
+MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, open or closed: certainly a door,
+MIN_LEAF_SHARE = 0.05  # if they are not few of many looks, as where furniture looks like a leaf
 MEMORY = 50  # sightings that the mean place of a doorway remembers
 MIN_BEAMS = 4  # that reach a doorway, for a look
 MAX_SENSOR_DISTANCE = 8.0  # m
@@ -42,13 +44,14 @@ class SuspectedDoor:
 
     place      (4,) x, y of the middle, m; direction of the wall, rad; width, m
     sightings  scans that showed its shape
+    looks      scans whose beams reached it
     leaves     scans that showed a leaf
     filter     of its state; None before the first confirmed look
     """
 
     def __init__(self, row: Array, laws: DwellLaws):
         self.place = row[:4].copy()
-        self.sightings, self.leaves = 0, 0
+        self.sightings, self.looks, self.leaves = 0, 0, 0
         self.filter = DoorFilter(laws)
         self.pending: tuple[float, float] | None = None  # time and odds of being closed
         self.own: tuple[object, Array] | None = None  # see `PlaceDoors._own`
@@ -92,8 +95,8 @@ class SuspectedDoor:
 
     @property
     def has_leaf(self) -> bool:
-        """Whether a leaf was seen, by its shape or by a flip."""
-        return self.leaves >= MIN_LEAF_SIGHTINGS or self.filter.flips > 0
+        """Whether a leaf was seen, by its shape or closed after a flip."""
+        return self.leaves >= max(MIN_LEAF_SIGHTINGS, MIN_LEAF_SHARE * self.looks)
 
 
 class PlaceDoors:
@@ -114,6 +117,7 @@ class PlaceDoors:
         shown = looked(scan, pose, np.array([door.place for door in near]).reshape(-1, 4))
         for door, (reached, ended, leaf, towards) in zip(near, shown.tolist(), strict=True):
             door.leaves += leaf
+            door.looks += reached >= MIN_BEAMS
             if reached >= MIN_BEAMS:
                 door.look(scan.time, ended / reached)
             elif towards:

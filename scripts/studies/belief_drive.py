@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import agents
 from dynslam_env.patrol.belief_map import BeliefMap
-from dynslam_env.patrol.door_shapes import looked
+from dynslam_env.patrol.door_looks import looked
 from dynslam_env.patrol.doors_known import CLOSED_ANGLE, DoorsKnown, closed
 from dynslam_env.patrol.env import DoorPatrolEnv
 from dynslam_env.patrol.memory import DynamicMap

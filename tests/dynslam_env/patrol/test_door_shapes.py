@@ -3,7 +3,9 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.door_shapes import MAX_SPACING, MAX_WIDTH, _aside, looked, suspects
+from dynslam_env.patrol.door_looks import looked
+from dynslam_env.patrol.door_shapes import suspects
+from dynslam_env.patrol.echoes import MAX_SPACING, MAX_WIDTH, aside
 from slam import Pose2
 
 from .doorway import FACE, HALF_WIDTH, doorway
@@ -53,14 +55,14 @@ def test_a_doorway_behind_the_robot_or_behind_a_wall_is_not_looked_at():
 @pytest.mark.parametrize("away", [1.6, 2.0, 4.0, 7.0])
 def test_beams_farther_aside_pass_an_echo_by_more_than_a_door(away):
     widest = MAX_WIDTH + 2.0 * MAX_SPACING
-    aside = _aside(away, math.pi)
-    angles, ranges = np.meshgrid(np.linspace(aside, math.tau - aside, 200), np.linspace(0, 9, 300))
+    angle = aside(away, math.pi)
+    angles, ranges = np.meshgrid(np.linspace(angle, math.tau - angle, 200), np.linspace(0, 9, 300))
     apart = np.hypot(ranges * np.cos(angles) - away, ranges * np.sin(angles))
     assert apart.min() > widest
-    nearest = away * math.sin(0.99 * aside)
+    nearest = away * math.sin(0.99 * angle)
     assert nearest < 1.01 * widest  # no beam more is kept than need be
 
 
 def test_all_beams_count_beside_a_near_echo_or_where_the_view_comes_round():
-    assert _aside(1.0, math.pi) == math.inf
-    assert _aside(4.0, 1.9 * math.pi) == math.inf
+    assert aside(1.0, math.pi) == math.inf
+    assert aside(4.0, 1.9 * math.pi) == math.inf

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from dynslam_env.patrol.door_shapes import looked
+from dynslam_env.patrol.door_looks import looked
 from dynslam_env.patrol.place_doors import MIN_LEAF_SIGHTINGS, PlaceDoors
 from dynslam_env.sensors.laser import Laser, Scanner
 from slam import Pose2
@@ -80,3 +80,13 @@ def test_a_door_that_stands_open_is_known_to_be_one_once_its_leaf_was_seen():
     doors, bare = watched(())
     assert not bare.has_leaf
     assert doors.closed(bare, 300.0) < 0.3
+
+
+def test_a_leaf_in_few_of_many_looks_is_none():
+    doors, door = watched(square(HALF, 2 * HALF, True))
+    assert door.has_leaf
+    pose = Pose2(0.0, -2.0, math.pi / 2)
+    for time in np.arange(2.5, 130.0, 0.5):
+        doors.look(scan(pose, (), time), pose)
+    assert door.looks > 200
+    assert not door.has_leaf
