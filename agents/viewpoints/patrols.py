@@ -36,7 +36,7 @@ from slam.kernel import kernel
 
 BUDGET = 600.0  # s, of an episode
 HISTORIES = 1024  # of the doors of a floor, drawn for a segment
-LEAF_AT_ONCE = 0.5  # share of the doors whose leaf is seen at the first look, while they are open
+LEAF_AT_ONCE = 0.7  # share of the doors whose leaf is seen at the first look, while they are open
 LEAF_TIME = 8.0  # s of the parts of ways that show another open door, mean, until its leaf is seen
 NEAR = 9.0  # s, about 2 m: there is nothing to explore at viewpoints in sight and so near
 EM_STEPS = 3  # after each drive
