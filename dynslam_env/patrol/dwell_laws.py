@@ -10,6 +10,7 @@ expected to behave as the others, and its own looks decide as they become many.
 from __future__ import annotations
 
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
@@ -92,6 +93,21 @@ def _ahead(steps: Array) -> Array:
     return np.ascontiguousarray(np.stack(found, axis=1))
 
 
+class Expected(NamedTuple):
+    """What h laws expect of a door.
+
+    closed     (h,) P(closed now)
+    forecast   (h, HORIZONS) P(closed) at each of HORIZONS from now
+    evidence   (2, h) log-likelihood of the looks, if a look now shows it open, or closed
+    looked     (2, h, HORIZONS) P(closed) at each of HORIZONS after that look
+    """
+
+    closed: Array
+    forecast: Array
+    evidence: Array
+    looked: Array
+
+
 class DoorFilter:
     """The filters of one door, one for each law.
 
@@ -118,21 +134,18 @@ class DoorFilter:
         _look(self.phases, self._laws.across, self._ticks(time), closed, LOOK_ERROR, self.evidence)
         self.time, self.state = time, closed
 
-    def looked(self, time: float, closed: bool) -> DoorFilter:
-        """A copy, after one more confirmed look at `time`, s."""
-        other = DoorFilter(self._laws)
-        other.phases, other.evidence = self.phases.copy(), self.evidence.copy()
-        other.time, other.state = self.time, self.state
-        other.look(time, closed)
-        return other
-
     def closed(self, time: float) -> Array:
         """(h,) P(closed at `time`) by each law."""
         return _closed(self.phases, self._laws.across, self._ticks(time))
 
-    def forecast(self, time: float) -> Array:
-        """(h, HORIZONS) P(closed) at each of HORIZONS after `time`, s, by each law."""
-        return _forecast(self.phases, self._laws.across, self._ticks(time), self._laws.ahead)
+    def expected(self, time: float) -> Expected:
+        """What each law expects at `time`, s, and from then on."""
+        return Expected(
+            *_expected(
+                self.phases, self._laws.across, self._ticks(time), self._laws.ahead, LOOK_ERROR,
+                self.evidence,
+            )
+        )  # fmt: skip
 
     def _ticks(self, time: float) -> int:
         gone = 0.0 if self.time is None else time - self.time
@@ -172,32 +185,57 @@ def _advanced(phases, across, ticks):
 
 @kernel
 def _look(phases, across, ticks, closed, error, evidence):
-    rows, total = _advanced(phases, across, ticks), np.zeros(len(phases))
+    rows = _advanced(phases, across, ticks)
+    _condition(rows, closed, error, evidence)
+    phases[:] = rows.T
+
+
+@kernel
+def _condition(rows, closed, error, evidence):
+    """Condition the phases (2 PHASES, h) on a look, and add its log-likelihood."""
+    total = np.zeros(len(evidence))
     for a in range(2 * PHASES):
         share = 1.0 - error if closed == (a >= PHASES) else error
-        for h in range(len(phases)):
+        for h in range(len(evidence)):
             rows[a, h] *= share
             total[h] += rows[a, h]
-    for h in range(len(phases)):
+    for h in range(len(evidence)):
         evidence[h] += np.log(total[h])
         for a in range(2 * PHASES):
-            phases[h, a] = rows[a, h] / total[h]
+            rows[a, h] /= total[h]
 
 
 @kernel
 def _closed(phases, across, ticks):
-    rows, found = _advanced(phases, across, ticks), np.zeros(len(phases))
+    return _sum_closed(_advanced(phases, across, ticks))
+
+
+@kernel
+def _sum_closed(rows):
+    found = np.zeros(rows.shape[1])
     for a in range(PHASES, 2 * PHASES):
-        for h in range(len(phases)):
+        for h in range(rows.shape[1]):
             found[h] += rows[a, h]
     return found
 
 
 @kernel
-def _forecast(phases, across, ticks, ahead):
-    rows, found = _advanced(phases, across, ticks), np.zeros(ahead.shape[:2])
-    for h in range(len(phases)):
+def _forecast(rows, ahead):
+    found = np.zeros(ahead.shape[:2])
+    for h in range(rows.shape[1]):
         for t in range(ahead.shape[1]):
             for a in range(2 * PHASES):
                 found[h, t] += rows[a, h] * ahead[h, t, a]
     return found
+
+
+@kernel
+def _expected(phases, across, ticks, ahead, error, evidence):
+    rows, after = _advanced(phases, across, ticks), np.empty((2, *ahead.shape[:2]))
+    both = np.empty((2, len(evidence)))
+    for closed in range(2):
+        looked = rows.copy()
+        both[closed] = evidence
+        _condition(looked, closed == 1, error, both[closed])
+        after[closed] = _forecast(looked, ahead)
+    return _sum_closed(rows), _forecast(rows, ahead), both, after

@@ -88,6 +88,12 @@ class SuspectedDoor:
             self.leaves += closed * MIN_LEAF_SIGHTINGS if self.filter.flips else 0
         self.pending = time, odds
 
+    def hinted(self, closed: float, time: float) -> float:
+        """P(closed at `time`), s, with a look that is not yet confirmed, from that without."""
+        if self.pending and time - self.pending[0] <= CONFIRMING:
+            return _after(closed, self.pending[1])
+        return closed
+
     @property
     def seen(self) -> bool:
         """Whether its state was ever seen."""
@@ -130,22 +136,20 @@ class PlaceDoors:
     def closed(self, door: SuspectedDoor, time: float) -> float:
         """P(closed at `time`), s, of a suspected door."""
         self._refresh(time)
-        p = float(self._own(door) @ door.filter.closed(time))
-        if door.pending and time - door.pending[0] <= CONFIRMING:
-            p = _after(p, door.pending[1])
-        return p
+        return door.hinted(float(self._own(door) @ door.filter.closed(time)), time)
 
     def beliefs(self, time: float) -> list[DoorBelief]:
         """What is believed of each known door at `time`, s, and forecast from then on."""
         return [self._belief(door, time) for door in self.known()]
 
     def _belief(self, door: SuspectedDoor, time: float) -> DoorBelief:
-        closed = self.closed(door, time)
-        looked = [door.filter.looked(time, state) for state in (False, True)]
-        own = [responsibilities(each.evidence, self._prior(door)) for each in looked]
-        after = [w @ each.forecast(time) for w, each in zip(own, looked, strict=True)]
+        self._refresh(time)
+        expected, own = door.filter.expected(time), self._own(door)
+        closed = door.hinted(float(own @ expected.closed), time)
+        looked = responsibilities(expected.evidence, self._prior(door))
+        after = [w @ each for w, each in zip(looked, expected.looked, strict=True)]
         fresh = (1.0 - closed) * spread(after[0]) + closed * spread(after[1])
-        stale = spread(self._own(door) @ door.filter.forecast(time))
+        stale = spread(own @ expected.forecast)
         stale[0] = closed * (1.0 - closed)  # it counts a look that is not yet confirmed
         age = math.inf if door.filter.time is None else time - door.filter.time
         return DoorBelief(door.place.copy(), closed, age, door.has_leaf, stale, fresh)

@@ -110,4 +110,4 @@ def test_a_forecast_is_what_is_believed_at_each_horizon():
     door.look(1.0, True)
     door.look(30.0, False)
     expected = np.stack([door.closed(47.3 + ahead) for ahead in HORIZONS], axis=1)
-    assert door.forecast(47.3) == pytest.approx(expected)
+    assert door.expected(47.3).forecast == pytest.approx(expected)
