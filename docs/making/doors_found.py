@@ -4,7 +4,7 @@ for one.
 `greedy` patrols offices and larger floors of the split train, with SLAM in the loop. Prints, over
 the time and the floors: the share of the true doors in sight at some time, known, and known with a
 leaf; the doorways that are none of them, and those of them with a leaf; and for how long a door was
-in sight until it was known.
+in sight until it was known, of those that were.
 """
 
 from __future__ import annotations

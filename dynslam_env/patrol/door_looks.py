@@ -35,7 +35,8 @@ def _looked(ranges, beams, sensor, longest, places):
 
 @kernel
 def looked_at(ranges, beams, sensor, longest, place):
-    """Only the inner part of the doorway counts; beams that ended before it do not."""
+    """A row of `looked` for one `place` (4,); `longest`, m, is what the sensor measures. Only the
+    inner part of the doorway counts; beams that ended before it do not."""
     ux, uy = np.cos(place[2]), np.sin(place[2])
     dx, dy = place[0] - sensor[0], place[1] - sensor[1]
     half, side, ahead = place[3] / 2, dx * uy - dy * ux, dx * ux + dy * uy

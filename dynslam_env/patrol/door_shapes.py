@@ -19,9 +19,9 @@ from slam.scan import Scan
 
 def suspects(scan: Scan, pose: Pose2) -> Array:
     """(n, 5) x, y of the middle, m; direction of the wall, rad; width, m; 1 if a leaf closes it.
-    A doorway that is seen through another one is told, too."""
+    Doorways seen through another one are among them."""
     sensor, beams = beams_of(scan, pose)
-    return _suspects(scan.ranges, scan.angles, beams, sensor, min(scan.max_range, 1e6))
+    return _suspects(scan.ranges, scan.angles, beams, sensor, scan.max_range)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Echoes: those of a scan as points, in which doorways are sought."""
+"""Echoes: a scan as points in the plane, for the search for doorways."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from slam.scan import Scan
 
 MIN_WIDTH, MAX_WIDTH = 0.75, 0.97  # m between jambs
 MAX_SPACING = 0.3  # m from an echo on a wall to the next, beside a gap
-LEAST_SQUARE = 0.99 * MIN_WIDTH**2  # m^2: beyond these two, no hypotenuse is needed
-MOST_SQUARE = 1.01 * (MAX_WIDTH + 2.0 * MAX_SPACING) ** 2
+MOST_SQUARE = 1.01 * (MAX_WIDTH + 2.0 * MAX_SPACING) ** 2  # m^2, from jamb to jamb at most
 MIN_BEAMS = 4  # between the jambs
 MAX_DISTANCE = 7.0  # m of the jambs from the sensor
 SAME = 0.4  # m between the middles of one doorway found twice in a scan
 
 
 class Echoes(NamedTuple):
-    """n beams, by rising bearing.
+    """n beams of a scan, whose bearings must rise.
 
-    x, y     (n,) m; nan without a reading, far away without an echo
+    x, y     (n,) m; nan without a reading; without an echo at most 2 longest away
     spacing  (n,) m, from the beam before; inf for the first
     ranges   (n,) m
     angles   (n,) rad, from the sensor's heading
@@ -74,7 +73,8 @@ def echoes_of(ranges, angles, beams, sensor, longest):
 @kernel
 def aside(away, view):
     """rad, from a beam whose echo is `away` m: beams farther aside pass the echo at more than the
-    width of a doorway. Infinite if no beam does, or the field of view `view`, rad, comes round."""
+    widest doorway with the spacing at its jambs. Infinite if no beam does, or the field of view
+    `view`, rad, comes round."""
     if away * away <= MOST_SQUARE:
         return np.inf
     angle = np.arcsin(np.sqrt(MOST_SQUARE) / away)
@@ -83,7 +83,8 @@ def aside(away, view):
 
 @kernel
 def is_new(found, count, x, y):
-    """Whether none of the first `count` rows of `suspects` is a doorway with this middle, m."""
+    """Whether a doorway with this middle, m, is none of the first `count` rows of `found` (n, 5),
+    which are those of `suspects`, and there is room for it."""
     for k in range(min(count, len(found))):
         if np.hypot(found[k, 0] - x, found[k, 1] - y) < SAME:
             return False

@@ -1,7 +1,6 @@
 """Open doors by their leaf: a wall ends, and a leaf stands square to it beyond a gap.
 
-To a single scan such a doorway is no gap between two pieces of wall where the leaf hides one of
-them, or one is short.
+`wall_gaps` misses such a doorway if the leaf hides the wall at one jamb, or if that wall is short.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ def leaf_doorways(echoes: Echoes, found, count):
             gap = echoes.spacing[end + 1 if step > 0 else end]
             if not (wall < MAX_SPACING and gap > MIN_STEP):
                 continue
-            ux, uy = _direction(echoes.x, echoes.y, end, -step)
+            ux, uy = _direction(echoes.x, echoes.y, end, step)
             if np.isnan(ux) or _goes_on(echoes.x, echoes.y, end, end + step, ux, uy):
                 continue
             width = _leaf(echoes, end, step, ux, uy)
@@ -60,16 +59,16 @@ def leaf_doorways(echoes: Echoes, found, count):
 
 @kernel
 def _direction(x, y, end, step):
-    """Unit vector along a straight wall to its end, from the beams end + step, end + 2 step, ...;
-    nan if it is short or bent."""
-    far, k = -1, end + step
+    """Unit vector along a straight wall to its end, by the beams end - step, end - 2 step, ...; nan
+    if it is short or bent."""
+    far, k = -1, end - step
     while 0 <= k < len(x):
         square = (x[k] - x[end]) ** 2 + (y[k] - y[end]) ** 2
         if square > MAX_ROW**2:
             break
         if square > MIN_ROW**2:
             far = k
-        k += step
+        k -= step
     if far < 0:
         return np.nan, np.nan
     length = np.hypot(x[end] - x[far], y[end] - y[far])

@@ -24,8 +24,8 @@ from slam.scan import Scan
 SAME_DOOR = 0.4  # m between the middles of one doorway seen twice
 SAME_DIRECTION = 0.35  # rad
 MIN_SIGHTINGS = 3  # scans that show the shape, before a door is suspected
-MIN_LEAF_SIGHTINGS = 3  # scans that show a leaf, open or closed: certainly a door,
-MIN_LEAF_SHARE = 0.05  # if they are not few of many looks, as where furniture looks like a leaf
+MIN_LEAF_SIGHTINGS = 3  # of a leaf, open or closed: certainly a door
+MIN_LEAF_SHARE = 0.05  # sightings of a leaf over looks; fewer: furniture looked like a leaf
 MEMORY = 50  # sightings that the mean place of a doorway remembers
 MIN_BEAMS = 4  # that reach a doorway, for a look
 MAX_SENSOR_DISTANCE = 8.0  # m
@@ -45,8 +45,9 @@ class SuspectedDoor:
     place      (4,) x, y of the middle, m; direction of the wall, rad; width, m
     sightings  scans that showed its shape
     looks      scans whose beams reached it
-    leaves     scans that showed a leaf
-    filter     of its state; None before the first confirmed look
+    leaves     sightings of its leaf, in the gap or open; a look that confirms that it closed again
+               counts as MIN_LEAF_SIGHTINGS
+    filter     of its state
     """
 
     def __init__(self, row: Array, laws: DwellLaws):
@@ -89,7 +90,7 @@ class SuspectedDoor:
         self.pending = time, odds
 
     def hinted(self, closed: float, time: float) -> float:
-        """P(closed at `time`), s, with a look that is not yet confirmed, from that without."""
+        """P(closed at `time`), s: `closed`, which confirmed looks give, with the pending look."""
         if self.pending and time - self.pending[0] <= CONFIRMING:
             return _after(closed, self.pending[1])
         return closed
@@ -101,8 +102,9 @@ class SuspectedDoor:
 
     @property
     def has_leaf(self) -> bool:
-        """Whether a leaf was seen, by its shape or closed after a flip."""
-        return self.leaves >= max(MIN_LEAF_SIGHTINGS, MIN_LEAF_SHARE * self.looks)
+        """Whether it surely has a leaf: it flipped, or a leaf was seen in enough of the looks."""
+        enough = max(MIN_LEAF_SIGHTINGS, MIN_LEAF_SHARE * self.looks)
+        return self.filter.flips > 0 or self.leaves >= enough
 
 
 class PlaceDoors:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from dynslam_env.patrol.echoes import (
-    LEAST_SQUARE,
     MAX_DISTANCE,
     MAX_SPACING,
     MAX_WIDTH,
@@ -18,6 +17,7 @@ from dynslam_env.patrol.echoes import (
 )
 from slam.kernel import kernel
 
+LEAST_SQUARE = 0.99 * MIN_WIDTH**2  # m^2, from jamb to jamb at least
 WALL_TOLERANCE, WALL_SLOPE = 0.02, 0.05  # of a wall's echoes from its line: m, and per m from it
 WALL_REACH, MIN_WALL = 0.35, 0.18  # m, checked on each side of the gap; least wall found there
 MIN_RECESS = 0.04  # m, of a closed leaf behind the wall's face
@@ -27,8 +27,8 @@ MAX_RECESS = 0.2  # m: farther behind the wall's face there is no closed leaf
 
 @kernel
 def wall_gaps(echoes: Echoes, found):
-    """Write rows of `suspects` (n, 5) to `found`; how many. A doorway that is seen through another
-    one is told, too."""
+    """Write rows of `suspects` (n, 5) to `found`; how many. Doorways seen through another one are
+    among them."""
     x, y, ranges, angles, spacing = echoes.x, echoes.y, echoes.ranges, echoes.angles, echoes.spacing
     count, n = 0, len(echoes.x)
     for i in range(1, n - MIN_BEAMS - 2):

@@ -87,7 +87,7 @@ def test_expected_errors_are_those_of_the_forecast(patrols: Patrols) -> None:
     apart = np.abs(robots.steps[None, :, 0] - every.steps[1][:, None]).sum(axis=(2, 3))
     chosen, filter_ = apart.argmin(axis=1), DoorFilter(robots)
     filter_.phases[chosen] = state.phases[2, d]
-    later = state.weights[2, d] @ filter_.forecast(0.0)[chosen]
+    later = state.weights[2, d] @ filter_.expected(0.0).forecast[chosen]
     assert patrols.stale[2, d] == pytest.approx(later * (1 - later))
     assert patrols.fresh[2, d, 0] < 0.01
     assert patrols.fresh[2, d, -1] > patrols.fresh[2, d, 2]

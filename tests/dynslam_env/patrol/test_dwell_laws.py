@@ -111,3 +111,13 @@ def test_a_forecast_is_what_is_believed_at_each_horizon():
     door.look(30.0, False)
     expected = np.stack([door.closed(47.3 + ahead) for ahead in HORIZONS], axis=1)
     assert door.expected(47.3).forecast == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_what_a_look_would_show_is_what_it_shows(closed):
+    door = DoorFilter(DwellLaws())
+    door.look(1.0, True)
+    expected = door.expected(47.3)
+    door.look(47.3, closed)
+    assert expected.evidence[int(closed)].tolist() == door.evidence.tolist()
+    assert expected.looked[int(closed)].tolist() == door.expected(47.3).forecast.tolist()

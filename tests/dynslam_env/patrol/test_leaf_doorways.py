@@ -39,13 +39,13 @@ def test_a_leaf_shows_a_doorway_whose_other_wall_is_hidden_or_short(x, beyond):
     assert not closed
 
 
-def test_it_is_found_in_a_mirror_and_wherever_the_robot_is():
+def test_it_is_found_in_a_mirror_by_a_robot_that_is_turned():
     mirrored = [(-a, b, -c, d) for a, b, c, d in ROOM + LEFT + leaf(0.9)]
-    ((x, y, *_),) = shapes(Pose2(1.2, -2.0, UP), mirrored)
+    ((x, y, *_),) = shapes(Pose2(1.2, -2.0, UP + 0.4), mirrored)
     assert (x, y) == pytest.approx((0.0, -FACE), abs=0.06)
 
 
-@pytest.mark.parametrize("length", [0.4, 1.4, 3.9])
+@pytest.mark.parametrize("length", [0.4, 0.6, 1.4, 3.9])
 def test_a_wall_of_another_length_than_the_gaps_is_no_leaf(length):
     assert len(shapes(Pose2(-1.2, -2.0, UP), ROOM + LEFT + leaf(length))) == 0
 
@@ -70,3 +70,18 @@ def test_a_doorway_is_recognised_through_another_one(closed):
     assert len(found) == 2
     assert sorted(found[:, 1]) == pytest.approx([-FACE, 2.0 - FACE], abs=0.06)
     assert found[np.argsort(found[:, 1]), 4].tolist() == [0.0, float(closed)]
+
+
+def test_a_slanted_panel_is_no_leaf():
+    panel = [(HALF, -FACE, HALF - 0.3, -FACE - 0.85)]
+    assert len(shapes(Pose2(-1.2, -2.0, UP), ROOM + LEFT + panel)) == 0
+
+
+def test_a_short_piece_of_wall_is_none():
+    short = [(-HALF - 0.15, y, -HALF, y) for y in (-FACE, FACE)] + LEFT[-1:]
+    assert len(shapes(Pose2(-1.2, -2.0, UP), ROOM + short + leaf(0.9))) == 0
+
+
+def test_a_gap_that_is_blocked_is_no_open_door():
+    blocked = [(-HALF, 0.0, HALF, 0.0)]
+    assert len(shapes(Pose2(-1.2, -2.0, UP), ROOM + LEFT + leaf(0.9) + blocked)) == 0

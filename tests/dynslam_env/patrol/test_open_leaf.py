@@ -90,3 +90,12 @@ def test_a_leaf_in_few_of_many_looks_is_none():
         doors.look(scan(pose, (), time), pose)
     assert door.looks > 200
     assert not door.has_leaf
+
+
+def test_a_door_that_flipped_has_a_leaf_however_often_it_stands_open():
+    doors, door = watched(())
+    pose, shut = Pose2(0.0, -2.0, math.pi / 2), [(-HALF, 0.0, HALF, 0.0)]
+    for time in np.arange(2.5, 130.0, 0.5):
+        doors.look(scan(pose, shut if 20.0 < time < 22.0 else (), time), pose)
+    assert door.filter.flips == 2
+    assert door.has_leaf
