@@ -102,7 +102,7 @@ class SuspectedDoor:
 
     @property
     def has_leaf(self) -> bool:
-        """Whether it surely has a leaf: it flipped, or a leaf was seen in enough of the looks."""
+        """Whether it counts as a door with a leaf: it flipped, or a leaf was seen often enough."""
         enough = max(MIN_LEAF_SIGHTINGS, MIN_LEAF_SHARE * self.looks)
         return self.filter.flips > 0 or self.leaves >= enough
 
@@ -125,8 +125,8 @@ class PlaceDoors:
         shown = looked(scan, pose, np.array([door.place for door in near]).reshape(-1, 4))
         for door, (reached, ended, leaf, towards) in zip(near, shown.tolist(), strict=True):
             door.leaves += leaf
-            door.looks += reached >= MIN_BEAMS
             if reached >= MIN_BEAMS:
+                door.looks += 1
                 door.look(scan.time, ended / reached)
             elif towards:
                 door.look(scan.time, 0.0)
