@@ -32,7 +32,8 @@ from slam.maps.static import Static
 from slam.memory import give_back
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.recovery.astray import Astray
-from slam.recovery.old_ground import Ground, OldGround
+from slam.recovery.old_ground import OldGround
+from slam.recovery.old_local_maps import LocalGround, OldLocalMaps
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import MISPLACED, Watch
 from slam.scan import Scan
@@ -137,7 +138,7 @@ class GraphSlam:
         self._redundancy = Redundancy(visits)
         self._whole = WholeMap(map_model)
         self._searched: SearchedMap | None = None  # from the first search on
-        self._old_ground = OldGround()
+        self._old_ground, self._old_maps = OldGround(), OldLocalMaps()
         self._doubted: list[Keyframe] = []  # keyframes that are not part of a local map yet
         self._lost_since = 0  # number of updates before the robot got lost
         self._path = Path()
@@ -192,7 +193,7 @@ class GraphSlam:
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
         self._whole, self._searched = WholeMap(self.map_model), None  # drop what was drawn so far
-        self._old_ground.pack()
+        self._old_maps.pack()
         self._matcher.pack()
         if new and self.alignment is not None:
             self._align(self.alignment)
@@ -254,7 +255,7 @@ class GraphSlam:
         not counted."""
         front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         searched = self._searched.nbytes if self._searched is not None else 0
-        searched += self._old_ground.nbytes
+        searched += self._old_maps.nbytes
         return front + self._matcher.nbytes + self._whole.nbytes + searched
 
     # -- the current local map -----------------------------------------------------------------
@@ -301,11 +302,11 @@ class GraphSlam:
     def _surroundings(self) -> Surroundings:
         """The map that a lost robot is searched for in, and the current local map in it: the whole
         one, or without the last local maps if these are misplaced."""
+        poses = self.graph.poses
         if self._old_ground.votes >= MISPLACED:
-            return self._old_ground.surroundings(self.places, self.graph.poses)
+            return Surroundings(self._old_maps.endpoint(self.places, poses), Pose2.of(poses[-1]))
         if self._searched is None:
             self._searched = SearchedMap()
-        poses = self.graph.poses
         return Surroundings(self._searched.endpoint(self.places, poses), Pose2.of(poses[-1]))
 
     def _rejoined(self, astray: Astray, found: Estimate) -> Estimate:
@@ -458,7 +459,10 @@ class GraphSlam:
     def _judge(self, watch: Watch, here: int, scan: Panorama) -> None:
         """Judge whether a local map, the panorama of which is `scan`, is where it seems to be."""
         now = slice(here + 1)
-        ground = Ground(self.places[now], self.graph.poses[now], self._middles[now], self._matcher)
+        ground = LocalGround(
+            self.places[now], self.graph.poses[now], self._middles[now], self._matcher,
+            self._old_maps,
+        )  # fmt: skip
         self._old_ground.judge(ground, scan)
         watch.suspected = self._old_ground.votes
 
@@ -481,7 +485,7 @@ class GraphSlam:
         self._path.forget(number, into, frames[0].between(frames[1]))
         self._matcher.forget(self.places.pop(number))
         del self._middles[number]
-        for whole in (self._whole, self._searched, self._old_ground):
+        for whole in (self._whole, self._searched, self._old_maps):
             if whole is not None:
                 whole.forget(number)
         return True

@@ -21,9 +21,10 @@ from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
 from slam.recovery.astray import Astray
+from slam.recovery.drawn_before import DrawnBefore
 from slam.recovery.match import Match
 from slam.recovery.places import Surroundings
-from slam.recovery.watch import Watch
+from slam.recovery.watch import MISPLACED, Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
@@ -102,6 +103,7 @@ class MaximumLikelihood:
         self._doubted: list[tuple[Scan, Estimate]] = []  # keyframes that are not integrated yet
         self._unread: Drawn | None = None  # the last one that is, until a match reads the map
         self.astray: Astray | None = None
+        self._before: DrawnBefore | None = None  # from the first refresh on, if it is watched
 
     @property
     def sensor_model(self) -> SensorModel:
@@ -234,6 +236,8 @@ class MaximumLikelihood:
                 covariance = self._carried(self.keyframe, prediction)
                 estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
+        if self._before is not None and self._before.drift is not None:
+            estimate = self._anchored(estimate, self._before.drift @ estimate.pose)
         anchor = self.watch.judge(match._replace(estimate=estimate), self._surroundings)
         withheld_by_a_graph = self._searched is not None and self._doubted
         if anchor is estimate.pose or withheld_by_a_graph:
@@ -244,6 +248,8 @@ class MaximumLikelihood:
         """The estimate at another pose; so are the keyframes that are not integrated yet."""
         self._last_match = None
         moved = pose @ estimate.pose.inverse()
+        if self._before is not None:
+            self._before.move(moved)
         self._doubted = [(scan, one._replace(pose=moved @ one.pose)) for scan, one in self._doubted]
         return estimate._replace(pose=pose)
 
@@ -270,6 +276,9 @@ class MaximumLikelihood:
         """Integrate the keyframe; what matches read of it is computed when one does."""
         self._catch_up()
         self._unread = self._draw(scan, estimate)
+        if self._before is not None and self.watch is not None:
+            self._before.add(scan, estimate.pose)
+            self.watch.suspected = self._before.votes
 
     def _catch_up(self) -> None:
         """Compute what matches read of the last keyframe: its surfaces, and the sensor model."""
@@ -284,8 +293,13 @@ class MaximumLikelihood:
 
     def _refresh(self, changed: np.ndarray) -> None:
         self._sensor_model.refresh(self.map_model, changed)
-        if self._field is not self._sensor_model and self.watch is not None:
+        if self.watch is None:
+            return
+        if self._field is not self._sensor_model:
             self._field.refresh(self.map_model, changed)
+        if self._searched is None:
+            self._before = self._before or DrawnBefore(self._field)
+            self._before.note()
 
     def _get_lost(self, watch: Watch, estimate: Estimate) -> None:
         """Map apart from now on; the doubted keyframes are dropped."""
@@ -313,6 +327,8 @@ class MaximumLikelihood:
         self.astray = None
         if self.watch is not None:
             self.watch.found(astray.sure)
+        if self._before is not None:
+            self._before.begin()
         self.remember(
             ((one.scan, origin @ one.pose) for one in astray.keyframes),
             self._matched.score,
@@ -322,7 +338,10 @@ class MaximumLikelihood:
 
     def _surroundings(self) -> Surroundings:
         """The map in which a lost robot is searched for: this one, if no other was given."""
-        return Surroundings(self._field, Pose2()) if self._searched is None else self._searched()
+        if self._searched is not None:
+            return self._searched()
+        misplaced = self._before is not None and self._before.votes >= MISPLACED
+        return Surroundings(self._before.endpoint if misplaced else self._field, Pose2())
 
     def _draw(self, scan: Scan, estimate: Estimate) -> Drawn:
         """Integrate the keyframe."""

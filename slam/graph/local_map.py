@@ -28,6 +28,10 @@ class Keyframe(NamedTuple):
         """The same, in the frame of a pose."""
         return Keyframe(self.scan, pose.between(self.pose))
 
+    def moved(self, by: Pose2) -> Keyframe:
+        """The same, moved by a transform of the frame."""
+        return Keyframe(self.scan, by @ self.pose)
+
 
 class LocalMap:
     """Consecutive keyframes, whose poses are not revised.

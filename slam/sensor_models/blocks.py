@@ -38,9 +38,11 @@ class DirtyBlocks:
         return any(len(ids) for ids in self._ids)
 
 
-def all_blocks(tiles: Tiles) -> np.ndarray:
-    """(n, 2) the blocks of all allocated tiles, by row and column in `Tiles.index`, in blocks."""
-    return np.argwhere(np.kron(tiles.index > 0, np.ones((BLOCKS, BLOCKS), np.bool_)))
+def blocks_of(tiles: Tiles, slots: np.ndarray) -> np.ndarray:
+    """(n, 2) the blocks of the tiles at `slots`, by row and column in `Tiles.index`, in blocks."""
+    first = (tiles.places[slots] - tiles.corner) * BLOCKS
+    within = np.indices((BLOCKS, BLOCKS)).reshape(2, -1).T
+    return (first[:, None] + within).reshape(-1, 2)
 
 
 @kernel

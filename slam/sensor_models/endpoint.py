@@ -44,6 +44,7 @@ class Endpoint:
     z_hit   share of echoes that the map explains
     z_rand  likelihood of an echo that it does not explain
     tiles   of the map
+    refreshed  (n, 2) the blocks of the last refresh, by row and column in `Tiles.index`, in blocks
     """
 
     levels = LEVELS
@@ -74,8 +75,19 @@ class Endpoint:
             blocks, self._stale.values, tiles.index, self._h_level.flat, self._centroid.flat,
             self._field.flat, self._radius, *self._model,
         )  # fmt: skip
+        self.refreshed = blocks
+        self.rewritten(blocks)
+
+    def rewritten(self, blocks: np.ndarray) -> None:
+        """The field of these blocks (n, 2) has changed: coarser ones are not up to date."""
         if self._means is not None:
             self._means.dirty.add(blocks)
+
+    def of_layer(self, layer: Layer) -> Endpoint:
+        """The same model of another field of the same tiles, which no map refreshes."""
+        other = Endpoint(self.beta, self.sigma, self.z_hit, self.z_rand)
+        other.set_field(self.tiles, layer)
+        return other
 
     def _begin(self, map_model: MapModel) -> None:
         """Start a field for a new map; unknown cells have the map's prior."""

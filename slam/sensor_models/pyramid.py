@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.kernel import kernel
 from slam.maps.tiles import AREA, MASK, SHIFT, TILE, Layer, Tiles
-from slam.sensor_models.blocks import BLOCK, DirtyBlocks, all_blocks, cell_at
+from slam.sensor_models.blocks import BLOCK, DirtyBlocks, blocks_of, cell_at
 
 LEVELS = 3  # fields of cells 1, 2 and 4 times as wide as the map's
 
@@ -16,7 +16,7 @@ class Means:
 
     def __init__(self, tiles: Tiles, field: Layer, unknown: float):
         self.dirty = DirtyBlocks(tiles)
-        self.dirty.add(all_blocks(tiles))
+        self.dirty.add(blocks_of(tiles, tiles.current.slots))
         self._tiles, self._field = tiles, field
         self._levels = [
             tiles.layer(np.float32, unknown, (AREA >> 2 * n,)) for n in range(1, LEVELS)

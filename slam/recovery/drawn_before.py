@@ -1,0 +1,150 @@
+"""The old ground of a single map: its field as it was some stretches of the path before."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.geometry import Pose2
+from slam.graph.local_map import Keyframe, Panorama, panorama
+from slam.recovery.old_ground import DRIFT, KEYFRAMES, RECENT, WINDOW, OldGround, share
+from slam.recovery.places import best_near, matched, near
+from slam.scan import Scan
+from slam.sensor_models.blocks import BLOCKS, blocks_of
+from slam.sensor_models.endpoint import Endpoint
+
+STRETCH, STEP = 4.0, 1.0  # m of the path: of a stretch, and between two looks for a drift
+UNEXPLAINED, FITTING = 0.15, 0.1  # share of the known echoes, from which on a drift is sought, and
+# up to which the last stretch fits where it is moved to
+GAIN = 10.0  # nats by which it must fit better there
+MOVED = 0.1, math.radians(1.5)  # m, rad, at least, of a drift
+
+
+class Drawn(NamedTuple):
+    """A keyframe that was drawn, and the path to it, m."""
+
+    keyframe: Keyframe
+    path: float
+
+
+class DrawnBefore:
+    """Keeps the field of a map as it was RECENT stretches before, and the last keyframes: a robot
+    that was carried has not yet drawn over it where it believes to be.
+
+    At the end of each stretch the tiles that were drawn are copied; RECENT stretches later they
+    enter the old field. It is a `Ground`.
+
+    endpoint  reads the old field
+    ordinal   number of finished stretches
+    drift     of the map from the old field, which hides it from the next scans: what was drawn last
+              lies at drift @ where it was drawn; None where there is none
+    """
+
+    def __init__(self, field: Endpoint):
+        """`field` reads the map, and has been refreshed."""
+        self._field, tiles = field, field.tiles
+        self._fresh = tiles.layer(np.bool_, shape=())  # tiles that were drawn in this stretch
+        self._old = tiles.layer(np.float32, field.unknown)
+        self.endpoint = field.of_layer(self._old)
+        self._copies: deque[tuple[np.ndarray, np.ndarray]] = deque()  # slots, their fields
+        self._drawn: deque[Drawn] = deque(maxlen=KEYFRAMES)
+        self._path = self._ended = self._looked = 0.0  # m; where a stretch ended, or was looked at
+        self.ordinal = 0
+        self.drift: Pose2 | None = None
+        self._judge = OldGround()
+
+    @property
+    def votes(self) -> int:
+        """See `OldGround`."""
+        return self._judge.votes
+
+    def note(self) -> None:
+        """The field was refreshed. What is drawn before the robot moves, of a saved map, is old."""
+        tiles, blocks = self._field.tiles, self._field.refreshed
+        slots = tiles.index[blocks[:, 0] // BLOCKS, blocks[:, 1] // BLOCKS]
+        if self._path == 0.0 and not self._drawn:
+            slots = np.unique(slots)
+            self._write(slots, self._field.field().values[slots])
+        else:
+            self._fresh.values[slots] = True
+
+    def add(self, scan: Scan, pose: Pose2) -> None:
+        """Add a keyframe; after each stretch they are judged."""
+        if self._drawn:
+            self._path += math.dist(self.frame[:2], pose[:2])
+        self._drawn.append(Drawn(Keyframe(scan.bare(), pose), self._path))
+        if self._path >= self._looked + STEP:
+            self._looked = self._path
+            self.drift = self._found_drift(scan)
+        if self._path >= self._ended + STRETCH:
+            if self.drift is None:
+                self._judge.judge(self, self._panorama(STRETCH))
+            self._end()
+
+    def move(self, by: Pose2) -> None:
+        """What was drawn last lies elsewhere, moved by a transform of the world."""
+        self.drift = None
+        moved = [one._replace(keyframe=one.keyframe.moved(by)) for one in self._drawn]
+        self._drawn = deque(moved, KEYFRAMES)
+        self._judge.begin(self.ordinal + 1)
+
+    def begin(self) -> None:
+        """The robot was found again: what it saw before was seen elsewhere."""
+        self._drawn.clear()
+        self.drift = None
+        self._end()
+        self._judge.begin(self.ordinal)
+
+    def _end(self) -> None:
+        """Begin the next stretch."""
+        self._ended, self.ordinal = self._path, self.ordinal + 1
+        slots = np.flatnonzero(self._fresh.values)
+        self._copies.append((slots, self._field.field().values[slots]))
+        self._fresh.values[:] = False
+        if len(self._copies) > RECENT:
+            self._write(*self._copies.popleft())
+
+    def _write(self, slots: np.ndarray, values: np.ndarray) -> None:
+        self._old.values[slots] = values
+        self.endpoint.rewritten(blocks_of(self._field.tiles, slots))
+
+    def _found_drift(self, scan: Scan) -> Pose2 | None:
+        """The drift by the last stretch, if the old field does not explain the last scan."""
+        endpoint, frame = self.endpoint, self.frame
+        here = share(*endpoint.known_shares(scan.points, frame))
+        if here is None or here < UNEXPLAINED:
+            return None
+        last = self._panorama(STRETCH)
+        place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
+        there = share(*endpoint.known_shares(last.points, place.pose))
+        gain = place.value - matched(endpoint, last, frame).value
+        if there is None or there > FITTING or gain < GAIN or near(place.pose, frame, *MOVED):
+            return None
+        return place.pose @ frame.inverse()
+
+    def _panorama(self, length: float) -> Panorama:
+        """The keyframes of the last metres of the path as one scan at the frame."""
+        last = [one.keyframe for one in self._drawn if one.path > self._path - length]
+        return panorama([one.seen_from(self.frame) for one in last])
+
+    # -- as a `Ground` -------------------------------------------------------------------------
+
+    @property
+    def frame(self) -> Pose2:
+        """The pose of the last keyframe."""
+        return self._drawn[-1].keyframe.pose
+
+    def unexplained(self, scan: Panorama) -> float | None:
+        """The share that the old field knows and does not explain."""
+        return share(*self.endpoint.known_shares(scan.points, self.frame))
+
+    def last(self, begin: int) -> Panorama:
+        """The last keyframes; those from before the robot was found are forgotten."""
+        return self._panorama(WINDOW * STRETCH)
+
+    def old_map(self) -> Endpoint:
+        """The old field."""
+        return self.endpoint
