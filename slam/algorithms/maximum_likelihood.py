@@ -236,10 +236,10 @@ class MaximumLikelihood:
                 covariance = self._carried(self.keyframe, prediction)
                 estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
-        if self._before is not None and self._before.drift is not None:
-            estimate = self._anchored(estimate, self._before.drift @ estimate.pose)
         anchor = self.watch.judge(match._replace(estimate=estimate), self._surroundings)
         withheld_by_a_graph = self._searched is not None and self._doubted
+        if self._before is not None and self._before.drift is not None:
+            anchor = self._before.drift @ estimate.pose
         if anchor is estimate.pose or withheld_by_a_graph:
             return estimate
         return self._anchored(estimate, anchor)
@@ -337,11 +337,13 @@ class MaximumLikelihood:
         self.place(origin @ astray.pose, astray.covariance)
 
     def _surroundings(self) -> Surroundings:
-        """The map in which a lost robot is searched for: this one, if no other was given."""
+        """The map in which a lost robot is searched for: this one, if no other was given; as it was
+        before, if the robot has drawn over it."""
         if self._searched is not None:
             return self._searched()
-        misplaced = self._before is not None and self._before.votes >= MISPLACED
-        return Surroundings(self._before.endpoint if misplaced else self._field, Pose2())
+        if self._before is not None and self._before.votes >= MISPLACED:
+            return Surroundings(self._before.endpoint, Pose2())
+        return Surroundings(self._field, Pose2())
 
     def _draw(self, scan: Scan, estimate: Estimate) -> Drawn:
         """Integrate the keyframe."""

@@ -10,12 +10,15 @@ import numpy as np
 
 from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, Panorama, panorama
+from slam.kernel import kernel
 from slam.recovery.old_ground import DRIFT, KEYFRAMES, RECENT, WINDOW, OldGround, share
-from slam.recovery.places import best_near, matched, near
+from slam.recovery.places import at, best_near, matched, near
+from slam.recovery.surprise import Surprise
 from slam.scan import Scan
 from slam.sensor_models.blocks import BLOCKS, blocks_of
 from slam.sensor_models.endpoint import Endpoint
 
+THINNED = 12  # keyframes of a stretch, at most, that are looked at
 STRETCH, STEP = 4.0, 1.0  # m of the path: of a stretch, and between two looks for a drift
 UNEXPLAINED, FITTING = 0.15, 0.1  # share of the known echoes, from which on a drift is sought, and
 # up to which the last stretch fits where it is moved to
@@ -54,7 +57,7 @@ class DrawnBefore:
         self._path = self._ended = self._looked = 0.0  # m; where a stretch ended, or was looked at
         self.ordinal = 0
         self.drift: Pose2 | None = None
-        self._judge = OldGround()
+        self._judge, self._misfits = OldGround(), Surprise(UNEXPLAINED)
 
     @property
     def votes(self) -> int:
@@ -62,14 +65,11 @@ class DrawnBefore:
         return self._judge.votes
 
     def note(self) -> None:
-        """The field was refreshed. What is drawn before the robot moves, of a saved map, is old."""
-        tiles, blocks = self._field.tiles, self._field.refreshed
-        slots = tiles.index[blocks[:, 0] // BLOCKS, blocks[:, 1] // BLOCKS]
+        """The field was refreshed. What is drawn before a keyframe is added, as a saved map, is
+        old."""
+        _mark(self._field.refreshed, self._field.tiles.index, self._fresh.values)
         if self._path == 0.0 and not self._drawn:
-            slots = np.unique(slots)
-            self._write(slots, self._field.field().values[slots])
-        else:
-            self._fresh.values[slots] = True
+            self._write(*self._copy())
 
     def add(self, scan: Scan, pose: Pose2) -> None:
         """Add a keyframe; after each stretch they are judged."""
@@ -81,7 +81,7 @@ class DrawnBefore:
             self.drift = self._found_drift(scan)
         if self._path >= self._ended + STRETCH:
             if self.drift is None:
-                self._judge.judge(self, self._panorama(STRETCH))
+                self._judge.judge(self, self._panorama(1))
             self._end()
 
     def move(self, by: Pose2) -> None:
@@ -101,11 +101,15 @@ class DrawnBefore:
     def _end(self) -> None:
         """Begin the next stretch."""
         self._ended, self.ordinal = self._path, self.ordinal + 1
-        slots = np.flatnonzero(self._fresh.values)
-        self._copies.append((slots, self._field.field().values[slots]))
-        self._fresh.values[:] = False
+        self._copies.append(self._copy())
         if len(self._copies) > RECENT:
             self._write(*self._copies.popleft())
+
+    def _copy(self) -> tuple[np.ndarray, np.ndarray]:
+        """The slots of the tiles that were drawn in this stretch, and their fields."""
+        slots = np.flatnonzero(self._fresh.values)
+        self._fresh.values[:] = False
+        return slots, self._field.field().values[slots]
 
     def _write(self, slots: np.ndarray, values: np.ndarray) -> None:
         self._old.values[slots] = values
@@ -115,20 +119,23 @@ class DrawnBefore:
         """The drift by the last stretch, if the old field does not explain the last scan."""
         endpoint, frame = self.endpoint, self.frame
         here = share(*endpoint.known_shares(scan.points, frame))
-        if here is None or here < UNEXPLAINED:
+        if here is None or not self._misfits.surprising(here):
             return None
-        last = self._panorama(STRETCH)
+        last = self._panorama(1)
         place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
         there = share(*endpoint.known_shares(last.points, place.pose))
-        gain = place.value - matched(endpoint, last, frame).value
+        gain = place.value - at(endpoint, last, frame).value
         if there is None or there > FITTING or gain < GAIN or near(place.pose, frame, *MOVED):
+            self._misfits.dismiss()
             return None
         return place.pose @ frame.inverse()
 
-    def _panorama(self, length: float) -> Panorama:
-        """The keyframes of the last metres of the path as one scan at the frame."""
-        last = [one.keyframe for one in self._drawn if one.path > self._path - length]
-        return panorama([one.seen_from(self.frame) for one in last])
+    def _panorama(self, stretches: int) -> Panorama:
+        """The keyframes of the last stretches as one scan at the frame."""
+        begin = self._path - stretches * STRETCH
+        last = [one.keyframe for one in self._drawn if one.path > begin]
+        every = math.ceil(len(last) / (stretches * THINNED))
+        return panorama([one.seen_from(self.frame) for one in last[::-every]])
 
     # -- as a `Ground` -------------------------------------------------------------------------
 
@@ -143,8 +150,15 @@ class DrawnBefore:
 
     def last(self, begin: int) -> Panorama:
         """The last keyframes; those from before the robot was found are forgotten."""
-        return self._panorama(WINDOW * STRETCH)
+        return self._panorama(WINDOW)
 
     def old_map(self) -> Endpoint:
         """The old field."""
         return self.endpoint
+
+
+@kernel
+def _mark(blocks, index, fresh):
+    """Mark the slots of the tiles that blocks (n, 2) lie in."""
+    for k in range(len(blocks)):
+        fresh[index[blocks[k, 0] // BLOCKS, blocks[k, 1] // BLOCKS]] = True

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 from slam.geometry import Pose2
 from slam.graph.local_map import Panorama
-from slam.recovery.places import MANY, Place, Places, best_near, matched, near
+from slam.recovery.places import Place, Places, best_near, matched, near
 from slam.recovery.watch import MISPLACED
 from slam.sensor_models.endpoint import Endpoint
 
@@ -23,11 +23,13 @@ KEYFRAMES = 100  # of them, at most
 USUAL, MEMORY = 0.03, 20  # share of known echoes unexplained, at first; stretches of its mean
 UNUSUAL = 0.02  # more than usual: is searched for
 LEARNED = 0.1  # more than usual, at most, that a stretch counts in the mean
-DISMISSED = 8  # the same as MEMORY, of what was searched for in vain
-LONGEST_PAUSE = RECENT  # stretches between two searches
+DISMISSED = 4  # the same as MEMORY, of what was searched for in vain
+LONGEST_PAUSE = 16  # stretches between two searches; doubled by two that find nothing
+ECHOES = 80  # that are searched for
 DRIFT = 1.0, 1.0, math.radians(10.0)  # m, m, rad, of a loop that is not closed yet
 KNOWN, WRONG = 0.7, 0.15  # share of the echoes that the map knows here, or does not explain
-GAIN, MORE_EXPLAINED = 8.0, 0.05  # nats, and share of the echoes, more at another place
+GAIN, MORE_EXPLAINED = 8.0, 0.05  # nats, and share of the echoes, more at another place,
+LEAST_EXPLAINED = 0.6  # which explains so many at least: a bent stretch fits badly anywhere
 EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many where the robot is
 # right; wherever it is, it is not here, once the searches exceed that by so many together
 SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move the believed place
@@ -122,7 +124,7 @@ class OldGround:
                 self._fails = 0
         elif self._wait <= 0:
             self._vote(ground.frame, self._elsewhere(ground))
-            self._wait = min(1 + self._fails // 2, LONGEST_PAUSE)
+            self._wait = min(1 << self._fails // 2, LONGEST_PAUSE)
             if not self.votes:
                 self._learn(mean, DISMISSED)
 
@@ -152,12 +154,13 @@ class OldGround:
         explained, wrong = endpoint.known_shares(scan.points, here.pose)
         if explained + wrong < KNOWN and wrong < max(explained, WRONG):
             return None  # new ground
-        found = Places(endpoint, known=True, echoes=MANY, rated=True).best(scan, explained)
+        least = max(explained + MORE_EXPLAINED, LEAST_EXPLAINED)
+        places = Places(endpoint, known=True, echoes=ECHOES, rated=True)
+        found = places.best(scan, least, here.value + GAIN)
         if found is None or found.value < here.value + GAIN:
             return None
         there, _ = endpoint.known_shares(scan.points, found.pose)
-        other = Other(found.pose, found.value - here.value)
-        return other if there > explained + MORE_EXPLAINED else None
+        return Other(found.pose, found.value - here.value) if there > least else None
 
 
 def _value(place: Place) -> float:

@@ -24,6 +24,7 @@ WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose od
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
+COARSELY = 0.15  # by which the mean log-likelihood of an echo grows, at most, from a candidate on
 CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
 RATED, APART = 1024, 0.25  # the same, and m between them, where places look alike: they are rated
 RATED_BY = 100  # echoes, in the map itself,
@@ -73,13 +74,15 @@ class Places:
         self._most = FINALISTS if rated else candidates
         self._search = GlobalSearch(endpoint, known=known)
 
-    def best(self, scan: Scan, explained: float) -> Place | None:
-        """The place at which the map agrees best with the scan, if it explains that share of it."""
-        return self._best(scan, explained, [])
+    def best(self, scan: Scan, explained: float, value: float = -math.inf) -> Place | None:
+        """The place at which the map agrees best with the scan, if it explains that share of it;
+        those worse than `value`, nats, are left out where the coarse map tells."""
+        return self._best(scan, max(self._least(explained), self._mean(scan, value)), [])
 
     def all(self, scan: Scan, explained: float) -> list[Place]:
         """The places of the candidates that explain so large a share in the coarse map."""
-        return [self.matched(scan, start) for start in self._starts(scan, explained, [])]
+        starts = self._starts(scan, self._least(explained), [])
+        return [self.matched(scan, start) for start in starts]
 
     def crossed(self, path: Array) -> bool:
         """Whether a path (n, 2), m, leads through a wall."""
@@ -91,22 +94,22 @@ class Places:
     def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
         """The best other place that explains so large a share of the scan, if it is by `gain` nats
         more likely there than at `place`."""
-        other = self._best(scan, explained, [place.pose])
+        other = self._best(scan, self._least(explained), [place.pose])
         return other if other is not None and other.value > place.value + gain else None
 
-    def _best(self, scan: Scan, explained: float, but: list[Pose2]) -> Place | None:
-        """The most likely of the candidates that explain so large a share in the coarse map of the
-        search; `but` are places that are not considered."""
+    def _best(self, scan: Scan, least: float, but: list[Pose2]) -> Place | None:
+        """The most likely of the candidates with at least so large a mean log-likelihood in the
+        coarse map of the search; `but` are places that are not considered."""
         best = None
-        for start in self._starts(scan, explained, but):
+        for start in self._starts(scan, least, but):
             place = self.matched(scan, start)
             if any(same_place(place.pose, other) for other in but):
                 place = at(self._endpoint, scan, start)
             best = place if best is None or place.value > best.value else best
         return best
 
-    def _starts(self, scan: Scan, explained: float, but: list[Pose2]) -> list[Pose2]:
-        region, least = self._search, self._least(explained)
+    def _starts(self, scan: Scan, least: float, but: list[Pose2]) -> list[Pose2]:
+        region = self._search
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
         most, apart = (RATED, APART) if self._rated else (self._most, OTHER_DISTANCE)
         found = region.candidates(points, centre, reach, but, TURN_STEP, least, most, apart)
@@ -131,6 +134,10 @@ class Places:
     def _least(self, explained: float) -> float:
         """Mean log-likelihood of echoes of which this share is explained."""
         return explained * WELL_EXPLAINED + (1.0 - explained) * self._endpoint.nothing
+
+    def _mean(self, scan: Scan, value: float) -> float:
+        """Mean log-likelihood of an echo where that of the scan is `value`, less COARSELY."""
+        return value / (self._endpoint.beta * max(len(scan.points), 1)) - COARSELY
 
     def matched(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""

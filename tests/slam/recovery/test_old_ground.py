@@ -9,6 +9,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import LocalMap, panorama
 from slam.graph.loops import Loops, Matcher
 from slam.recovery.old_ground import (
+    EXPECTED,
     LEARNED,
     LONGEST_PAUSE,
     NOT_HERE,
@@ -19,13 +20,15 @@ from slam.recovery.old_ground import (
     OldGround,
     Other,
 )
+from slam.recovery.old_local_maps import LocalGround, OldLocalMaps
+from slam.recovery.watch import MISPLACED
 from tests.slam.recovery.test_misfit import reading, room
 
 THERE, ELSEWHERE = Pose2(12.0, 3.0, 1.0), Pose2(-20.0, 5.0, 0.0)
-WEAK, STRONG = NOT_HERE - 5.0, NOT_HERE + 5.0
+WEAK, STRONG = EXPECTED + 0.4 * NOT_HERE, EXPECTED + 0.6 * NOT_HERE  # nats
 
 
-class Told(Ground):
+class Told(LocalGround):
     """Ground of which the first coordinate is the share that is unexplained; NaN: new ground."""
 
     def unexplained(self, scan: object) -> float | None:
@@ -46,7 +49,8 @@ class Scripted(OldGround):
 
     def take(self, share: float) -> None:
         poses = np.array([[share, 0.0, 0.0]])
-        self.judge(Told([place(9)], poses, [], Matcher(Loops())), panorama(place().keyframes))
+        ground = Told([place(9)], poses, [], Matcher(Loops()), OldLocalMaps())
+        self.judge(ground, panorama(place().keyframes))
 
 
 def place(ordinal: int = 0) -> LocalMap:
@@ -87,9 +91,20 @@ def test_two_finds_of_a_place_are_two_votes() -> None:
     assert misplaced(Other(THERE, WEAK), None).votes == 0
 
 
-def test_where_two_places_fit_far_better_the_robot_is_not_here() -> None:
-    assert misplaced(Other(THERE, STRONG), Other(ELSEWHERE, STRONG)).votes == 2
-    assert misplaced(Other(THERE, STRONG), Other(ELSEWHERE, WEAK)).votes == 1
+def test_where_other_places_fit_far_better_together_the_robot_is_not_here() -> None:
+    assert misplaced(Other(THERE, STRONG), Other(ELSEWHERE, STRONG)).votes == MISPLACED
+    assert misplaced(Other(THERE, WEAK), Other(ELSEWHERE, WEAK)).votes == 1
+    assert (
+        misplaced(Other(THERE, WEAK), Other(ELSEWHERE, WEAK), Other(THERE, WEAK)).votes == MISPLACED
+    )
+    assert misplaced(Other(THERE, EXPECTED + NOT_HERE + 1.0)).votes == MISPLACED
+    assert misplaced(*[Other(THERE, EXPECTED), Other(ELSEWHERE, EXPECTED)] * 5).votes == 1
+
+
+def test_a_search_in_vain_speaks_for_the_believed_place() -> None:
+    found = Other(THERE, STRONG), None, Other(ELSEWHERE, STRONG)
+    assert misplaced(*found[::2]).votes == MISPLACED
+    assert misplaced(*found).votes == 1
 
 
 def test_what_fits_again_ends_the_doubt() -> None:
@@ -145,7 +160,9 @@ def test_local_maps_of_the_last_metres_judge_nothing() -> None:
 
     def judged(number: int) -> float | None:
         middles = [Pose2()] * number
-        ground = Ground(places[:number], frames[:number], middles, Matcher(Loops()))
+        ground = LocalGround(
+            places[:number], frames[:number], middles, Matcher(Loops()), OldLocalMaps()
+        )
         return ground.unexplained(scan)
 
     assert judged(RECENT + 1) is None

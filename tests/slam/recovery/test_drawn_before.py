@@ -1,0 +1,146 @@
+"""A single map keeps what it showed some stretches before, and tells drifts and other places by
+it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.geometry import Pose2
+from slam.maps.static import Static
+from slam.recovery.drawn_before import STRETCH, DrawnBefore
+from slam.recovery.old_ground import RECENT
+from slam.recovery.watch import Watch
+from slam.scan import Scan
+from slam.sensor_models.endpoint import Endpoint
+
+BEAMS = np.linspace(-math.pi, math.pi, 361)
+STEP = 0.5  # m between keyframes
+
+
+def hall(x: float, long: float = 60.0) -> Scan:
+    """Seen at x, m, from within a hall 4 m wide with pillars each some metres along its walls."""
+    pillars = np.cumsum(np.random.default_rng(1).uniform(1.0, 5.0, 30)) - 10.0
+    ranges = np.full(len(BEAMS), 12.0)
+    for k, angle in enumerate(BEAMS):
+        c, s = math.cos(angle), math.sin(angle)
+        wall = 2.0 / max(abs(s), 1e-9)
+        ends = [(long - x) / c if c > 0 else (-10.0 - x) / min(c, -1e-9)]
+        for pillar in pillars:
+            along = (pillar - 0.2 - x) / c if c > 0 else (pillar + 0.2 - x) / min(c, -1e-9)
+            if along > 0 and 1.6 <= abs(along * s) <= 2.0:
+                ends.append(along)
+        ranges[k] = min(wall, *ends, 12.0)
+    return Scan(ranges, BEAMS, 12.0)
+
+
+class Recorder:
+    """A map, its field, and what was drawn before; keyframes along the hall."""
+
+    def __init__(self) -> None:
+        self.map, self.field = Static(), Endpoint()
+        self.before: DrawnBefore | None = None
+
+    def draw(self, x: float, at: Pose2, *, moves: bool = True) -> None:
+        """Draw the scan seen at x as if it were seen at a pose."""
+        scan = hall(x)
+        changed = self.map.integrate(scan, at)
+        if self.before is not None and moves:
+            self.before.add(scan, at)
+        self.field.refresh(self.map, changed)
+        self.before = self.before or DrawnBefore(self.field)
+        self.before.note()
+
+    def explained(self, x: float, at: Pose2) -> float:
+        """The share of the scan that the old field explains."""
+        assert self.before is not None
+        return self.before.endpoint.shares(hall(x).points, at)[0]
+
+
+def driven(end: float, start: float = 0.0, aside: float = 0.0) -> Recorder:
+    recorder = Recorder()
+    for x in np.arange(start, end, STEP):
+        recorder.draw(x, Pose2(x, aside))
+    return recorder
+
+
+def test_what_is_drawn_becomes_old_after_some_stretches() -> None:
+    early = driven((RECENT - 1) * STRETCH)
+    assert early.explained(15.0, Pose2(15.0)) < 0.2
+    late = driven((RECENT + 7) * STRETCH)
+    assert late.explained(15.0, Pose2(15.0)) > 0.9
+    assert late.explained(45.0, Pose2(45.0)) < 0.2
+
+
+def test_a_saved_map_is_old_at_once() -> None:
+    recorder = Recorder()
+    for x in np.arange(0.0, 10.0, STEP):
+        recorder.draw(x, Pose2(x), moves=False)
+    assert recorder.explained(5.0, Pose2(5.0)) > 0.9
+
+
+def test_a_copy_of_the_field_does_not_change_with_the_map() -> None:
+    recorder = driven((RECENT + 3) * STRETCH)
+    before = recorder.explained(0.0, Pose2())
+    for _ in range(20):  # another hall beside the first one, without a metre driven
+        recorder.draw(0.0, Pose2(0.0, 0.7))
+    assert recorder.explained(0.0, Pose2()) == before > 0.9
+    assert recorder.field.shares(hall(0.0).points, Pose2())[0] < 0.9
+
+
+def test_a_drift_is_told_though_the_map_hides_it() -> None:
+    recorder = driven((RECENT + 4) * STRETCH)
+    before = recorder.before
+    assert before is not None
+    before.begin()
+    drift = Pose2(0.0, 0.3, 0.0)
+    for x in np.arange(2.0, 8.0, STEP):  # the second time, drawn beside the first
+        recorder.draw(x, drift @ Pose2(x))
+        if before.drift is not None:
+            break
+    assert before.drift is not None
+    found = before.drift @ drift
+    assert found.y == pytest.approx(0.0, abs=0.03)
+    assert found.theta == pytest.approx(0.0, abs=0.01)
+    assert before.votes == 0
+
+
+def test_without_a_drift_none_is_told() -> None:
+    recorder = driven((RECENT + 4) * STRETCH)
+    before = recorder.before
+    assert before is not None
+    before.begin()
+    for x in np.arange(2.0, 12.0, STEP):
+        recorder.draw(x, Pose2(x, 0.02))
+        assert before.drift is None
+
+
+def test_a_robot_that_draws_another_place_over_the_map_is_told_so() -> None:
+    recorder = driven((RECENT + 6) * STRETCH)
+    before = recorder.before
+    assert before is not None
+    before.begin()
+    for x in np.arange(0.0, 20.0, STEP):  # it is 10 m farther on than it believes
+        recorder.draw(x + 10.0, Pose2(x))
+    assert before.votes > 0
+
+
+def test_where_the_robot_was_found_it_is_not_doubted_for_what_it_drew_elsewhere() -> None:
+    recorder = driven((RECENT + 6) * STRETCH)
+    before = recorder.before
+    assert before is not None
+    before.begin()
+    for x in np.arange(0.0, 20.0, STEP):
+        recorder.draw(x + 10.0, Pose2(x))
+    before.begin()
+    assert (before.votes, before.drift) == (0, None)
+
+
+def test_only_a_slam_that_is_watched_keeps_it() -> None:
+    watched, alone = MaximumLikelihood(watch=Watch()), MaximumLikelihood()
+    for slam in (watched, alone):
+        for x in np.arange(0.0, 3.0, STEP):
+            slam.update(Pose2(STEP if x else 0.0), hall(x))
+    layers = [len(slam.map_model.cells.tiles._layers) for slam in (watched, alone)]
+    assert layers[0] > layers[1]
