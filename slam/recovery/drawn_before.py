@@ -118,17 +118,20 @@ class DrawnBefore:
     def _found_drift(self, scan: Scan) -> Pose2 | None:
         """The drift by the last stretch, if the old field does not explain the last scan."""
         endpoint, frame = self.endpoint, self.frame
-        here = share(*endpoint.known_shares(scan.points, frame))
-        if here is None or not self._misfits.surprising(here):
+        unexplained = share(*endpoint.known_shares(scan.points, frame))
+        if unexplained is None or not self._misfits.surprising(unexplained):
             return None
         last = self._panorama(1)
         place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
+        here = share(*endpoint.known_shares(last.points, frame))
         there = share(*endpoint.known_shares(last.points, place.pose))
         gain = place.value - at(endpoint, last, frame).value
-        if there is None or there > FITTING or gain < GAIN or near(place.pose, frame, *MOVED):
-            self._misfits.dismiss()
-            return None
-        return place.pose @ frame.inverse()
+        misfits = here is not None and here > UNEXPLAINED
+        fits = there is not None and there < FITTING and gain > GAIN
+        if misfits and fits and not near(place.pose, frame, *MOVED):
+            return place.pose @ frame.inverse()
+        self._misfits.dismiss()
+        return None
 
     def _panorama(self, stretches: int) -> Panorama:
         """The keyframes of the last stretches as one scan at the frame."""
