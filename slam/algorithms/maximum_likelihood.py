@@ -170,6 +170,8 @@ class MaximumLikelihood:
     def place(self, pose: Pose2, covariance: Array = EXACT) -> None:
         """Set the robot's pose, known with (3, 3) `covariance`; the next scan is matched there."""
         self._stay()
+        if self._before is not None:
+            self._before.forget()
         estimate = Estimate(pose, covariance, self.keyframe.score, False)
         self.keyframe = self._matched = estimate
         time = min(self._since_keyframe.time, BEFORE_ALL)
@@ -238,8 +240,9 @@ class MaximumLikelihood:
             self._last_match = None  # nothing to learn of the odometry
         anchor = self.watch.judge(match._replace(estimate=estimate), self._surroundings)
         withheld_by_a_graph = self._searched is not None and self._doubted
-        if self._before is not None and self._before.drift is not None:
-            anchor = self._before.drift @ estimate.pose
+        drift = None if self._before is None else self._before.take_drift()
+        if drift is not None and anchor is match.estimate.pose and not self.watch.doubted:
+            anchor = drift @ anchor
         if anchor is estimate.pose or withheld_by_a_graph:
             return estimate
         return self._anchored(estimate, anchor)
@@ -327,8 +330,6 @@ class MaximumLikelihood:
         self.astray = None
         if self.watch is not None:
             self.watch.found(astray.sure)
-        if self._before is not None:
-            self._before.begin()
         self.remember(
             ((one.scan, origin @ one.pose) for one in astray.keyframes),
             self._matched.score,

@@ -24,10 +24,11 @@ UNEXPLAINED, FITTING = 0.15, 0.1  # share of the known echoes, from which on a d
 # up to which the last stretch fits where it is moved to
 GAIN = 10.0  # nats by which it must fit better there
 MOVED = 0.1, math.radians(1.5)  # m, rad, at least, of a drift
+REST = 0.05, math.radians(5.0)  # m, rad, from the last keyframe: a robot that stands
 
 
-class Drawn(NamedTuple):
-    """A keyframe that was drawn, and the path to it, m."""
+class OnPath(NamedTuple):
+    """A keyframe, and the path to it, m."""
 
     keyframe: Keyframe
     path: float
@@ -38,12 +39,13 @@ class DrawnBefore:
     that was carried has not yet drawn over it where it believes to be.
 
     At the end of each stretch the tiles that were drawn are copied; RECENT stretches later they
-    enter the old field. It is a `Ground`.
+    enter the old field, which holds a saved map, and the first scan, from the beginning. It is a
+    `Ground`.
 
     endpoint  reads the old field
     ordinal   number of finished stretches
-    drift     of the map from the old field, which hides it from the next scans: what was drawn last
-              lies at drift @ where it was drawn; None where there is none
+    drift     transform from where the last stretch was drawn to where it fits the old field: the
+              newer map hides the drift from the next scans. None without one
     """
 
     def __init__(self, field: Endpoint):
@@ -53,7 +55,9 @@ class DrawnBefore:
         self._old = tiles.layer(np.float32, field.unknown)
         self.endpoint = field.of_layer(self._old)
         self._copies: deque[tuple[np.ndarray, np.ndarray]] = deque()  # slots, their fields
-        self._drawn: deque[Drawn] = deque(maxlen=KEYFRAMES)
+        self._drawn: deque[OnPath] = deque(maxlen=KEYFRAMES)
+        self._begun = False  # whether a keyframe was added
+        self._fresh.values[tiles.current.slots] = True
         self._path = self._ended = self._looked = 0.0  # m; where a stretch ended, or was looked at
         self.ordinal = 0
         self.drift: Pose2 | None = None
@@ -65,17 +69,19 @@ class DrawnBefore:
         return self._judge.votes
 
     def note(self) -> None:
-        """The field was refreshed. What is drawn before a keyframe is added, as a saved map, is
-        old."""
+        """The field was refreshed. What is drawn before a keyframe is added is old."""
         _mark(self._field.refreshed, self._field.tiles.index, self._fresh.values)
-        if self._path == 0.0 and not self._drawn:
+        if not self._begun:
             self._write(*self._copy())
 
     def add(self, scan: Scan, pose: Pose2) -> None:
         """Add a keyframe; after each stretch they are judged."""
+        self._begun = True
         if self._drawn:
+            if near(self.frame, pose, *REST):
+                return
             self._path += math.dist(self.frame[:2], pose[:2])
-        self._drawn.append(Drawn(Keyframe(scan.bare(), pose), self._path))
+        self._drawn.append(OnPath(Keyframe(scan.bare(), pose), self._path))
         if self._path >= self._looked + STEP:
             self._looked = self._path
             self.drift = self._found_drift(scan)
@@ -84,19 +90,22 @@ class DrawnBefore:
                 self._judge.judge(self, self._panorama(1))
             self._end()
 
+    def take_drift(self) -> Pose2 | None:
+        """The drift, which is known until it is taken."""
+        drift, self.drift = self.drift, None
+        return drift
+
     def move(self, by: Pose2) -> None:
         """What was drawn last lies elsewhere, moved by a transform of the world."""
-        self.drift = None
         moved = [one._replace(keyframe=one.keyframe.moved(by)) for one in self._drawn]
         self._drawn = deque(moved, KEYFRAMES)
         self._judge.begin(self.ordinal + 1)
 
-    def begin(self) -> None:
-        """The robot was found again: what it saw before was seen elsewhere."""
+    def forget(self) -> None:
+        """The robot is elsewhere than it was believed to be: what it saw before tells nothing."""
         self._drawn.clear()
         self.drift = None
-        self._end()
-        self._judge.begin(self.ordinal)
+        self._judge.begin(self.ordinal + 1)
 
     def _end(self) -> None:
         """Begin the next stretch."""

@@ -119,7 +119,7 @@ class OldGround:
         mean = sum(self._shares) / len(self._shares)
         if len(self._shares) < WINDOW or mean < self._usual + UNUSUAL:
             self._learn(unexplained, MEMORY)
-            self.votes = 0
+            self.votes, self._excess = 0, 0.0
             if self._wait <= 0:
                 self._fails = 0
         elif self._wait <= 0:

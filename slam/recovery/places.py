@@ -24,7 +24,7 @@ WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose od
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
-COARSELY = 0.15  # by which the mean log-likelihood of an echo grows, at most, from a candidate on
+COARSELY = 0.15  # nats by which the coarse map may tell less of an echo: a rule of thumb
 CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
 RATED, APART = 1024, 0.25  # the same, and m between them, where places look alike: they are rated
 RATED_BY = 100  # echoes, in the map itself,
@@ -76,7 +76,7 @@ class Places:
 
     def best(self, scan: Scan, explained: float, value: float = -math.inf) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it;
-        those worse than `value`, nats, are left out where the coarse map tells."""
+        most of those worse than `value`, nats, are left out, as the coarse map tells roughly."""
         return self._best(scan, max(self._least(explained), self._mean(scan, value)), [])
 
     def all(self, scan: Scan, explained: float) -> list[Place]:

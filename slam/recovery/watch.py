@@ -32,7 +32,7 @@ DOUBTED = 0.005  # probability of being lost, above which no keyframe is integra
 CERTAIN = 0.8  # probability of being lost, above which the robot maps apart
 STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardly moved
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
-MISPLACED = 2  # searches in a row by which local maps lie elsewhere
+MISPLACED = 2  # searches in a row by which what was drawn last lies elsewhere
 MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
@@ -63,7 +63,7 @@ class Watch:
     belief     the probability, and what is usual
     odometry   tells where it failed
     wide       the search around the predicted pose after a failure of the odometry
-    suspected  searches in a row by which the local maps of a graph lie elsewhere
+    suspected  searches in a row by which what was drawn last lies elsewhere (`OldGround`)
     """
 
     def __init__(self, wide: WideSearch | None = None):

@@ -25,7 +25,8 @@ class DirtyBlocks:
 
     def add(self, blocks: np.ndarray) -> None:
         """Add blocks (n, 2), each given by its row and column in `Tiles.index`, in blocks."""
-        self._ids.append(_new(blocks, self._tiles.index, self._marked.flat))
+        if len(blocks):
+            self._ids.append(_new(blocks, self._tiles.index, self._marked.flat))
 
     def pop(self) -> np.ndarray:
         """(n, 2) all of them, each once, as given to `add`; the set is empty afterwards."""

@@ -117,6 +117,7 @@ class Endpoint:
         self.nothing, self.free = low, math.log(self.z_hit * CONTRADICTED_F + self.z_rand)
         self._explained = math.log(self.z_hit * EXPLAINED_F + self.z_rand)
         self._means: Means | None = None
+        self.refreshed = np.empty((0, 2), np.int32)
 
     def field(self, level: int = 0) -> Layer:
         """The field of cells 1 << level times as wide as the map's. Coarser ones are computed from

@@ -11,7 +11,7 @@ from slam.geometry import Pose2
 from slam.maps.static import Static
 from slam.recovery.drawn_before import STRETCH, DrawnBefore
 from slam.recovery.old_ground import RECENT
-from slam.recovery.watch import Watch
+from slam.recovery.watch import MISPLACED, Watch
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 
@@ -83,6 +83,8 @@ def test_a_saved_map_is_old_at_once() -> None:
 def test_a_copy_of_the_field_does_not_change_with_the_map() -> None:
     recorder = driven((RECENT + 3) * STRETCH)
     before = recorder.explained(0.0, Pose2())
+    assert recorder.before is not None
+    recorder.before.forget()
     for _ in range(20):  # another hall beside the first one, without a metre driven
         recorder.draw(0.0, Pose2(0.0, 0.7))
     assert recorder.explained(0.0, Pose2()) == before > 0.9
@@ -93,7 +95,7 @@ def test_a_drift_is_told_though_the_map_hides_it() -> None:
     recorder = driven((RECENT + 4) * STRETCH)
     before = recorder.before
     assert before is not None
-    before.begin()
+    before.forget()
     drift = Pose2(0.0, 0.3, 0.0)
     for x in np.arange(2.0, 8.0, STEP):  # the second time, drawn beside the first
         recorder.draw(x, drift @ Pose2(x))
@@ -106,13 +108,24 @@ def test_a_drift_is_told_though_the_map_hides_it() -> None:
     assert before.votes == 0
 
 
-def test_without_a_drift_none_is_told() -> None:
+@pytest.mark.parametrize("aside", [0.02, 0.08])
+def test_without_a_drift_none_is_told(aside: float) -> None:
     recorder = driven((RECENT + 4) * STRETCH)
     before = recorder.before
     assert before is not None
-    before.begin()
+    before.forget()
     for x in np.arange(2.0, 12.0, STEP):
-        recorder.draw(x, Pose2(x, 0.02))
+        recorder.draw(x, Pose2(x, aside))
+        assert before.drift is None
+
+
+def test_what_fits_nowhere_near_is_no_drift() -> None:
+    recorder = driven((RECENT + 6) * STRETCH)
+    before = recorder.before
+    assert before is not None
+    before.forget()
+    for x in np.arange(2.0, 12.0, STEP):  # turned round, in a hall that has other pillars
+        recorder.draw(x + 20.0, Pose2(x, 0.0, 0.3))
         assert before.drift is None
 
 
@@ -120,27 +133,65 @@ def test_a_robot_that_draws_another_place_over_the_map_is_told_so() -> None:
     recorder = driven((RECENT + 6) * STRETCH)
     before = recorder.before
     assert before is not None
-    before.begin()
-    for x in np.arange(0.0, 20.0, STEP):  # it is 10 m farther on than it believes
+    before.forget()
+    for x in np.arange(0.0, 24.0, STEP):  # it is 10 m farther on than it believes
         recorder.draw(x + 10.0, Pose2(x))
-    assert before.votes > 0
+    assert before.votes >= MISPLACED
+    before.forget()
+    assert before.votes == 0
+    for x in np.arange(24.0, 30.0, STEP):
+        recorder.draw(x, Pose2(x))
+    assert before.votes == 0
 
 
-def test_where_the_robot_was_found_it_is_not_doubted_for_what_it_drew_elsewhere() -> None:
+def test_a_robot_that_stands_keeps_what_it_saw() -> None:
     recorder = driven((RECENT + 6) * STRETCH)
     before = recorder.before
     assert before is not None
-    before.begin()
-    for x in np.arange(0.0, 20.0, STEP):
-        recorder.draw(x + 10.0, Pose2(x))
-    before.begin()
-    assert (before.votes, before.drift) == (0, None)
+    path = before.last(0).points
+    for _ in range(200):
+        before.add(hall(before.frame.x), before.frame)
+    np.testing.assert_array_equal(before.last(0).points, path)
+
+
+def standing_slam() -> MaximumLikelihood:
+    slam = MaximumLikelihood(watch=Watch())
+    for x in np.arange(0.0, 6.0, STEP):
+        slam.update(Pose2(STEP if x else 0.0), hall(x))
+    return slam
+
+
+def test_the_robot_is_moved_by_the_drift_once() -> None:
+    slam, by = standing_slam(), Pose2(0.0, 0.5)
+    before = slam._before
+    assert before is not None
+    before.drift = by
+    last = before.frame
+    assert slam.update(Pose2(STEP), hall(6.0)).pose.y == pytest.approx(0.5, abs=0.05)
+    assert before.drift is None
+    assert before._drawn[-2].keyframe.pose.y == pytest.approx(last.y + 0.5)
+
+
+def test_where_the_robot_is_placed_no_drift_is_known() -> None:
+    slam = standing_slam()
+    assert slam._before is not None
+    slam._before.drift = Pose2(0.0, 0.5)
+    slam.place(Pose2(5.5))
+    assert slam._before.drift is None
+
+
+def test_a_misplaced_robot_is_searched_for_in_the_old_map() -> None:
+    slam = standing_slam()
+    before = slam._before
+    assert before is not None
+    assert slam._surroundings().endpoint is slam.sensor_model
+    before._judge.votes = MISPLACED
+    assert slam._surroundings().endpoint is before.endpoint
 
 
 def test_only_a_slam_that_is_watched_keeps_it() -> None:
-    watched, alone = MaximumLikelihood(watch=Watch()), MaximumLikelihood()
-    for slam in (watched, alone):
-        for x in np.arange(0.0, 3.0, STEP):
-            slam.update(Pose2(STEP if x else 0.0), hall(x))
-    layers = [len(slam.map_model.cells.tiles._layers) for slam in (watched, alone)]
-    assert layers[0] > layers[1]
+    alone = MaximumLikelihood()
+    for x in np.arange(0.0, 3.0, STEP):
+        alone.update(Pose2(STEP if x else 0.0), hall(x))
+    assert alone._before is None
+    assert standing_slam()._before is not None

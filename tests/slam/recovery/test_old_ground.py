@@ -1,4 +1,5 @@
-"""Local maps are judged by those drawn long before: usual ones, other places, no place at all."""
+"""What was drawn last is judged by what was drawn long before: usual ground, other places, no place
+at all."""
 
 import math
 
@@ -115,6 +116,10 @@ def test_what_fits_again_ends_the_doubt() -> None:
     assert ground.votes == 0
     ground.take(0.0)
     assert ground.searches == WINDOW
+    ground.found = iter([Other(ELSEWHERE, STRONG)] * 2)
+    while ground.searches == WINDOW:
+        ground.take(1.0)
+    assert ground.votes == 1
 
 
 def test_new_ground_ends_the_doubt() -> None:
