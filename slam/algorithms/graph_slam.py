@@ -33,7 +33,7 @@ from slam.memory import give_back
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.recovery.astray import Astray
 from slam.recovery.old_ground import OldGround
-from slam.recovery.old_local_maps import LocalGround, OldLocalMaps
+from slam.recovery.old_local_maps import LocalGround, old_endpoint
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import MISPLACED, Watch
 from slam.scan import Scan
@@ -138,7 +138,7 @@ class GraphSlam:
         self._redundancy = Redundancy(visits)
         self._whole = WholeMap(map_model)
         self._searched: SearchedMap | None = None  # from the first search on
-        self._old_ground, self._old_maps = OldGround(), OldLocalMaps()
+        self._old_ground, self._old_map = OldGround(), SearchedMap()
         self._doubted: list[Keyframe] = []  # keyframes that are not part of a local map yet
         self._lost_since = 0  # number of updates before the robot got lost
         self._path = Path()
@@ -193,7 +193,7 @@ class GraphSlam:
         if self.graph.outdated:
             deque(self._moved(self.graph.steps()), maxlen=0)
         self._whole, self._searched = WholeMap(self.map_model), None  # drop what was drawn so far
-        self._old_maps.pack()
+        self._old_map = SearchedMap()
         self._matcher.pack()
         if new and self.alignment is not None:
             self._align(self.alignment)
@@ -255,7 +255,7 @@ class GraphSlam:
         not counted."""
         front = self._front.map_model.cells.tiles.nbytes if self._front is not None else 0
         searched = self._searched.nbytes if self._searched is not None else 0
-        searched += self._old_maps.nbytes
+        searched += self._old_map.nbytes
         return front + self._matcher.nbytes + self._whole.nbytes + searched
 
     # -- the current local map -----------------------------------------------------------------
@@ -304,7 +304,8 @@ class GraphSlam:
         one, or without the last local maps if these are misplaced."""
         poses = self.graph.poses
         if self._old_ground.votes >= MISPLACED:
-            return Surroundings(self._old_maps.endpoint(self.places, poses), Pose2.of(poses[-1]))
+            old = old_endpoint(self._old_map, self.places, poses)
+            return Surroundings(old, Pose2.of(poses[-1]))
         if self._searched is None:
             self._searched = SearchedMap()
         return Surroundings(self._searched.endpoint(self.places, poses), Pose2.of(poses[-1]))
@@ -461,7 +462,7 @@ class GraphSlam:
         now = slice(here + 1)
         ground = LocalGround(
             self.places[now], self.graph.poses[now], self._middles[now], self._matcher,
-            self._old_maps,
+            self._old_map,
         )  # fmt: skip
         self._old_ground.judge(ground, scan)
         watch.suspected = self._old_ground.votes
@@ -485,7 +486,7 @@ class GraphSlam:
         self._path.forget(number, into, frames[0].between(frames[1]))
         self._matcher.forget(self.places.pop(number))
         del self._middles[number]
-        for whole in (self._whole, self._searched, self._old_maps):
+        for whole in (self._whole, self._searched, self._old_map):
             if whole is not None:
                 whole.forget(number)
         return True

@@ -35,8 +35,8 @@ class OnPath(NamedTuple):
 
 
 class DrawnBefore:
-    """Keeps the field of a map as it was RECENT stretches before, and the last keyframes: a robot
-    that was carried has not yet drawn over it where it believes to be.
+    """Keeps the field of a map as it was RECENT stretches before, and the last keyframes. A robot
+    that was carried draws over its map where it believes to be; the old field does not change yet.
 
     At the end of each stretch the tiles that were drawn are copied; RECENT stretches later they
     enter the old field, which holds a saved map, and the first scan, from the beginning. It is a
@@ -127,13 +127,12 @@ class DrawnBefore:
     def _found_drift(self, scan: Scan) -> Pose2 | None:
         """The drift by the last stretch, if the old field does not explain the last scan."""
         endpoint, frame = self.endpoint, self.frame
-        unexplained = share(*endpoint.known_shares(scan.points, frame))
+        unexplained = self.unexplained(scan)
         if unexplained is None or not self._misfits.surprising(unexplained):
             return None
         last = self._panorama(1)
         place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
-        here = share(*endpoint.known_shares(last.points, frame))
-        there = share(*endpoint.known_shares(last.points, place.pose))
+        here, there = self.unexplained(last), self._unexplained_at(place.pose, last)
         gain = place.value - at(endpoint, last, frame).value
         misfits = here is not None and here > UNEXPLAINED
         fits = there is not None and there < FITTING and gain > GAIN
@@ -156,9 +155,12 @@ class DrawnBefore:
         """The pose of the last keyframe."""
         return self._drawn[-1].keyframe.pose
 
-    def unexplained(self, scan: Panorama) -> float | None:
+    def unexplained(self, scan: Scan) -> float | None:
         """The share that the old field knows and does not explain."""
-        return share(*self.endpoint.known_shares(scan.points, self.frame))
+        return self._unexplained_at(self.frame, scan)
+
+    def _unexplained_at(self, pose: Pose2, scan: Scan) -> float | None:
+        return share(*self.endpoint.known_shares(scan.points, pose))
 
     def last(self, begin: int) -> Panorama:
         """The last keyframes; those from before the robot was found are forgotten."""

@@ -17,32 +17,6 @@ from slam.sensor_models.endpoint import Endpoint
 NEAREST, FARTHEST = 4, 8.0  # old local maps, at most, that judge; m, between centres
 
 
-class OldLocalMaps:
-    """The map of the local maps that were drawn long before the last one."""
-
-    def __init__(self) -> None:
-        self._map = SearchedMap()
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the map."""
-        return self._map.nbytes
-
-    def forget(self, number: int) -> None:
-        """See `WholeMap.forget`."""
-        self._map.forget(number)
-
-    def pack(self) -> None:
-        """Drop the map, until it is searched again."""
-        self._map = SearchedMap()
-
-    def endpoint(self, places: Sequence[LocalMap], poses: Array) -> Endpoint:
-        """The map of the old ones of the local maps, at `poses` (n, 3); valid until the next
-        call."""
-        old = _old(places)
-        return self._map.endpoint(places[:old], poses[:old])
-
-
 class LocalGround(NamedTuple):
     """Local maps, as the `Ground` that the last of them is judged by.
 
@@ -50,14 +24,14 @@ class LocalGround(NamedTuple):
     poses    (n, 3) of their frames
     middles  their centres, each in its frame
     matcher  reads them
-    old      draws the old ones
+    old      the map of the old ones
     """
 
     places: Sequence[LocalMap]
     poses: Array
     middles: Sequence[Pose2]
     matcher: Matcher
-    old: OldLocalMaps
+    old: SearchedMap
 
     @property
     def ordinal(self) -> int:
@@ -89,7 +63,14 @@ class LocalGround(NamedTuple):
     def old_map(self) -> Endpoint:
         """The map of the old local maps."""
         self.matcher.pack()  # makes room for it
-        return self.old.endpoint(self.places, self.poses)
+        return old_endpoint(self.old, self.places, self.poses)
+
+
+def old_endpoint(whole: SearchedMap, places: Sequence[LocalMap], poses: Array) -> Endpoint:
+    """The field of the local maps at `poses` (n, 3) that were drawn long before the last one, in a
+    map kept for them; valid until the next call."""
+    old = _old(places)
+    return whole.endpoint(places[:old], poses[:old])
 
 
 def _old(places: Sequence[LocalMap]) -> int:

@@ -65,6 +65,14 @@ def driven(end: float, start: float = 0.0, aside: float = 0.0) -> Recorder:
     return recorder
 
 
+def on_known_ground() -> tuple[Recorder, DrawnBefore]:
+    """In a hall that was mapped for 44 m; the first half is old."""
+    recorder = driven((RECENT + 6) * STRETCH)
+    assert recorder.before is not None
+    recorder.before.forget()
+    return recorder, recorder.before
+
+
 def test_what_is_drawn_becomes_old_after_some_stretches() -> None:
     early = driven((RECENT - 1) * STRETCH)
     assert early.explained(15.0, Pose2(15.0)) < 0.2
@@ -92,10 +100,7 @@ def test_a_copy_of_the_field_does_not_change_with_the_map() -> None:
 
 
 def test_a_drift_is_told_though_the_map_hides_it() -> None:
-    recorder = driven((RECENT + 4) * STRETCH)
-    before = recorder.before
-    assert before is not None
-    before.forget()
+    recorder, before = on_known_ground()
     drift = Pose2(0.0, 0.3, 0.0)
     for x in np.arange(2.0, 8.0, STEP):  # the second time, drawn beside the first
         recorder.draw(x, drift @ Pose2(x))
@@ -110,30 +115,21 @@ def test_a_drift_is_told_though_the_map_hides_it() -> None:
 
 @pytest.mark.parametrize("aside", [0.02, 0.08])
 def test_without_a_drift_none_is_told(aside: float) -> None:
-    recorder = driven((RECENT + 4) * STRETCH)
-    before = recorder.before
-    assert before is not None
-    before.forget()
+    recorder, before = on_known_ground()
     for x in np.arange(2.0, 12.0, STEP):
         recorder.draw(x, Pose2(x, aside))
         assert before.drift is None
 
 
 def test_what_fits_nowhere_near_is_no_drift() -> None:
-    recorder = driven((RECENT + 6) * STRETCH)
-    before = recorder.before
-    assert before is not None
-    before.forget()
+    recorder, before = on_known_ground()
     for x in np.arange(2.0, 12.0, STEP):  # turned round, in a hall that has other pillars
         recorder.draw(x + 20.0, Pose2(x, 0.0, 0.3))
         assert before.drift is None
 
 
 def test_a_robot_that_draws_another_place_over_the_map_is_told_so() -> None:
-    recorder = driven((RECENT + 6) * STRETCH)
-    before = recorder.before
-    assert before is not None
-    before.forget()
+    recorder, before = on_known_ground()
     for x in np.arange(0.0, 24.0, STEP):  # it is 10 m farther on than it believes
         recorder.draw(x + 10.0, Pose2(x))
     assert before.votes >= MISPLACED
@@ -154,7 +150,7 @@ def test_a_robot_that_stands_keeps_what_it_saw() -> None:
     np.testing.assert_array_equal(before.last(0).points, path)
 
 
-def standing_slam() -> MaximumLikelihood:
+def driven_slam() -> MaximumLikelihood:
     slam = MaximumLikelihood(watch=Watch())
     for x in np.arange(0.0, 6.0, STEP):
         slam.update(Pose2(STEP if x else 0.0), hall(x))
@@ -162,7 +158,7 @@ def standing_slam() -> MaximumLikelihood:
 
 
 def test_the_robot_is_moved_by_the_drift_once() -> None:
-    slam, by = standing_slam(), Pose2(0.0, 0.5)
+    slam, by = driven_slam(), Pose2(0.0, 0.5)
     before = slam._before
     assert before is not None
     before.drift = by
@@ -173,7 +169,7 @@ def test_the_robot_is_moved_by_the_drift_once() -> None:
 
 
 def test_where_the_robot_is_placed_no_drift_is_known() -> None:
-    slam = standing_slam()
+    slam = driven_slam()
     assert slam._before is not None
     slam._before.drift = Pose2(0.0, 0.5)
     slam.place(Pose2(5.5))
@@ -181,7 +177,7 @@ def test_where_the_robot_is_placed_no_drift_is_known() -> None:
 
 
 def test_a_misplaced_robot_is_searched_for_in_the_old_map() -> None:
-    slam = standing_slam()
+    slam = driven_slam()
     before = slam._before
     assert before is not None
     assert slam._surroundings().endpoint is slam.sensor_model
@@ -194,4 +190,4 @@ def test_only_a_slam_that_is_watched_keeps_it() -> None:
     for x in np.arange(0.0, 3.0, STEP):
         alone.update(Pose2(STEP if x else 0.0), hall(x))
     assert alone._before is None
-    assert standing_slam()._before is not None
+    assert driven_slam()._before is not None

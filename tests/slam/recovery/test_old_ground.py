@@ -9,6 +9,7 @@ import pytest
 from slam.geometry import Pose2
 from slam.graph.local_map import LocalMap, panorama
 from slam.graph.loops import Loops, Matcher
+from slam.graph.whole_map import SearchedMap
 from slam.recovery.old_ground import (
     EXPECTED,
     LEARNED,
@@ -21,7 +22,7 @@ from slam.recovery.old_ground import (
     OldGround,
     Other,
 )
-from slam.recovery.old_local_maps import LocalGround, OldLocalMaps
+from slam.recovery.old_local_maps import LocalGround
 from slam.recovery.watch import MISPLACED
 from tests.slam.recovery.test_misfit import reading, room
 
@@ -50,7 +51,7 @@ class Scripted(OldGround):
 
     def take(self, share: float) -> None:
         poses = np.array([[share, 0.0, 0.0]])
-        ground = Told([place(9)], poses, [], Matcher(Loops()), OldLocalMaps())
+        ground = Told([place(9)], poses, [], Matcher(Loops()), SearchedMap())
         self.judge(ground, panorama(place().keyframes))
 
 
@@ -166,7 +167,7 @@ def test_local_maps_of_the_last_metres_judge_nothing() -> None:
     def judged(number: int) -> float | None:
         middles = [Pose2()] * number
         ground = LocalGround(
-            places[:number], frames[:number], middles, Matcher(Loops()), OldLocalMaps()
+            places[:number], frames[:number], middles, Matcher(Loops()), SearchedMap()
         )
         return ground.unexplained(scan)
 
