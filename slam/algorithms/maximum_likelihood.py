@@ -238,23 +238,16 @@ class MaximumLikelihood:
                 covariance = self._carried(self.keyframe, prediction)
                 estimate = estimate._replace(covariance=covariance)
             self._last_match = None  # nothing to learn of the odometry
-        anchor = self.watch.judge(match._replace(estimate=estimate), self._surroundings)
-        withheld_by_a_graph = self._searched is not None and self._doubted
-        drift = None if self._before is None else self._before.take_drift()
-        if drift is not None and anchor is match.estimate.pose and not self.watch.doubted:
-            anchor = drift @ anchor
-        if anchor is estimate.pose or withheld_by_a_graph:
+        self.watch.judge(match._replace(estimate=estimate), self._surroundings)
+        if self._before is None:
             return estimate
-        return self._anchored(estimate, anchor)
-
-    def _anchored(self, estimate: Estimate, pose: Pose2) -> Estimate:
-        """The estimate at another pose; so are the keyframes that are not integrated yet."""
+        drift, corrected = self._before.take_drift(), estimate is not match.estimate
+        if drift is None or corrected or self.watch.doubted:
+            return estimate
         self._last_match = None
-        moved = pose @ estimate.pose.inverse()
-        if self._before is not None:
-            self._before.move(moved)
-        self._doubted = [(scan, one._replace(pose=moved @ one.pose)) for scan, one in self._doubted]
-        return estimate._replace(pose=pose)
+        self._before.move(drift)
+        self._doubted = [(scan, one._replace(pose=drift @ one.pose)) for scan, one in self._doubted]
+        return estimate._replace(pose=drift @ estimate.pose)
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Make the scan a keyframe, at its matched pose; the motion model learns from the match."""

@@ -23,6 +23,9 @@ STRETCH, STEP = 4.0, 1.0  # m of the path: of a stretch, and between two looks f
 UNEXPLAINED, FITTING = 0.15, 0.1  # share of the known echoes, from which on a drift is sought, and
 # up to which the last stretch fits where it is moved to
 GAIN = 10.0  # nats by which it must fit better there
+HALF, LARGE_GAIN = 0.5, 40.0  # the same where two looks in a row find the same drift: as a loop
+# closes, the old field knows only the far side of what it shows
+AGAIN = 0.1, math.radians(1.5)  # m, rad, between the finds of two looks
 MOVED = 0.1, math.radians(1.5)  # m, rad, at least, of a drift
 REST = 0.05, math.radians(5.0)  # m, rad, from the last keyframe: a robot that stands
 
@@ -61,6 +64,7 @@ class DrawnBefore:
         self._path = self._ended = self._looked = 0.0  # m; where a stretch ended, or was looked at
         self.ordinal = 0
         self.drift: Pose2 | None = None
+        self._likely: Pose2 | None = None  # the drift that the last look found
         self._judge, self._misfits = OldGround(), Surprise(UNEXPLAINED)
 
     @property
@@ -104,7 +108,7 @@ class DrawnBefore:
     def forget(self) -> None:
         """The robot is elsewhere than it was believed to be: what it saw before tells nothing."""
         self._drawn.clear()
-        self.drift = None
+        self.drift = self._likely = None
         self._judge.begin(self.ordinal + 1)
 
     def _end(self) -> None:
@@ -134,10 +138,17 @@ class DrawnBefore:
         place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
         here, there = self.unexplained(last), self._unexplained_at(place.pose, last)
         gain = place.value - at(endpoint, last, frame).value
-        misfits = here is not None and here > UNEXPLAINED
-        fits = there is not None and there < FITTING and gain > GAIN
-        if misfits and fits and not near(place.pose, frame, *MOVED):
-            return place.pose @ frame.inverse()
+        before, self._likely = self._likely, None
+        if here is None or here < UNEXPLAINED or near(place.pose, frame, *MOVED) or there is None:
+            self._misfits.dismiss()
+            return None
+        found = place.pose @ frame.inverse()
+        if there < FITTING and gain > GAIN:
+            return found
+        if there < HALF and gain > LARGE_GAIN:
+            self._likely = found
+            again = before is not None and near(before @ frame, place.pose, *AGAIN)
+            return found if again else None
         self._misfits.dismiss()
         return None
 

@@ -13,7 +13,6 @@ from slam.recovery.astray import GRADUAL, SUDDEN, Demands
 from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
-from slam.recovery.misfit import Misfit
 from slam.recovery.odometry_failure import OdometryFailure
 from slam.recovery.places import Surroundings, at
 from slam.recovery.rivals import (
@@ -71,7 +70,6 @@ class Watch:
         self.odometry = OdometryFailure(self.belief, WideSearch() if wide is None else wide)
         self._rivals = Rivals()
         self._recent = Recent()
-        self._misfit = Misfit()
         self.suspected = 0
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
@@ -93,17 +91,12 @@ class Watch:
     def withheld(self) -> bool:
         """Whether the last keyframes are not integrated yet."""
         waits = 0 < self._disagreeing <= MAX_WAITING
-        return self.doubted or self._misfit.withholds or waits
+        return self.doubted or waits
 
     @property
     def lost(self) -> bool:
         """Whether the robot is lost so certainly that it maps apart."""
         return self._rivals.votes >= MIN_VOTES or self.belief.probability > CERTAIN
-
-    @property
-    def _suspects(self) -> bool:
-        """Whether known ground misfits, and a search found another place at which it fits."""
-        return self._misfit.votes > 0 or self.suspected > 0
 
     @property
     def demands(self) -> Demands:
@@ -114,12 +107,12 @@ class Watch:
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
             within=self._within,
-            no_new_ground=self._suspects,
+            no_new_ground=self.suspected > 0,
         )
 
     def told(self, estimate: Estimate) -> Estimate:
         """The estimate with the probability of being lost."""
-        suspected = UNCHECKED if self._suspects else 0.0
+        suspected = UNCHECKED if self.suspected else 0.0
         return estimate._replace(lost=max(self.belief.probability, self._dropped, suspected))
 
     def glanced(self, estimate: Estimate, scan: Scan, displacement: Pose2) -> Estimate:
@@ -136,7 +129,6 @@ class Watch:
         self._dropped, self.suspected = 0.0 if sure else UNCHECKED, 0
         self._trust()
         self._recent.clear()
-        self._misfit.clear()
 
     def _trust(self) -> None:
         """No doubt is left."""
@@ -154,9 +146,8 @@ class Watch:
             return match.estimate.pose
         return self.odometry.corrected(match, self._recent)
 
-    def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> Pose2:
-        """Update the belief by a keyframe; other places are searched for in the `surroundings`.
-        Returns its pose, corrected if the robot has drifted beside its map."""
+    def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> None:
+        """Update the belief by a keyframe; other places are searched for in the `surroundings`."""
         pose = match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
         if not self.doubted:
@@ -186,20 +177,8 @@ class Watch:
         self.odometry.sudden = self.odometry.far = False
         if not self.doubted:
             self.belief.learn(agreement, match.estimate.score, changed)
-        return self._anchored(match, surroundings)
-
-    def _anchored(self, match: Match, surroundings: Callable[[], Surroundings]) -> Pose2:
-        """The pose of a match, or the one near it at which the last scans fit the map together."""
-        pose = match.estimate.pose
-        self._misfit.add(match)
         if self.suspected >= MISPLACED:
             self.belief.set(ELSEWHERE[-1])
-        if self.doubted or not self._misfit.due:
-            return pose
-        found = self._misfit.search(match, surroundings)
-        if found.elsewhere:
-            self.belief.set(ELSEWHERE[-1])
-        return pose if found.anchor is None else found.anchor
 
     def _settled(self, probability: float) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped."""

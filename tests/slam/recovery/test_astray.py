@@ -11,7 +11,7 @@ from slam.interface import Estimate
 from slam.recovery.astray import NEW_GROUND, SUDDEN, Astray, Demands
 from slam.recovery.places import Places, Surroundings
 from slam.scan import Scan
-from tests.slam.recovery.test_misfit import reading, room
+from tests.slam.recovery.drawn_room import reading, room
 
 BESIDE = Pose2(6.0, 0.0, 0.0)  # the known room, 4 x 3 m around the origin
 STEP = Pose2(0.2, 0.0, 0.0)

@@ -9,6 +9,7 @@ import pytest
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.geometry import Pose2
 from slam.maps.static import Static
+from slam.recovery.drawn_before import STEP as LOOKS
 from slam.recovery.drawn_before import STRETCH, DrawnBefore
 from slam.recovery.old_ground import RECENT
 from slam.recovery.watch import MISPLACED, Watch
@@ -118,6 +119,32 @@ def test_without_a_drift_none_is_told(aside: float) -> None:
     recorder, before = on_known_ground()
     for x in np.arange(2.0, 12.0, STEP):
         recorder.draw(x, Pose2(x, aside))
+        assert before.drift is None
+
+
+def half_known(before: DrawnBefore, aside: float) -> None:
+    """As a loop closes: the old field explains two thirds of what it knows, where it is right."""
+
+    def unexplained(pose: Pose2, scan: Scan) -> float:
+        return 0.3 if abs(pose.y) < aside / 2 else 1.0
+
+    before._unexplained_at = unexplained  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_where_a_loop_closes_two_looks_must_find_the_same_drift() -> None:
+    recorder, before = on_known_ground()
+    half_known(before, 0.3)
+    told = []
+    for x in np.arange(2.0, 8.0, STEP):
+        recorder.draw(x, Pose2(x, 0.3))
+        if before.drift is not None:
+            told.append(x)
+    assert told[0] == pytest.approx(2.0 + 2.0 * LOOKS)  # at the first look the old field knows it
+    before.forget()
+    recorder, before = on_known_ground()
+    half_known(before, 0.3)
+    for k, x in enumerate(np.arange(2.0, 8.0, STEP)):  # each look finds another one
+        recorder.draw(x, Pose2(x, 0.3 if k // 2 % 2 else 0.6))
         assert before.drift is None
 
 

@@ -24,7 +24,7 @@ from slam.recovery.old_ground import (
 )
 from slam.recovery.old_local_maps import LocalGround
 from slam.recovery.watch import MISPLACED
-from tests.slam.recovery.test_misfit import reading, room
+from tests.slam.recovery.drawn_room import reading, room
 
 THERE, ELSEWHERE = Pose2(12.0, 3.0, 1.0), Pose2(-20.0, 5.0, 0.0)
 WEAK, STRONG = EXPECTED + 0.4 * NOT_HERE, EXPECTED + 0.6 * NOT_HERE  # nats

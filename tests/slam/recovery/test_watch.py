@@ -10,10 +10,13 @@ import pytest
 from agents import record_path
 from dynslam_env import CarriedAway, Gap, Loop, Odometry, OdometryScale, Slip
 from slam import make
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
-from slam.geometry import wrap_angle
+from slam.geometry import Pose2, wrap_angle
 from slam.interface import LOST_DISTANCE, LOST_TURN
+from slam.recovery.watch import Watch
+from tests.slam.recovery.drawn_room import room
 
 WHEELS = Odometry(bias=0.02, alpha1=4e-4, alpha2=1e-4, alpha3=4e-4, alpha4=1e-4)
 CALIBRATED = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)
@@ -227,3 +230,14 @@ def test_a_door_before_new_ground_that_looks_like_another_place_is_no_proof(
     result = run(make(variant, true_start(episode)), episode)
     away = result.online - episode.known_truth("this test").poses
     assert np.hypot(*away[:, :2].T).max() < 0.2
+
+
+def test_a_robot_that_stands_after_a_correction_stays_where_it_was_corrected_to() -> None:
+    slam = MaximumLikelihood(watch=Watch())
+    slam.update(Pose2(), room())
+    assert slam.watch is not None
+    there = Pose2(0.25, 0.02, 0.01)
+    slam.watch.corrected = lambda match: there
+    assert slam.update(Pose2(0.2, 0.0, 0.0), room(Pose2(0.2, 0.0, 0.0))).pose == there
+    later = replace(room(Pose2(0.2, 0.0, 0.0)), time=0.1)
+    assert slam.update(Pose2(), later).pose == pytest.approx(there)

@@ -1,0 +1,70 @@
+"""A building whose corridors look alike: a robot is carried across it, or draws it twice."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agents import record_path
+from dynslam_env import CarriedAway, Loop, Odometry, OdometryScale
+from slam import make
+from slam.benchmark.run import run, true_start
+from slam.episode import Episode
+from slam.interface import LOST_DISTANCE
+from slam.metrics.lost import LostScores, score_lost
+
+CALIBRATED = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)
+BLOCK = Loop(length=70.0, breadth=40.0, outer_doors=8, inner_doors=5, laps=2)
+SECOND_LAP = 385.0  # s, when it begins
+
+
+@cache
+def drive(seed: int) -> Episode:
+    """Round a block; in the second lap the robot is carried 45 m and more."""
+    return record_path(
+        "DoorLoop-v0", seed, "moving", world=BLOCK, max_episode_steps=6500, odometry=CALIBRATED,
+        faults=[OdometryScale(1.01), CarriedAway(distance=45.0, at=(420.0, 560.0))],
+    )  # fmt: skip
+
+
+@cache
+def scores(seed: int, variant: str = "static-ml") -> LostScores:
+    episode = drive(seed)
+    result = run(make(variant, true_start(episode)), episode)
+    times = np.array([scan.time for scan in episode.scans])
+    return score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
+
+
+@pytest.mark.parametrize("seed", [5600, 5601, 5602])
+def test_a_robot_that_is_carried_across_a_building_that_looks_alike_is_found(seed: int) -> None:
+    found = scores(seed)
+    carried = found.losses[-1]
+    assert carried.begin > SECOND_LAP + 30.0
+    assert carried.end is not None
+    assert carried.end - carried.begin < 60.0
+    assert found.sure_and_wrong < 0.05
+    assert found.false_alarms == 0
+
+
+def test_a_graph_is_told_by_what_it_drew_long_before_that_it_was_carried() -> None:
+    carried = scores(5602, "dynamic-graph").losses[-1]
+    assert carried.begin > SECOND_LAP + 30.0
+    assert carried.end is not None  # it was sure and wrong to the end
+    assert carried.end - carried.begin < 60.0
+
+
+def test_a_robot_that_is_lost_on_new_ground_goes_on_there() -> None:
+    episode = record_path("DoorLoop-v0", 5712, "moving", world=BLOCK, max_episode_steps=1700)
+    result = run(make("dynamic-graph", true_start(episode)), episode)
+    truth = episode.known_truth("a test").poses
+    assert result.lost.max() > 0.5  # at a corner, where a match was wrong by some degrees
+    assert 0.05 < result.lost[-1] < 0.5  # it was found at no place of the map
+    assert np.hypot(*(result.online[-1] - truth[-1])[:2]) < 2.0  # 36 m off a minute later
+
+
+def test_a_map_that_is_drawn_beside_itself_where_a_loop_closes_is_corrected_at_once() -> None:
+    drifted = scores(5602).losses[0]  # by more than LOST_DISTANCE; it lasted for 83 s
+    assert drifted.begin == pytest.approx(SECOND_LAP, abs=10.0)
+    assert drifted.end is not None
+    assert drifted.end - drifted.begin < 5.0
+    assert LOST_DISTANCE == 0.3

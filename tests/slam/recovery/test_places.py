@@ -1,0 +1,30 @@
+"""What a map tells of a scan at a pose, and the climbs from many poses."""
+
+import numpy as np
+import pytest
+
+from slam.geometry import Pose2
+from slam.motion.gaussian import Prediction
+from slam.search.gauss_newton import GaussNewton, climbed
+from tests.slam.recovery.drawn_room import reading, room
+
+
+def test_climbs_in_one_call_are_climbs() -> None:
+    endpoint, points = reading(), room().points
+    starts = np.array([[0.1, -0.05, 0.05], [-0.08, 0.02, -0.1], [0.0, 0.0, 0.0]])
+    wide, limits = np.array([0.3, 0.3, 0.1]), GaussNewton().limits
+    tops, values = climbed(starts, points, endpoint.reading(1), endpoint.reading(0), wide, limits)
+    assert tops == pytest.approx(np.zeros((3, 3)), abs=0.02)
+    priors = [
+        Prediction(Pose2.of(start), Pose2(), wide).log_density(top[None])[0]
+        for start, top in zip(starts, tops, strict=True)
+    ]
+    assert values == pytest.approx(endpoint.log_likelihood(room(), tops) + priors, abs=1e-3)
+
+
+def test_what_a_map_does_not_know_is_not_wrong() -> None:
+    endpoint = reading()
+    inside, walls, beyond = [[0.5, 0.5]], [[2.0, 0.0], [0.0, 1.5]], [[6.0, 0.0], [0.0, -5.0]]
+    points = np.array(inside + walls + beyond)
+    assert endpoint.known_shares(points, Pose2()) == pytest.approx((0.4, 0.2))
+    assert endpoint.known_shares(points[:0], Pose2()) == (0.0, 0.0)
