@@ -246,6 +246,7 @@ class MaximumLikelihood:
             return estimate
         self._last_match = None
         self._before.move(drift)
+        self.watch.odometry.moved()
         self._doubted = [(scan, one._replace(pose=drift @ one.pose)) for scan, one in self._doubted]
         return estimate._replace(pose=drift @ estimate.pose)
 

@@ -139,11 +139,12 @@ class DrawnBefore:
         here, there = self.unexplained(last), self._unexplained_at(place.pose, last)
         gain = place.value - at(endpoint, last, frame).value
         before, self._likely = self._likely, None
-        if here is None or here < UNEXPLAINED or near(place.pose, frame, *MOVED) or there is None:
+        fits_here = here is not None and here < UNEXPLAINED
+        if fits_here or there is None or near(place.pose, frame, *MOVED):
             self._misfits.dismiss()
             return None
         found = place.pose @ frame.inverse()
-        if there < FITTING and gain > GAIN:
+        if here is not None and there < FITTING and gain > GAIN:
             return found
         if there < HALF and gain > LARGE_GAIN:
             self._likely = found

@@ -61,6 +61,10 @@ class OdometryFailure:
         self._step = 0.0  # usual change of that, nats
         self._last = math.inf  # nats by which the last keyframe fitted worse than expected
 
+    def moved(self) -> None:
+        """The robot is moved by a drift of its map, which may fit worse there at once."""
+        self._last = math.inf
+
     def evident(self, scan: Scan, estimate: Estimate) -> bool:
         """Whether a match fits much worse than expected, and not as often before."""
         worse = self._worse(scan, estimate)
