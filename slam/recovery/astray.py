@@ -12,6 +12,7 @@ from slam.geometry import Array, Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
+from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import MANY, Place, Places, Surroundings, agree, near, same_place
 from slam.scan import Scan
 
@@ -28,8 +29,10 @@ CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is b
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 SOME_WAY = 6.0  # m, driven before that
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
-NEW_GROUND, FIRST = 10.0, 3.0  # m, that a robot drives on new ground; the first may be known:
+NEW_GROUND, FIRST = 10.0, 8.0  # m, that a robot drives on new ground; the first may be known:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
+CONTRADICTED = 0.05  # share of the echoes, at most, that it contradicts there
+LONGER = 20  # attempts instead of REPEATED where it may be on new ground, which may look alike
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -135,32 +138,41 @@ class Astray:
         self.sure = self._agreeing >= attempts
         if self.sure:
             return origin
-        return self.believed if origin is None and self._on_new_ground() else None
-
-    def _on_new_ground(self) -> bool:
-        """Whether the robot drove on ground that the map does not know, if it is where it believed
-        to be."""
-        if self._no_new_ground or self._path < NEW_GROUND:
-            return False
-        path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
-        self._no_new_ground = self._places.crossed(path[:, :2])
-        return not self._no_new_ground
+        new_ground = origin is None and self._path > NEW_GROUND and not self._no_new_ground
+        return self.believed if new_ground else None
 
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
-        self._no_new_ground |= self._path > FIRST and sum(here.agreement) > LITTLE_KNOWN
+        self._no_new_ground = self._no_new_ground or not self._may_be_new(here)
         best = max(found, key=partial(_worth, believed=believed), default=None)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
         if self._meets(best) or same_place(best.pose, believed):
-            lead = _lead(best, [*found, here], believed)
+            lead = _lead(best, [*found, self._if_new(here, scan)], believed)
             least = LEAD if self._path > SOME_WAY else MIN_GAIN
-            return best if lead > least else None, CONFIRMED if lead > MIN_GAIN else REPEATED
+            repeated = REPEATED if self._no_new_ground else LONGER
+            return best if lead > least else None, CONFIRMED if lead > MIN_GAIN else repeated
         return here if best.value - here.value < TIE else None, CONFIRMED
+
+    def _may_be_new(self, here: Place) -> bool:
+        """Whether the robot may be driving on ground that the map does not know, if it is where it
+        believed to be."""
+        known = sum(here.agreement) > LITTLE_KNOWN
+        path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
+        return not (known and self._path > FIRST) and not self._places.crossed(path[:, :2])
+
+    def _if_new(self, here: Place, scan: Scan) -> Place:
+        """The believed place as it would be if the map explained what it does not know there: as a
+        loop closes, a corner elsewhere that is mapped from all sides must not win by that alone."""
+        unknown, gain = self._places.not_known(scan, here.pose)
+        wrong = unknown > 1.0 - LITTLE_KNOWN or here.agreement.contradicted > CONTRADICTED
+        if self._no_new_ground or wrong:
+            return here
+        return here._replace(value=here.value + gain, agreement=Agreement(1.0, 0.0))
 
     def _possible(self, place: Place, believed: Pose2) -> bool:
         """Whether a place is as near to the believed one as the demands ask."""

@@ -8,8 +8,9 @@ import pytest
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.geometry import Pose2
 from slam.interface import Estimate
-from slam.recovery.astray import NEW_GROUND, SUDDEN, Astray, Demands
-from slam.recovery.places import Places, Surroundings
+from slam.recovery.astray import LONGER, NEW_GROUND, REPEATED, SUDDEN, Astray, Demands
+from slam.recovery.lost_belief import Agreement
+from slam.recovery.places import Place, Places, Surroundings
 from slam.scan import Scan
 from tests.slam.recovery.drawn_room import reading, room
 
@@ -69,3 +70,47 @@ def test_a_path_through_a_wall_is_told_from_one_on_new_ground() -> None:
     assert places.crossed(np.array(through))
     assert not places.crossed(np.array(beyond, np.float64))
     assert not places.crossed(np.zeros((1, 2)))
+
+
+def beside(demands: Demands = SUDDEN) -> Astray:
+    """A lost robot that believes to be beside the known room, and has driven for 7 m."""
+    astray = Astray(Turning(), Surroundings(reading(), Pose2()), BESIDE, 0.95, demands)
+    for k in range(35):
+        astray.update(STEP, replace(room(), time=float(k)))
+    return astray
+
+
+def test_where_the_ground_may_be_new_a_place_that_is_not_alone_must_be_found_longer() -> None:
+    for demands, attempts in (
+        (SUDDEN, LONGER),
+        (SUDDEN._replace(no_new_ground=True), REPEATED),
+    ):
+        astray, good = beside(demands), Agreement(0.9, 0.0)
+        first, second = Place(Pose2(0.0), -20.0, good), Place(Pose2(0.0, 5.0), -28.0, good)
+        astray._places.all = lambda scan, explained, both=(first, second): list(both)
+        assert astray._place(room(), BESIDE) == (first, attempts)
+
+
+def partly_known(share: float, off: float) -> Scan:
+    """The room, but for a share of the echoes, which lie `off`, m, behind its walls."""
+    ranges = room().ranges.copy()
+    ranges[: round(share * len(ranges))] += off
+    return replace(room(), ranges=ranges)
+
+
+def test_what_the_map_does_not_know_does_not_count_against_the_believed_place() -> None:
+    astray, corner = beside(), partly_known(1.0 / 3.0, 2.0)
+    here = astray._places.matched(corner, Pose2())
+    assert astray._if_new(here, corner).value > here.value + 10.0
+    assert astray._if_new(here, corner).agreement == (1.0, 0.0)
+    astray._no_new_ground = True
+    assert astray._if_new(here, corner) == here
+
+
+@pytest.mark.parametrize(("share", "off"), [(0.7, 2.0), (0.2, -0.7)])
+def test_it_counts_where_little_is_known_or_something_is_contradicted(
+    share: float, off: float
+) -> None:
+    astray, scan = beside(), partly_known(share, off)
+    here = astray._places.matched(scan, Pose2())
+    assert astray._if_new(here, scan) == here
