@@ -17,7 +17,8 @@ from slam.recovery.watch import MISPLACED
 from slam.sensor_models.endpoint import Endpoint
 
 RECENT = 5  # stretches before the last one, which are not old: they agree with it anywhere
-LEAST_KNOWN = 0.4  # share of the echoes that old ones know, or they do not judge
+LEAST_KNOWN = 0.4  # share of the echoes that old ones know, or they do not judge,
+CLEARLY_WRONG = 0.2, 2.0  # or that they do not explain, and so many times those that they do
 WINDOW = 3  # stretches, whose mean counts, and which are searched for
 KEYFRAMES = 100  # of them, at most
 USUAL, MEMORY = 0.03, 20  # share of known echoes unexplained, at first; stretches of its mean
@@ -27,7 +28,7 @@ DISMISSED = 4  # the same as MEMORY, of what was searched for in vain
 LONGEST_PAUSE = 16  # stretches between two searches; doubled by two that find nothing
 ECHOES = 80  # that are searched for
 DRIFT = 1.0, 1.0, math.radians(10.0)  # m, m, rad, of a loop that is not closed yet
-KNOWN, WRONG = 0.7, 0.15  # share of the echoes that the map knows here, or does not explain
+KNOWN, WRONG = 0.7, 0.1  # share of the echoes that the map knows here, or does not explain
 GAIN, MORE_EXPLAINED = 8.0, 0.05  # nats, and share of the echoes, more at another place,
 LEAST_EXPLAINED = 0.6  # which explains so many at least: a bent stretch fits badly anywhere
 EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many where the robot is
@@ -73,7 +74,9 @@ class Ground(Protocol):
 def share(explained: float, other: float) -> float | None:
     """The share of the echoes, of those that old stretches know, which they do not explain, by the
     shares that they explain, and that they know and do not; None, if they know too few."""
-    return other / (explained + other) if explained + other > LEAST_KNOWN else None
+    least, times = CLEARLY_WRONG
+    enough = explained + other > LEAST_KNOWN or other > max(least, times * explained)
+    return other / (explained + other) if enough else None
 
 
 class OldGround:
@@ -116,8 +119,9 @@ class OldGround:
         self._unknown = 0
         self._shares.append(unexplained)
         self._wait -= 1
-        mean = sum(self._shares) / len(self._shares)
-        if len(self._shares) < WINDOW or mean < self._usual + UNUSUAL:
+        missing = WINDOW - len(self._shares)
+        mean = (sum(self._shares) + missing * self._usual) / WINDOW
+        if mean < self._usual + UNUSUAL or ground.ordinal < self._begin + WINDOW - 1:
             self._learn(unexplained, MEMORY)
             self.votes, self._excess = 0, 0.0
             if self._wait <= 0:

@@ -21,6 +21,7 @@ from slam.recovery.old_ground import (
     Ground,
     OldGround,
     Other,
+    share,
 )
 from slam.recovery.old_local_maps import LocalGround
 from slam.recovery.watch import MISPLACED
@@ -65,8 +66,8 @@ def place(ordinal: int = 0) -> LocalMap:
 def misplaced(*found: Other | None) -> Scripted:
     """Local maps that fit as usual, and then others that do not, for each of the finds."""
     ground = Scripted(*found)
-    for share in [USUAL] * WINDOW + [1.0] * len(found):
-        ground.take(share)
+    for told in [USUAL] * WINDOW + [1.0] * len(found):
+        ground.take(told)
     return ground
 
 
@@ -77,6 +78,23 @@ def test_a_map_knows_explains_or_does_not_know_an_echo() -> None:
     assert known.tolist() == [1, 2, 2, 0, 0]
     reading().raise_known(known, points, Pose2(0.0, 3.5, 0.0))  # the wall behind the last one
     assert known.tolist() == [1, 2, 2, 0, 2]
+
+
+def test_little_known_ground_judges_only_where_it_is_clearly_wrong() -> None:
+    assert share(0.4, 0.1) == pytest.approx(0.2)
+    assert share(0.2, 0.1) is None
+    assert share(0.0, 0.19) is None
+    assert share(0.05, 0.25) == pytest.approx(0.25 / 0.3)
+    assert share(0.15, 0.22) is None
+
+
+def test_one_stretch_that_does_not_fit_at_all_is_searched_for_after_new_ground() -> None:
+    ground = Scripted(Other(THERE, WEAK))
+    for told in [USUAL] * WINDOW + [math.nan] * WINDOW + [USUAL + 0.02]:
+        ground.take(told)
+    assert ground.searches == 0
+    ground.take(0.5)
+    assert (ground.searches, ground.votes) == (1, 1)
 
 
 def test_what_fits_as_usual_is_not_searched_for() -> None:
