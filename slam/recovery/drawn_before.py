@@ -135,10 +135,13 @@ class DrawnBefore:
         if unexplained is None or not self._misfits.surprising(unexplained):
             return None
         last = self._panorama(1)
+        before, self._likely = self._likely, None
         place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
+        if before is not None:  # along a corridor, another one may fit as well
+            again = matched(endpoint, last, before @ frame)
+            place = again if again.value > place.value - GAIN else place
         here, there = self.unexplained(last), self._unexplained_at(place.pose, last)
         gain = place.value - at(endpoint, last, frame).value
-        before, self._likely = self._likely, None
         fits_here = here is not None and here < UNEXPLAINED
         if fits_here or there is None or near(place.pose, frame, *MOVED):
             self._misfits.dismiss()
@@ -148,8 +151,8 @@ class DrawnBefore:
             return found
         if there < HALF and gain > LARGE_GAIN:
             self._likely = found
-            again = before is not None and near(before @ frame, place.pose, *AGAIN)
-            return found if again else None
+            same = before is not None and near(before @ frame, place.pose, *AGAIN)
+            return found if same else None
         self._misfits.dismiss()
         return None
 

@@ -9,6 +9,7 @@ import pytest
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.geometry import Pose2
 from slam.maps.static import Static
+from slam.recovery import drawn_before
 from slam.recovery.drawn_before import STEP as LOOKS
 from slam.recovery.drawn_before import STRETCH, DrawnBefore
 from slam.recovery.old_ground import RECENT
@@ -146,6 +147,19 @@ def test_where_a_loop_closes_two_looks_must_find_the_same_drift() -> None:
     for k, x in enumerate(np.arange(2.0, 8.0, STEP)):  # each look finds another one
         recorder.draw(x, Pose2(x, 0.3 if k // 2 % 2 else 0.6))
         assert before.drift is None
+
+
+def test_the_drift_of_the_last_look_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    recorder, before = on_known_ground()
+    half_known(before, 0.3)
+    for k, x in enumerate(np.arange(2.0, 2.0 + 2.0 * LOOKS + STEP, STEP)):
+        if k * STEP > LOOKS:  # the coarse search finds another place along the hall
+            monkeypatch.setattr(
+                drawn_before, "best_near", lambda *given: given[2] @ Pose2(0.9, -0.3)
+            )
+        recorder.draw(x, Pose2(x, 0.3))
+    assert before.drift is not None
+    assert before.drift.x == pytest.approx(0.0, abs=0.1)
 
 
 def test_what_fits_nowhere_near_is_no_drift() -> None:
