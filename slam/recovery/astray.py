@@ -33,6 +33,8 @@ NEW_GROUND, FIRST = 10.0, 8.0  # m, that a robot drives on new ground; the first
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 CONTRADICTED = 0.05  # share of the echoes, at most, that it contradicts there
 LONGER = 20  # attempts instead of REPEATED where it may be on new ground, which may look alike
+LASTING, HALF = 16, 0.5  # attempts in a row whose best place is the same, and share of the usual
+# one that is explained there, at least: the map has changed there
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -101,6 +103,8 @@ class Astray:
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._candidate: Pose2 | None = None  # the origin by the last attempt
         self._agreeing = 0  # attempts in a row that found it
+        self._best: Pose2 | None = None  # the origin by the best place of the last attempt
+        self._lasting = 0  # attempts in a row that had it
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
@@ -138,6 +142,9 @@ class Astray:
         self.sure = self._agreeing >= attempts
         if self.sure:
             return origin
+        self.sure = self._no_new_ground and self._lasting >= LASTING
+        if self.sure:
+            return self._best
         new_ground = origin is None and self._path > NEW_GROUND and not self._no_new_ground
         return self.believed if new_ground else None
 
@@ -148,6 +155,7 @@ class Astray:
         here = self._places.matched(scan, believed)
         self._no_new_ground = self._no_new_ground or not self._may_be_new(here)
         best = max(found, key=partial(_worth, believed=believed), default=None)
+        self._keep_best(best, [*found, here], believed)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
@@ -187,6 +195,18 @@ class Astray:
         share = explained / self._demands.usual - LEAST_EXPLAINED
         share /= WELL_EXPLAINED - LEAST_EXPLAINED
         return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
+
+    def _keep_best(self, best: Place | None, found: list[Place], believed: Pose2) -> None:
+        """Count the attempts in a row that have the same best place, by LEAD over each other one,
+        whatever the map shows of it: a wrong place does not stay the best for metres."""
+        before, self._best = self._best, None
+        least = HALF * self._demands.usual
+        shown = best is not None and best.agreement.explained > least
+        if best is not None and shown and _lead(best, found, believed) > LEAD:
+            last = self.keyframes[-1].pose
+            self._best = self._frame.inverse() @ best.pose @ last.inverse()
+        same = before is not None and self._best is not None and agree(before, self._best)
+        self._lasting = self._lasting + 1 if same else int(self._best is not None)
 
     def _count(self, origin: Pose2 | None) -> None:
         """Count the attempts in a row that found the same origin."""

@@ -8,7 +8,7 @@ import pytest
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.geometry import Pose2
 from slam.interface import Estimate
-from slam.recovery.astray import LONGER, NEW_GROUND, REPEATED, SUDDEN, Astray, Demands
+from slam.recovery.astray import LASTING, LONGER, NEW_GROUND, REPEATED, SUDDEN, Astray, Demands
 from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import Place, Places, Surroundings
 from slam.scan import Scan
@@ -114,3 +114,25 @@ def test_it_counts_where_little_is_known_or_something_is_contradicted(
     astray, scan = beside(), partly_known(share, off)
     here = astray._places.matched(scan, Pose2())
     assert astray._if_new(here, scan) == here
+
+
+def attempts_to_find(explained: float, demands: Demands, *, moving: bool = False) -> float:
+    """Attempts until a place is accepted that contradicts more than is allowed, and is the best."""
+    astray = Astray(Turning(), Surroundings(reading(), Pose2()), BESIDE, 0.95, demands)
+    for k in range(2 * LASTING):
+        astray.update(Pose2(), replace(room(), time=2.5 * k))
+        there = Pose2(-8.0, k * float(moving), 0.0)
+        place = Place(there, -20.0, Agreement(explained, 0.4))
+        astray._places.all = lambda scan, explained, one=place: [one]
+        if astray.found(2.5 * k) is not None:
+            assert astray.sure
+            return k + 1
+    return np.inf
+
+
+def test_a_place_that_stays_the_best_is_found_though_the_map_has_changed_there() -> None:
+    known = SUDDEN._replace(no_new_ground=True)
+    assert attempts_to_find(0.5, known) == LASTING
+    assert attempts_to_find(0.5, known, moving=True) == np.inf
+    assert attempts_to_find(0.4, known) == np.inf
+    assert attempts_to_find(0.5, SUDDEN) == np.inf  # it may be on new ground
