@@ -175,6 +175,7 @@ class GraphSlam:
             else:
                 self._remember(LocalMap((), scan, len(self.places)), pose)
         self._middles = [place.middle() for place in self.places]
+        self._old_ground.begin(len(self.places))
 
     def place(self, pose: Pose2) -> None:
         """Set the robot's pose, before the first update."""

@@ -12,7 +12,6 @@ from slam.geometry import Array, Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import MANY, Place, Places, Surroundings, agree, near, same_place
 from slam.scan import Scan
 
@@ -31,8 +30,8 @@ SOME_WAY = 6.0  # m, driven before that
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
 NEW_GROUND, FIRST = 10.0, 8.0  # m, that a robot drives on new ground; the first may be known:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
-CONTRADICTED = 0.05  # share of the echoes, at most, that it contradicts there
-LONGER = 20  # attempts instead of REPEATED where it may be on new ground, which may look alike
+LONGER = 20  # attempts, where the believed place may be right: new ground may look like another,
+CONTRADICTED = 0.05  # and so may a corner where a loop closes, if it contradicts so few echoes
 LASTING, HALF = 16, 0.5  # attempts in a row whose best place is the same, and share of the usual
 # one that is explained there, at least: the map has changed there
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
@@ -69,7 +68,8 @@ class Astray:
 
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
     if the map agrees with them as the demands ask, and if CONFIRMED attempts in a row find it;
-    REPEATED ones, if another place fits nearly as well, and none with less than LEAD. In a building
+    REPEATED ones, if another place fits nearly as well, and none with less than LEAD; LONGER ones,
+    while the believed place may be right. In a building
     whose corridors look alike that takes long: until then the robot says that it is lost. If none
     is found, and the believed place is new ground that the robot came to through no wall, a scan
     was misjudged, and it goes on there.
@@ -160,27 +160,26 @@ class Astray:
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
         if self._meets(best) or same_place(best.pose, believed):
-            lead = _lead(best, [*found, self._if_new(here, scan)], believed)
+            lead = _lead(best, [*found, here], believed)
             least = LEAD if self._path > SOME_WAY else MIN_GAIN
-            repeated = REPEATED if self._no_new_ground else LONGER
-            return best if lead > least else None, CONFIRMED if lead > MIN_GAIN else repeated
+            return best if lead > least else None, self._attempts(lead, here)
         return here if best.value - here.value < TIE else None, CONFIRMED
 
     def _may_be_new(self, here: Place) -> bool:
         """Whether the robot may be driving on ground that the map does not know, if it is where it
         believed to be."""
-        known = sum(here.agreement) > LITTLE_KNOWN
+        if self._path > FIRST and sum(here.agreement) > LITTLE_KNOWN:
+            return False
         path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
-        return not (known and self._path > FIRST) and not self._places.crossed(path[:, :2])
+        return not self._places.crossed(path[:, :2])
 
-    def _if_new(self, here: Place, scan: Scan) -> Place:
-        """The believed place as it would be if the map explained what it does not know there: as a
-        loop closes, a corner elsewhere that is mapped from all sides must not win by that alone."""
-        unknown, gain = self._places.not_known(scan, here.pose)
-        wrong = unknown > 1.0 - LITTLE_KNOWN or here.agreement.contradicted > CONTRADICTED
-        if self._no_new_ground or wrong:
-            return here
-        return here._replace(value=here.value + gain, agreement=Agreement(1.0, 0.0))
+    def _attempts(self, lead: float, here: Place) -> int:
+        """How many attempts in a row must find a place that leads by so many nats."""
+        known, contradicted = sum(here.agreement) > LITTLE_KNOWN, here.agreement.contradicted
+        right = known and contradicted <= CONTRADICTED
+        if not self._no_new_ground and (right or lead <= MIN_GAIN):
+            return LONGER
+        return CONFIRMED if lead > MIN_GAIN else REPEATED
 
     def _possible(self, place: Place, believed: Pose2) -> bool:
         """Whether a place is as near to the believed one as the demands ask."""

@@ -23,8 +23,8 @@ STRETCH, STEP = 4.0, 1.0  # m of the path: of a stretch, and between two looks f
 UNEXPLAINED, FITTING = 0.15, 0.1  # share of the known echoes, from which on a drift is sought, and
 # up to which the last stretch fits where it is moved to
 GAIN = 10.0  # nats by which it must fit better there
-HALF, LARGE_GAIN = 0.5, 40.0  # the same where two looks in a row find the same drift: as a loop
-# closes, the old field knows only the far side of what it shows
+HALF, LARGE_GAIN = 0.5, 40.0  # of what is unexplained here; nats: where two looks in a row find the
+# same drift: as a loop closes, the old field knows only the far side of what it shows
 AGAIN = 0.1, math.radians(1.5)  # m, rad, between the finds of two looks
 MOVED = 0.1, math.radians(1.5)  # m, rad, at least, of a drift
 REST = 0.05, math.radians(5.0)  # m, rad, from the last keyframe: a robot that stands
@@ -103,6 +103,7 @@ class DrawnBefore:
         """What was drawn last lies elsewhere, moved by a transform of the world."""
         moved = [one._replace(keyframe=one.keyframe.moved(by)) for one in self._drawn]
         self._drawn = deque(moved, KEYFRAMES)
+        self._likely = None
         self._judge.begin(self.ordinal + 1)
 
     def forget(self) -> None:
@@ -130,12 +131,12 @@ class DrawnBefore:
 
     def _found_drift(self, scan: Scan) -> Pose2 | None:
         """The drift by the last stretch, if the old field does not explain the last scan."""
+        before, self._likely = self._likely, None
         endpoint, frame = self.endpoint, self.frame
         unexplained = self.unexplained(scan)
         if unexplained is None or not self._misfits.surprising(unexplained):
             return None
         last = self._panorama(1)
-        before, self._likely = self._likely, None
         place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
         if before is not None:  # along a corridor, another one may fit as well
             again = matched(endpoint, last, before @ frame)
@@ -149,7 +150,7 @@ class DrawnBefore:
         found = place.pose @ frame.inverse()
         if here is not None and there < FITTING and gain > GAIN:
             return found
-        if there < HALF and gain > LARGE_GAIN:
+        if there < HALF * (1.0 if here is None else here) and gain > LARGE_GAIN:
             self._likely = found
             same = before is not None and near(before @ frame, place.pose, *AGAIN)
             return found if same else None

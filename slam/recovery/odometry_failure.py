@@ -62,7 +62,8 @@ class OdometryFailure:
         self._last = math.inf  # nats by which the last keyframe fitted worse than expected
 
     def moved(self) -> None:
-        """The robot is moved by a drift of its map, which may fit worse there at once."""
+        """The robot is moved by a drift: the next fit is not compared with the last one, as the map
+        shows both places."""
         self._last = math.inf
 
     def evident(self, scan: Scan, estimate: Estimate) -> bool:

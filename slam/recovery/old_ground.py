@@ -19,7 +19,7 @@ from slam.sensor_models.endpoint import Endpoint
 RECENT = 5  # stretches before the last one, which are not old: they agree with it anywhere
 LEAST_KNOWN = 0.4  # share of the echoes that old ones know, or they do not judge,
 CLEARLY_WRONG = 0.2, 2.0  # or that they do not explain, and so many times those that they do
-WINDOW = 3  # stretches, whose mean counts, and which are searched for
+WINDOW = 3  # stretches, whose mean counts (missing ones are as usual), and which are searched for
 KEYFRAMES = 100  # of them, at most
 USUAL, MEMORY = 0.03, 20  # share of known echoes unexplained, at first; stretches of its mean
 UNUSUAL = 0.02  # more than usual: is searched for

@@ -139,13 +139,6 @@ class Places:
         """Mean log-likelihood of an echo where that of the scan is `value`, less COARSELY."""
         return value / (self._endpoint.beta * max(len(scan.points), 1)) - COARSELY
 
-    def not_known(self, scan: Scan, pose: Pose2) -> tuple[float, float]:
-        """The share of the echoes that the map does not know at a pose, and the nats by which the
-        scan would fit better there if it explained them."""
-        unknown = 1.0 - sum(self._endpoint.known_shares(scan.points, pose))
-        gain = WELL_EXPLAINED - self._endpoint.nothing
-        return unknown, unknown * len(scan.points) * self._endpoint.beta * gain
-
     def matched(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""
         return matched(self._endpoint, scan, start)

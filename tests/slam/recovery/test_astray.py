@@ -91,29 +91,23 @@ def test_where_the_ground_may_be_new_a_place_that_is_not_alone_must_be_found_lon
         assert astray._place(room(), BESIDE) == (first, attempts)
 
 
-def partly_known(share: float, off: float) -> Scan:
-    """The room, but for a share of the echoes, which lie `off`, m, behind its walls."""
-    ranges = room().ranges.copy()
-    ranges[: round(share * len(ranges))] += off
-    return replace(room(), ranges=ranges)
-
-
-def test_what_the_map_does_not_know_does_not_count_against_the_believed_place() -> None:
-    astray, corner = beside(), partly_known(1.0 / 3.0, 2.0)
-    here = astray._places.matched(corner, Pose2())
-    assert astray._if_new(here, corner).value > here.value + 10.0
-    assert astray._if_new(here, corner).agreement == (1.0, 0.0)
-    astray._no_new_ground = True
-    assert astray._if_new(here, corner) == here
-
-
-@pytest.mark.parametrize(("share", "off"), [(0.7, 2.0), (0.2, -0.7)])
-def test_it_counts_where_little_is_known_or_something_is_contradicted(
-    share: float, off: float
+@pytest.mark.parametrize(
+    ("explained", "contradicted", "attempts"), [(0.6, 0.02, LONGER), (0.6, 0.1, 2), (0.4, 0.0, 2)]
+)
+def test_a_corner_elsewhere_must_be_found_longer_where_the_believed_one_is_not_contradicted(
+    explained: float, contradicted: float, attempts: int
 ) -> None:
-    astray, scan = beside(), partly_known(share, off)
-    here = astray._places.matched(scan, Pose2())
-    assert astray._if_new(here, scan) == here
+    here = Place(BESIDE, -90.0, Agreement(explained, contradicted))
+    assert beside()._attempts(30.0, here) == attempts
+    assert beside(SUDDEN._replace(no_new_ground=True))._attempts(30.0, here) == 2
+
+
+def test_ground_behind_a_wall_is_not_new() -> None:
+    astray, beyond = beside(), Agreement(0.0, 0.0)
+    assert astray._may_be_new(Place(BESIDE, -90.0, beyond))
+    astray.believed = Pose2(1.0, 0.0, 0.0)  # in the known room, from where it drives through a wall
+    astray.keyframes.append(astray.keyframes[-1]._replace(pose=Pose2(3.0, 0.0, 0.0)))
+    assert not astray._may_be_new(Place(BESIDE, -90.0, beyond))
 
 
 def attempts_to_find(explained: float, demands: Demands, *, moving: bool = False) -> float:

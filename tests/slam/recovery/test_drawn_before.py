@@ -141,12 +141,27 @@ def test_where_a_loop_closes_two_looks_must_find_the_same_drift() -> None:
         if before.drift is not None:
             told.append(x)
     assert told[0] == pytest.approx(2.0 + 2.0 * LOOKS)  # at the first look the old field knows it
-    before.forget()
     recorder, before = on_known_ground()
     half_known(before, 0.3)
     for k, x in enumerate(np.arange(2.0, 8.0, STEP)):  # each look finds another one
         recorder.draw(x, Pose2(x, 0.3 if k // 2 % 2 else 0.6))
         assert before.drift is None
+
+
+def test_what_a_look_found_counts_at_the_next_one_only() -> None:
+    recorder, before = on_known_ground()
+    half_known(before, 0.3)
+    for k, x in enumerate(np.arange(2.0, 8.0, STEP)):  # every other look fits
+        recorder.draw(x, Pose2(x, 0.3 if k // 2 % 2 else 0.0))
+        assert before.drift is None
+
+
+def test_a_drift_that_is_corrected_is_forgotten() -> None:
+    _, before = on_known_ground()
+    for forgets in (before.forget, lambda: before.move(Pose2())):
+        before._likely = Pose2(0.0, 0.3)
+        forgets()
+        assert before._likely is None
 
 
 def test_the_drift_of_the_last_look_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -206,6 +221,8 @@ def test_the_robot_is_moved_by_the_drift_once() -> None:
     last = before.frame
     assert slam.update(Pose2(STEP), hall(6.0)).pose.y == pytest.approx(0.5, abs=0.05)
     assert before.drift is None
+    assert slam.watch is not None
+    assert slam.watch.odometry._last == math.inf  # the next fit is compared with none
     assert before._drawn[-2].keyframe.pose.y == pytest.approx(last.y + 0.5)
 
 
