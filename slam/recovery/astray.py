@@ -30,8 +30,8 @@ SOME_WAY = 6.0  # m, driven before that
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
 NEW_GROUND, FIRST = 10.0, 8.0  # m, that a robot drives on new ground; the first may be known:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
-LONGER = 20  # attempts, where the believed place may be right: new ground may look like another,
-CONTRADICTED = 0.05  # and so may a corner where a loop closes, if it contradicts so few echoes
+LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
+CONTRADICTED = 0.05  # place, and so may a corner where a loop closes: it contradicts so few echoes
 LASTING, HALF = 16, 0.5  # attempts in a row whose best place is the same, and share of the usual
 # one that is explained there, at least: the map has changed there
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
@@ -175,8 +175,7 @@ class Astray:
 
     def _attempts(self, lead: float, here: Place) -> int:
         """How many attempts in a row must find a place that leads by so many nats."""
-        known, contradicted = sum(here.agreement) > LITTLE_KNOWN, here.agreement.contradicted
-        right = known and contradicted <= CONTRADICTED
+        right = here.agreement.contradicted <= CONTRADICTED
         if not self._no_new_ground and (right or lead <= MIN_GAIN):
             return LONGER
         return CONFIRMED if lead > MIN_GAIN else REPEATED
