@@ -81,7 +81,8 @@ def judge(variant: str, episode: Episode, carried: bool) -> Judged:
     before = [loss for loss in scores.losses if loss.begin < moment - 1.0]
     drifts = [loss.end - loss.begin for loss in before if loss.end is not None]
     after = [loss for loss in scores.losses if loss.end is None or loss.end > moment]
-    wrong = 0.0 if not after else np.inf if after[0].end is None else after[0].end - moment
+    end = after[0].end if after else moment
+    wrong = np.inf if end is None else end - moment
     return Judged(scores, sure, drifts, wrong if carried else None)
 
 

@@ -63,6 +63,24 @@ SUDDEN = Demands(0.7, 0.2, True)
 GRADUAL = Demands(1.0, 0.1, False)
 
 
+class Repeated:
+    """A pose that attempts in a row find.
+
+    pose   by the last attempt; None: it found none
+    times  attempts in a row that found it
+    """
+
+    def __init__(self) -> None:
+        self.pose: Pose2 | None = None
+        self.times = 0
+
+    def take(self, pose: Pose2 | None) -> None:
+        """Take in what the next attempt found."""
+        before, self.pose = self.pose, pose
+        same = pose is not None and before is not None and agree(before, pose)
+        self.times = self.times + 1 if same else int(pose is not None)
+
+
 class Astray:
     """Maps apart while the robot is lost; nothing is drawn into the map until it is found there.
 
@@ -101,10 +119,8 @@ class Astray:
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)
-        self._candidate: Pose2 | None = None  # the origin by the last attempt
-        self._agreeing = 0  # attempts in a row that found it
-        self._best: Pose2 | None = None  # the origin by the best place of the last attempt
-        self._lasting = 0  # attempts in a row that had it
+        self._found = Repeated()  # origins that are acceptable
+        self._best = Repeated()  # origins by places that lead, of which the map shows half
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
@@ -137,16 +153,20 @@ class Astray:
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([one.seen_from(last) for one in recent])
         place, attempts = self._place(scan, self._frame @ self.believed @ last)
-        origin = None if place is None else self._frame.inverse() @ place.pose @ last.inverse()
-        self._count(origin)
-        self.sure = self._agreeing >= attempts
+        origin = None if place is None else self._origin(place)
+        self._found.take(origin)
+        self.sure = self._found.times >= attempts
         if self.sure:
             return origin
-        self.sure = self._no_new_ground and self._lasting >= LASTING
+        self.sure = self._no_new_ground and self._best.times >= LASTING
         if self.sure:
-            return self._best
+            return self._best.pose
         new_ground = origin is None and self._path > NEW_GROUND and not self._no_new_ground
         return self.believed if new_ground else None
+
+    def _origin(self, place: Place) -> Pose2:
+        """That of the map apart in the SLAM's frame, if the last keyframe was taken at a place."""
+        return self._frame.inverse() @ place.pose @ self.keyframes[-1].pose.inverse()
 
     def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
         """The place of the scan, or the believed one if none is better; and how many attempts in a
@@ -155,12 +175,13 @@ class Astray:
         here = self._places.matched(scan, believed)
         self._no_new_ground = self._no_new_ground or not self._may_be_new(here)
         best = max(found, key=partial(_worth, believed=believed), default=None)
-        self._keep_best(best, [*found, here], believed)
+        lead = -math.inf if best is None else _lead(best, [*found, here], believed)
+        shown = best is not None and best.agreement.explained > HALF * self._demands.usual
+        self._best.take(self._origin(best) if best is not None and shown and lead > LEAD else None)
         if best is None or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
         if self._meets(best) or same_place(best.pose, believed):
-            lead = _lead(best, [*found, here], believed)
             least = LEAD if self._path > SOME_WAY else MIN_GAIN
             return best if lead > least else None, self._attempts(lead, here)
         return here if best.value - here.value < TIE else None, CONFIRMED
@@ -193,24 +214,6 @@ class Astray:
         share = explained / self._demands.usual - LEAST_EXPLAINED
         share /= WELL_EXPLAINED - LEAST_EXPLAINED
         return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
-
-    def _keep_best(self, best: Place | None, found: list[Place], believed: Pose2) -> None:
-        """Count the attempts in a row that have the same best place, by LEAD over each other one,
-        whatever the map shows of it: a wrong place does not stay the best for metres."""
-        before, self._best = self._best, None
-        least = HALF * self._demands.usual
-        shown = best is not None and best.agreement.explained > least
-        if best is not None and shown and _lead(best, found, believed) > LEAD:
-            last = self.keyframes[-1].pose
-            self._best = self._frame.inverse() @ best.pose @ last.inverse()
-        same = before is not None and self._best is not None and agree(before, self._best)
-        self._lasting = self._lasting + 1 if same else int(self._best is not None)
-
-    def _count(self, origin: Pose2 | None) -> None:
-        """Count the attempts in a row that found the same origin."""
-        before, self._candidate = self._candidate, origin
-        same = origin is not None and before is not None and agree(before, origin)
-        self._agreeing = self._agreeing + 1 if same else int(origin is not None)
 
 
 def _worth(place: Place, believed: Pose2) -> float:

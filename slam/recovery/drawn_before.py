@@ -12,7 +12,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, Panorama, panorama
 from slam.kernel import kernel
 from slam.recovery.old_ground import DRIFT, KEYFRAMES, RECENT, WINDOW, OldGround, share
-from slam.recovery.places import at, best_near, matched, near
+from slam.recovery.places import Place, at, best_near, matched, near
 from slam.recovery.surprise import Surprise
 from slam.scan import Scan
 from slam.sensor_models.blocks import BLOCKS, blocks_of
@@ -137,25 +137,30 @@ class DrawnBefore:
         if unexplained is None or not self._misfits.surprising(unexplained):
             return None
         last = self._panorama(1)
-        place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
-        if before is not None:  # along a corridor, another one may fit as well
-            again = matched(endpoint, last, before @ frame)
-            place = again if again.value > place.value - GAIN else place
+        place = self._fitted(last, before)
         here, there = self.unexplained(last), self._unexplained_at(place.pose, last)
         gain = place.value - at(endpoint, last, frame).value
-        fits_here = here is not None and here < UNEXPLAINED
-        if fits_here or there is None or near(place.pose, frame, *MOVED):
-            self._misfits.dismiss()
-            return None
-        found = place.pose @ frame.inverse()
-        if here is not None and there < FITTING and gain > GAIN:
-            return found
-        if there < HALF * (1.0 if here is None else here) and gain > LARGE_GAIN:
-            self._likely = found
-            same = before is not None and near(before @ frame, place.pose, *AGAIN)
-            return found if same else None
+        misfits = here is None or here >= UNEXPLAINED
+        if misfits and there is not None and not near(place.pose, frame, *MOVED):
+            found = place.pose @ frame.inverse()
+            if here is not None and there < FITTING and gain > GAIN:
+                return found
+            if there < HALF * (1.0 if here is None else here) and gain > LARGE_GAIN:
+                self._likely = found
+                same = before is not None and near(before @ frame, place.pose, *AGAIN)
+                return found if same else None
         self._misfits.dismiss()
         return None
+
+    def _fitted(self, last: Panorama, likely: Pose2 | None) -> Place:
+        """Where the last stretch fits the old field, within DRIFT. Along a corridor another pose
+        may fit as well as that by a likely drift, which is taken then."""
+        endpoint, frame = self.endpoint, self.frame
+        place = matched(endpoint, last, best_near(endpoint, last, frame, DRIFT))
+        if likely is None:
+            return place
+        again = matched(endpoint, last, likely @ frame)
+        return again if again.value > place.value - GAIN else place
 
     def _panorama(self, stretches: int) -> Panorama:
         """The keyframes of the last stretches as one scan at the frame."""

@@ -504,6 +504,12 @@ def test_a_saved_map_that_is_continued_is_forgotten_in_part() -> None:
     assert off(robot.trajectory(), laps(3)).max() < 0.15
 
 
+def test_where_a_map_is_continued_its_last_local_maps_are_not_those_of_the_robot() -> None:
+    robot = GraphSlam()
+    robot.remember(session_of(laps(10), kept(1)[0].trajectory()).keyframes())
+    assert robot._old_ground._begin == len(robot.places) > 1
+
+
 # -- odd starts --------------------------------------------------------------------------------
 
 
