@@ -180,6 +180,7 @@ def result_of(estimate: Estimate, truth: Pose2) -> dict[str, Any]:
         "matched": estimate.matched,
         "revised": estimate.revised,
         "lost": estimate.lost,
+        "drift": estimate.drift,
     }
 
 

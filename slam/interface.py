@@ -27,6 +27,8 @@ class Estimate(NamedTuple):
     revised     whether estimates of earlier poses have changed: see `believed`
     lost        probability that the pose, within its map, is off by more than LOST_DISTANCE or
                 LOST_TURN; 0 from a SLAM that does not judge it
+    drift       m, by which the pose was moved at this scan, from where a drift had led it to where
+                the last metres fit what was mapped long before; 0 where it was not
     """
 
     pose: Pose2
@@ -35,6 +37,7 @@ class Estimate(NamedTuple):
     matched: bool
     revised: bool = False
     lost: float = 0.0
+    drift: float = 0.0
 
 
 class Slam(Protocol):

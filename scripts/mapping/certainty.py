@@ -1,8 +1,11 @@
-"""Whether a run was sure where the robot was, from `Estimate.lost`."""
+"""Whether a run was sure where the robot was, from `Estimate.lost` and `Estimate.drift`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from slam.geometry import Array
 from slam.metrics.lost import ALARM_LEVEL
@@ -14,9 +17,16 @@ MAX_LOST_SHARE = 0.2  # of the scans; a run that was lost for more is not sure
 
 @dataclass(frozen=True)
 class Certainty:
-    """How sure a run was, by the probabilities of being lost, (n,), at its scans."""
+    """How sure a run was.
 
+    times  (n,) s, of its scans
+    lost   (n,) probabilities of being lost
+    drift  (n,) m, by which a drift was taken out of the poses
+    """
+
+    times: Array
     lost: Array
+    drift: Array
 
     @property
     def at_end(self) -> float:
@@ -40,7 +50,10 @@ class Certainty:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to tell of a run in which the robot was lost."""
+        """What to tell of a run in which the robot was lost, or had drifted."""
+        return (*self._of_drifts(), *self._of_losses())
+
+    def _of_losses(self) -> tuple[str, ...]:
         if not self.share and self.sure:
             return ()
         if self.sure:
@@ -50,9 +63,26 @@ class Certainty:
         )
         return (f"the robot was lost {where}: the poses there are not to be trusted",)
 
-    def as_dict(self) -> dict[str, float]:
+    def _of_drifts(self) -> tuple[str, ...]:
+        drifts = self._drifts()
+        if not drifts:
+            return ()
+        most = 3
+        told = ", ".join(f"{one['distance']:.2f} m at {one['time']:.2f} s" for one in drifts[:most])
+        more = f", and {len(drifts) - most} times more" if len(drifts) > most else ""
+        return (
+            f"the map had drifted before the robot came back to old ground, and its pose was moved "
+            f"by {told}{more}: what it drew shortly before is off by as much",
+        )
+
+    def _drifts(self) -> list[dict[str, float]]:
+        """Time, s, and distance, m, of each."""
+        found = np.flatnonzero(self.drift)
+        return [{"time": float(self.times[k]), "distance": float(self.drift[k])} for k in found]
+
+    def as_dict(self) -> dict[str, Any]:
         """For a summary."""
-        return {"lost_at_end": self.at_end, "lost_share": self.share}
+        return {"lost_at_end": self.at_end, "lost_share": self.share, "drifts": self._drifts()}
 
 
 def _percent(share: float) -> str:

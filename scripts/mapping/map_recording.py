@@ -84,7 +84,8 @@ def map_recording(options: MapCommand, begun: float) -> int:
     status = _run(options, mapping)
     if not mapping.estimates:
         return status
-    certainty = Certainty(mapping.result.lost)
+    run = mapping.result
+    certainty = Certainty(episode.times[: len(run.lost)], run.lost, run.drift)
     warnings += [*corrected, *start.warnings, *certainty.warnings]
     summary = _summary(options, mapping, variant, start.pose, truth, status)
     summary |= certainty.as_dict() | {"warnings": warnings}

@@ -59,8 +59,8 @@ def run_recording(options: RunCommand) -> int:
     run, status = _run(options, robot, episode)
     if not len(run.poses):
         return status
-    certainty = Certainty(run.lost)
     done = Trajectory(episode.times[: len(run.poses)], run.poses)
+    certainty = Certainty(done.times, run.lost, run.drift)
     online = Trajectory(done.times, run.online)
     revised = not np.array_equal(run.online, run.poses)
     metrics: dict[str, Any] = {}

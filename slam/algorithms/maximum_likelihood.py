@@ -248,7 +248,8 @@ class MaximumLikelihood:
         self._before.move(drift)
         self.watch.odometry.moved()
         self._doubted = [(scan, one._replace(pose=drift @ one.pose)) for scan, one in self._doubted]
-        return estimate._replace(pose=drift @ estimate.pose)
+        pose = drift @ estimate.pose
+        return estimate._replace(pose=pose, drift=math.dist(pose[:2], estimate.pose[:2]))
 
     def _map(self, scan: Scan, estimate: Estimate) -> None:
         """Make the scan a keyframe, at its matched pose; the motion model learns from the match."""
@@ -354,7 +355,9 @@ class MaximumLikelihood:
         """The last match moved by the odometry, with the covariance propagated."""
         prediction = self._prediction(self._matched, self._since_match.displacement)
         covariance = self._carried(self._matched, prediction)
-        return self._matched._replace(pose=prediction.pose, covariance=covariance, matched=False)
+        return self._matched._replace(
+            pose=prediction.pose, covariance=covariance, matched=False, drift=0.0
+        )
 
     def _prediction(self, origin: Estimate, displacement: Pose2) -> Prediction:
         """The motion model's prediction of `displacement` from `origin`."""

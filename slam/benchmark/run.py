@@ -31,6 +31,7 @@ class Run:
     spent    (n,) s, wall time of each update, without that of compiling and loading kernels; the
              last one includes `finish`
     lost     (n,) probability that the online pose is off within its map: see `Estimate.lost`
+    drift    (n,) m, by which a drift was taken out of the online pose: see `Estimate.drift`
     first    (k, 3) poses of the first k scans, if the k-th made the SLAM map them again
     """
 
@@ -40,6 +41,7 @@ class Run:
     matched: int
     spent: Array
     lost: Array
+    drift: Array
     first: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
@@ -63,6 +65,7 @@ class Playback:
         self._matched = 0
         self._spent: list[float] = []
         self._lost: list[float] = []
+        self._drift: list[float] = []
 
     def __iter__(self) -> Iterator[Estimate]:
         """One estimate a scan; the last one after `finish` of a `Revising` SLAM."""
@@ -77,6 +80,7 @@ class Playback:
             self._spent.append(taken - (READYING.seconds - readied))
             self._poses.append(estimate.pose)
             self._lost.append(float(estimate.lost))
+            self._drift.append(estimate.drift)
             self._matched += bool(estimate.matched)  # a numpy bool would change the sum's type
             yield estimate
 
@@ -89,9 +93,9 @@ class Playback:
         """The run so far."""
         online = np.array(self._poses).reshape(-1, 3)
         poses = believed(self.slam, online)
-        spent, lost = np.array(self._spent), np.array(self._lost)
+        spent, lost, drift = (np.array(told) for told in (self._spent, self._lost, self._drift))
         first = self.slam.first_poses if isinstance(self.slam, Restarting) else online[:0]
-        return Run(poses, online, self.slam.map(), self._matched, spent, lost, first)
+        return Run(poses, online, self.slam.map(), self._matched, spent, lost, drift, first)
 
 
 def run(slam: Slam, episode: Episode) -> Run:

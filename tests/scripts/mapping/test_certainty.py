@@ -34,10 +34,54 @@ SCANS = 80  # of the log
     ],
 )
 def test_lost_at_the_end_or_for_long_is_not_sure(lost, status: int, told: tuple[str, ...]):
-    certainty = Certainty(np.array(lost))
+    certainty = Certainty(np.arange(len(lost)), np.array(lost), np.zeros(len(lost)))
     assert certainty.status == status
     assert len(certainty.warnings) == len(told)
     assert all(part in said for part, said in zip(told, certainty.warnings, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("distances", "told"),
+    [
+        ([0.45], "moved by 0.45 m at 1.50 s: what"),
+        ([0.45, 0.3], "moved by 0.45 m at 1.50 s, 0.30 m at 3.00 s: what"),
+        ([0.4] * 5, "0.40 m at 4.50 s, and 2 times more: what"),
+    ],
+)
+def test_drifts_that_were_taken_out_of_the_pose_are_told(distances: list[float], told: str):
+    drift = np.zeros(10)
+    drift[1 : len(distances) + 1] = distances
+    certainty = Certainty(1.5 * np.arange(10), np.zeros(10), drift)
+    (warning,) = certainty.warnings
+    assert told in warning
+    assert certainty.sure
+    first = {"time": 1.5, "distance": distances[0]}
+    assert certainty.as_dict()["drifts"][0] == first
+    assert len(certainty.as_dict()["drifts"]) == len(distances)
+
+
+@pytest.mark.parametrize("command", ["map", "run"])
+def test_a_drift_of_a_run_is_told_in_the_terminal_and_in_its_summary(
+    command: str, log: Path, tmp_path: Path, monkeypatch, capsys
+):
+    update = MaximumLikelihood.update
+    updates: Counter[MaximumLikelihood] = Counter()
+
+    def drifting(self: MaximumLikelihood, displacement: Pose2, scan: Scan) -> Estimate:
+        updates[self] += 1
+        return update(self, displacement, scan)._replace(drift=0.4 * (updates[self] == 20))
+
+    monkeypatch.setattr(MaximumLikelihood, "update", drifting)
+    out = tmp_path / "out"
+    skip = ["--skip", "rrd,mcap"] if command == "map" else []
+    status = main.status([command, str(log), "--slam", "static-ml", "--out", str(out), *skip])
+    time = read_tum(out / "trajectory.tum").times[19]
+    assert status == 0
+    assert "warning: the map had drifted" in capsys.readouterr().err
+    told = json.loads(
+        (out / ("summary" if command == "map" else "metrics")).with_suffix(".json").read_text()
+    )
+    assert told["drifts"] == [{"time": pytest.approx(time), "distance": 0.4}]
 
 
 @pytest.mark.parametrize("command", ["map", "run"])

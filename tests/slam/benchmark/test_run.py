@@ -51,7 +51,7 @@ def test_time_is_spread_over_the_scans_that_were_matched(matched: int, ms: float
     grid = OccupancyGrid(GridSpec(1.0, 0, 0, 0, 0), np.zeros((0, 0)), np.zeros((0, 0), bool))
     poses, spent = np.zeros((10, 3)), np.full(10, 0.2)
     assert Run(
-        poses, poses, grid, matched, spent, np.zeros(len(poses))
+        poses, poses, grid, matched, spent, np.zeros(len(poses)), np.zeros(len(poses))
     ).ms_per_matched_scan == pytest.approx(ms)
 
 
