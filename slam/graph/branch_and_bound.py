@@ -19,7 +19,6 @@ LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
-LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -37,21 +36,22 @@ def best_candidates(
     radius   squared, of a place, of which only the best candidate counts
     """
     beams = _beams(points, turns, middle, words.shape[1])
-    bounds = bounds_of(phases, beams, window, unknown)
-    _clear(bounds, standing, middle, window)
+    runs, squares = runs_of(standing, middle, window)
+    bounds = bounds_of(phases, beams, runs, len(squares), window, unknown)
     found, values = np.full((most, 3), -1), np.full(most, least)
+    if not len(squares):
+        return found[:0]
     kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
     rows, cols, box, places = beams
     flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
-    high, along = bounds.shape[1:]
     for first in (True, False):  # the most promising square, then those that may be better
         worst = values.min()
         nodes = _first_largest(flat) if first else _above(flat, worst)
         for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
             if flat[o] <= worst:
                 break
-            t, i, j = o // (high * along), o // along % high * SQUARE, o % along * SQUARE
-            i, j = i - window[1], j - window[0]
+            t, square = o // len(squares), o % len(squares)
+            i, j = squares[square, 0] - window[1], squares[square, 1] - window[0]
             inside = box[t, 0] + i >= 0 and box[t, 1] + i + SQUARE <= len(words)
             if inside and box[t, 2] + j >= -MARGIN and box[t, 3] + j < pitch - MARGIN:
                 shift = i * pitch + j
@@ -131,61 +131,52 @@ def _above(values, least):
 
 
 @kernel
-def bounds_of(phases, beams, window, unknown):
-    """(turns, rows, cols) uint16 the sums of the maxima over squares of SQUARE candidates; there
-    may be further columns, which mean nothing.
-
-    Long rows are added up all at once: they are as long as those of the maxima, beside which there
-    are zeros then.
-    """
-    rows, cols, box, _ = beams
-    _, _, tall, broad = phases.shape
+def runs_of(standing, middle, window):
+    """The squares of a window in which the robot may stand somewhere, row by row: (m, 4) runs of
+    them (row, first column, the one after the last, number of squares before it), rows and columns
+    in squares; and (n, 2) the row and column of each in candidates from the window's corner."""
     high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
-    length, pitch, maxima, blank = wide, broad, phases.reshape(-1, broad), 0
-    least = (box[:, 2].min() - window[0]) // SQUARE
-    most = (box[:, 3].max() - window[0]) // SQUARE
-    padded_length = max(broad, broad - least, wide, wide + most)
-    at_once = wide >= LONG_ROW and padded_length < MOST_PADDED * wide
-    if at_once:
-        length, pitch, blank = padded_length, padded_length, 1  # rows before and after the others
-        padded = np.zeros((len(maxima) + 2 * blank, pitch), np.uint16)
-        padded[blank:-blank, :broad] = maxima
-        maxima = padded
-    bounds = np.full((len(rows), high, length), rows.shape[1] * unknown, np.uint16)
-    sums, values = bounds.ravel(), maxima.ravel()
+    runs, squares = (
+        np.empty((high * (wide // 2 + 1), 4), np.int64),
+        np.empty((high * wide, 2), np.int64),
+    )
+    m = n = 0
+    for a in range(high):
+        within = False
+        for b in range(wide):
+            stands = _stands(standing, 1, middle, a * SQUARE - window[1], b * SQUARE - window[0])
+            if stands:
+                if not within:
+                    runs[m, 0], runs[m, 1], runs[m, 3], m = a, b, n, m + 1
+                runs[m - 1, 2] = b + 1
+                squares[n, 0], squares[n, 1], n = a * SQUARE, b * SQUARE, n + 1
+            within = stands
+    return runs[:m].copy(), squares[:n].copy()
+
+
+@kernel
+def bounds_of(phases, beams, runs, n, window, unknown):
+    """(turns, n) uint16 the sums of the maxima over the n squares of `runs`."""
+    rows, cols, _, _ = beams
+    _, _, tall, broad = phases.shape
+    bounds = np.full((len(rows), n), rows.shape[1] * unknown, np.uint16)
+    sums, values = bounds.ravel(), phases.ravel()
     for t in range(len(rows)):
         for k in range(rows.shape[1]):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
             phase = row % SQUARE * SQUARE + col % SQUARE
             row, col = row // SQUARE, col // SQUARE
-            begin, end, left, right = max(-row, 0), min(tall - row, high), 0, 0
-            if at_once:
-                right, end = max(end - begin, 0) * pitch, begin + 1
-            else:
-                left, right = max(-col, 0), min(broad - col, wide)
-            for a in range(begin, end):
-                target = np.uint64((t * high + a) * length)
-                source = np.uint64((blank + phase * tall + row + a) * pitch + col)
-                for b in range(left, right):  # in this loop: slices count references to arrays
-                    sums[target + np.uint64(b)] += values[source + np.uint64(b)]
+            for m in range(len(runs)):
+                at = row + runs[m, 0]
+                if not 0 <= at < tall:
+                    continue
+                first = max(runs[m, 1], -col)
+                length = max(min(runs[m, 2], broad - col) - first, 0)
+                target = np.uint64(t * n + runs[m, 3] + first - runs[m, 1])
+                source = np.uint64((phase * tall + at) * broad + col + first)
+                for b in range(np.uint64(length)):  # here: slices count references to arrays
+                    sums[target + b] += values[source + b]
     return bounds
-
-
-@kernel
-def _clear(bounds, standing, middle, window):
-    """Set the bounds of squares to zero where no robot may stand, and beside the window."""
-    wide = 2 * window[0] // SQUARE + 1
-    if not len(standing) and bounds.shape[2] == wide:
-        return
-    mask = np.zeros(bounds.shape[1:], np.uint16)
-    for a in range(len(mask)):
-        for b in range(wide):
-            i, j = a * SQUARE - window[1], b * SQUARE - window[0]
-            mask[a, b] = 0xFFFF if _stands(standing, 1, middle, i, j) else 0
-    flat, kept = bounds.ravel(), mask.ravel()
-    for begin in range(0, len(flat), len(kept)):
-        for k in range(len(kept)):
-            flat[np.uint64(begin) + np.uint64(k)] &= kept[np.uint64(k)]
 
 
 @kernel

@@ -9,11 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, transform_points
+from slam.geometry import Array, Pose2
+from slam.kernel import kernel
 from slam.scan import Scan
 
 PANORAMA_CELL = 0.05  # m, side of the squares in each of which a panorama keeps one echo
-MAX_ROWS = 1 << 32  # of such squares: makes one key of row and column
+MAX_ROWS = 1 << 20  # of such squares, in 10 km to both sides: makes one key of row and column
+NO_SQUARE = np.iinfo(np.int64).min  # less than any key
 PANORAMA_SIZE = 400  # maximum number of echoes
 PATH_STEP = 0.4  # m between the poses of a path
 
@@ -116,12 +118,33 @@ class Panorama(Scan):
 
 def panorama(keyframes: Sequence[Keyframe]) -> Panorama:
     """The echoes of keyframes, subsampled evenly, as one scan taken at the origin."""
-    points = np.concatenate([transform_points(one.pose, one.scan.points) for one in keyframes])
-    views = [transform_points(Pose2(theta=one.pose.theta), one.scan.views) for one in keyframes]
-    col, row = np.floor(points / PANORAMA_CELL).astype(np.int64).T
-    _, kept = np.unique(col * MAX_ROWS + row, return_index=True)
+    echoes = [one.scan.points for one in keyframes]
+    owners = np.repeat(np.arange(len(echoes)), [len(points) for points in echoes])
+    points = _moved(np.concatenate(echoes), owners, np.array([one.pose for one in keyframes]))
+    kept = _first_in_squares(points)
     chosen = kept[np.linspace(0, len(kept) - 1, min(len(kept), PANORAMA_SIZE)).astype(np.int64)]
-    x, y = points[chosen].T
-    ranges = np.hypot(x, y)
+    points, (x, y) = points[chosen], points[chosen].T
+    lasers = np.array([(one.pose @ one.scan.mount)[:2] for one in keyframes])
+    views = points - lasers[owners[chosen]]
+    ranges, lengths = np.hypot(x, y), np.hypot(*views.T)
     farthest = float(ranges.max(initial=0.0)) + 1.0
-    return Panorama(ranges, np.arctan2(y, x), farthest, seen=np.concatenate(views)[chosen])
+    return Panorama(ranges, np.arctan2(y, x), farthest, seen=views / lengths[:, None])
+
+
+@kernel
+def _moved(points, owners, poses):
+    """Points (n, 2), each given in the frame of the pose (k, 3) of its owner, in that of poses."""
+    moved, c, s = np.empty_like(points), np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    for k in range(len(points)):
+        m = owners[k]
+        moved[k, 0] = poses[m, 0] + c[m] * points[k, 0] - s[m] * points[k, 1]
+        moved[k, 1] = poses[m, 1] + s[m] * points[k, 0] + c[m] * points[k, 1]
+    return moved
+
+
+def _first_in_squares(points: Array) -> np.ndarray:
+    """The numbers of the first of the points (n, 2) in each square, column by column."""
+    col, row = np.floor(points / PANORAMA_CELL).astype(np.int64).T
+    n = max(len(points), 1)
+    keys = np.sort((col * MAX_ROWS + row) * n + np.arange(len(points)))
+    return keys[np.flatnonzero(np.diff(keys // n, prepend=NO_SQUARE))] % n

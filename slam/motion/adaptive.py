@@ -92,7 +92,7 @@ class AdaptiveOdometry:
             return
         corrected = self.corrected(displacement)
         error = math.remainder(found.theta - corrected.theta, math.tau)
-        before = np.square(self.deviations(displacement)).tolist()
+        before = [deviation**2 for deviation in self.deviations(displacement).tolist()]
         self._long.learn(corrected, found)
         self._learn_scale(displacement, driven, found, covariance, before[0])
         rest = self.base.rotation(displacement, BIAS_REST) ** 2
@@ -114,9 +114,10 @@ class AdaptiveOdometry:
         nothing is learned."""
         if driven < MIN_DISTANCE:
             return
-        along = np.array(self._turned(displacement)[:2]) / driven
-        variance = max(float(along @ covariance[:2, :2] @ along), MIN_VARIANCE)
+        turned, (xx, xy), (_, yy) = self._turned(displacement), *covariance[:2, :2].tolist()
+        x, y = turned.x / driven, turned.y / driven  # the direction
+        variance = max(x * x * xx + 2.0 * x * y * xy + y * y * yy, MIN_VARIANCE)
         predicted = self.systematic.scale.factor * driven
-        scan = measured(float(along @ found[:2]) - predicted, variance, before)
+        scan = measured(x * found.x + y * found.y - predicted, variance, before)
         if scan is not None:
             self.systematic.scale.learn(driven, predicted + scan[0], scan[1] + before)
