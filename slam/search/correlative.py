@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from slam.validation import positive
 FEW = 16  # candidates of which all are evaluated in full: a floor would cost more than it saves
 MAX_REACH = (0.5, 0.5, math.pi)  # m, m, rad, of the search: farther, the odometry has jumped
 PRECISION = 0.0005  # m and rad, of the climb; registration, which follows, has one of its own
-Axes = tuple[Array, Array, Array]  # turns, x, y: the ticks of the grid of candidates
 
 
 @dataclass(frozen=True)
@@ -45,53 +43,46 @@ class Correlative:
 
     def __call__(self, posterior: Posterior, rng: np.random.Generator) -> Pose2:
         """The best candidate, refined."""
-        model, axes = posterior.sensor_model, self._axes(posterior.prediction.deviations)
+        model = posterior.sensor_model
         alone = type(self.refine) is GaussNewton and self.refine.levels == 1
         if not (isinstance(model, Endpoint) and alone):
             return self.refine.climb(posterior, self.best(posterior))
         return Pose2(*_refined_in_field(
-            axes, posterior.prediction.gaussian, posterior.scan.points, model.samples,
+            self._spacing, posterior.prediction.gaussian, posterior.scan.points, model.samples,
             model.reading(0), self.refine.limits,
         ))  # fmt: skip
 
     def best(self, posterior: Posterior) -> Pose2:
         """The candidate with the largest posterior; the first of equal ones."""
-        axes, model = self._axes(posterior.prediction.deviations), posterior.sensor_model
+        model, prediction = posterior.sensor_model, posterior.prediction
         if not isinstance(model, Endpoint):
-            return _exhaustive(posterior, axes)
-        points, prior = posterior.scan.points, posterior.prediction.gaussian
-        return Pose2(*_best_in_field(axes, prior, points, model.samples))
+            errors, _ = _candidates(prediction.deviations, *self._spacing)
+            return _exhaustive(posterior, prediction.poses(errors))
+        points = posterior.scan.points
+        return Pose2(*_best_in_field(self._spacing, prediction.gaussian, points, model.samples))
 
-    def _axes(self, deviations: Array) -> Axes:
-        x, y, turn = (
-            min(self.reach * deviation, most)
-            for deviation, most in zip(deviations.tolist(), MAX_REACH, strict=True)
-        )
-        return _ticks(turn, self.turn), _ticks(x, self.step), _ticks(y, self.step)
+    @property
+    def _spacing(self) -> tuple[float, float, float]:
+        return self.step, self.turn, self.reach
 
 
-def _exhaustive(posterior: Posterior, axes: Axes) -> Pose2:
-    """The best of all candidates; few of them are worth more than the predicted pose."""
-    poses = posterior.prediction.poses(_grid(*axes))
+def _exhaustive(posterior: Posterior, poses: Array) -> Pose2:
+    """The best of all candidates (n, 3); few of them are worth more than the predicted pose."""
     middle = len(poses) // 2
     floor = posterior(poses[middle : middle + 1])[0] if len(poses) > FEW else -math.inf
     return Pose2.of(poses[posterior(poses, floor).argmax()])
 
 
-def _ticks(reach: float, step: float) -> Array:
-    """Multiples of `step`: every place within `reach` of zero is at most step / 2 from one."""
-    return _multiples(max(math.ceil(reach / step - 0.5), 0), step)
-
-
-@lru_cache
-def _multiples(n: int, step: float) -> Array:
-    """The multiples of `step` from -n to n; not to be written to."""
-    return np.arange(-n, n + 1, dtype=np.float64) * step
-
-
 @kernel
-def _grid(turns, xs, ys):
-    """(n, 3) errors of all candidates, heading outermost."""
+def _candidates(deviations, step, turn, reach):
+    """(n, 3) errors of all candidates, heading outermost, and the number of those of a heading.
+
+    deviations         of the motion, see `Prediction`
+    step, turn, reach  see `Correlative`
+    """
+    xs = _ticks(min(reach * deviations[0], MAX_REACH[0]), step)
+    ys = _ticks(min(reach * deviations[1], MAX_REACH[1]), step)
+    turns = _ticks(min(reach * deviations[2], MAX_REACH[2]), turn)
     errors = np.empty((len(turns) * len(xs) * len(ys), 3))
     n = 0
     for t in turns:
@@ -99,24 +90,32 @@ def _grid(turns, xs, ys):
             for y in ys:
                 errors[n, 0], errors[n, 1], errors[n, 2] = x, y, t
                 n += 1
-    return errors
+    return errors, len(xs) * len(ys)
 
 
 @kernel
-def _best_in_field(axes, prior, points, samples):
+def _ticks(reach, step):
+    """Multiples of `step`: every place within `reach` of zero is at most step / 2 from one."""
+    n = max(np.int64(np.ceil(reach / step - 0.5)), 0)
+    return np.arange(-n, n + 1) * step
+
+
+@kernel
+def _best_in_field(spacing, prior, points, samples):
     """The best candidate in the field of an `Endpoint`.
 
+    spacing  step, turn and reach, see `Correlative`
     prior    see `Prediction.gaussian`
     samples  see `Endpoint.samples`
     """
-    poses = with_errors(_grid(*axes), prior[0], prior[1])
-    group = len(axes[1]) * len(axes[2])
+    errors, group = _candidates(prior[2], *spacing)
+    poses = with_errors(errors, prior[0], prior[1])
     best = likeliest(poses, log_density(poses, *prior), group, points, *samples)
     return poses[best, 0], poses[best, 1], poses[best, 2]
 
 
 @kernel
-def _refined_in_field(axes, prior, points, samples, reading, limits):
+def _refined_in_field(spacing, prior, points, samples, reading, limits):
     """The best candidate, refined: `_best_in_field` and `ascended_field`, in one call."""
-    start = _best_in_field(axes, prior, points, samples)
+    start = _best_in_field(spacing, prior, points, samples)
     return ascended_field(start, points, reading, prior, limits)[0]
