@@ -19,6 +19,7 @@ from slam import HMM, MaximumLikelihood, run, true_start
 from slam.io.ros_map import write_ros_map
 from slam.metrics.change import DOOR_SHARE, TrueOccupancy
 from slam.metrics.trajectory import ate
+from slam.recovery.watch import Watch
 
 
 # --8<-- [start:variant]
@@ -35,7 +36,7 @@ class WithoutDoors(MaximumLikelihood):
 
 def without_doors(start: slam.Pose2, rng: np.random.Generator) -> slam.Slam:
     """The builder of the variant."""
-    return WithoutDoors(start, rng, map_model=HMM())
+    return WithoutDoors(start, rng, map_model=HMM(), watch=Watch())
 
 
 # --8<-- [end:variant]
