@@ -19,6 +19,7 @@ LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
+LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -156,26 +157,46 @@ def runs_of(standing, middle, window):
 
 @kernel
 def bounds_of(phases, beams, runs, n, window, unknown):
-    """(turns, n) uint16 the sums of the maxima over the n squares of `runs`."""
-    rows, cols, _, _ = beams
+    """(turns, n) uint16 the sums of the maxima over the n squares of `runs`.
+
+    Those of a turn are added up in a whole window, long rows all at once: they are as long as those
+    of the maxima then, beside which there are zeros.
+    """
+    rows, cols, box, _ = beams
     _, _, tall, broad = phases.shape
-    bounds = np.full((len(rows), n), rows.shape[1] * unknown, np.uint16)
-    sums, values = bounds.ravel(), phases.ravel()
+    high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
+    length, pitch, maxima, blank = wide, broad, phases.reshape(-1, broad), 0
+    least = (box[:, 2].min() - window[0]) // SQUARE
+    most = (box[:, 3].max() - window[0]) // SQUARE
+    padded_length = max(broad, broad - least, wide, wide + most)
+    at_once = wide >= LONG_ROW and padded_length < MOST_PADDED * wide
+    if at_once:
+        length, pitch, blank = padded_length, padded_length, 1  # rows before and after the others
+        padded = np.zeros((len(maxima) + 2 * blank, pitch), np.uint16)
+        padded[blank:-blank, :broad] = maxima
+        maxima = padded
+    bounds, values = np.empty((len(rows), n), np.uint16), maxima.ravel()
+    sums = np.empty(high * length, np.uint16)
     for t in range(len(rows)):
+        sums[:] = rows.shape[1] * unknown
         for k in range(rows.shape[1]):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
             phase = row % SQUARE * SQUARE + col % SQUARE
             row, col = row // SQUARE, col // SQUARE
-            for m in range(len(runs)):
-                at = row + runs[m, 0]
-                if not 0 <= at < tall:
-                    continue
-                first = max(runs[m, 1], -col)
-                length = max(min(runs[m, 2], broad - col) - first, 0)
-                target = np.uint64(t * n + runs[m, 3] + first - runs[m, 1])
-                source = np.uint64((phase * tall + at) * broad + col + first)
-                for b in range(np.uint64(length)):  # here: slices count references to arrays
-                    sums[target + b] += values[source + b]
+            begin, end, left, right = max(-row, 0), min(tall - row, high), 0, 0
+            if at_once:
+                right, end = max(end - begin, 0) * pitch, begin + 1
+            else:
+                left, right = max(-col, 0), min(broad - col, wide)
+            for a in range(begin, end):
+                target = np.uint64(a * length)
+                source = np.uint64((blank + phase * tall + row + a) * pitch + col)
+                for b in range(left, right):  # in this loop: slices count references to arrays
+                    sums[target + np.uint64(b)] += values[source + np.uint64(b)]
+        for m in range(len(runs)):
+            begin = np.uint64(runs[m, 0] * length + runs[m, 1])
+            for b in range(np.uint64(runs[m, 2] - runs[m, 1])):
+                bounds[np.uint64(t), np.uint64(runs[m, 3]) + b] = sums[begin + b]
     return bounds
 
 
