@@ -13,6 +13,7 @@ from slam.graph.edges import Edges
 from slam.graph.links import Links
 from slam.graph.system import System
 from slam.kernel import kernel
+from slam.memory import give_back
 from slam.motion.gaussian import GaussianMotion
 from slam.validation import positive
 
@@ -67,6 +68,7 @@ class Alignment:
         system = System(self._edges(links, poses), len(poses))
         for sigma in self.sigmas:
             self._measure(echoes, poses, sigma, system.edges, len(links))
+            give_back()  # what the links and their measures took: the matrix is larger than all
             poses = poses + system.step(poses, np.ones(len(system.edges)))
             poses[:, 2] = wrap_angle(poses[:, 2])
         return poses
