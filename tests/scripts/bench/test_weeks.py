@@ -2,6 +2,7 @@
 """`dynslam bench weeks`: a small campaign is run, and the table compares whole campaigns."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_a_visit_that_is_placed_wrongly_or_not_at_all_is_told(drive):
     none = visit_scores(drive, None, building.grid)
     assert (none["unplaced"], none["right"], none["off"], none["ate"]) == (1.0, 0.0, 1.0, None)
     off = made.online + (1.0, 0.0, 0.0)
-    moved = type(made)(off, off, made.grid, made.matched, made.spent, made.lost)
+    moved = replace(made, poses=off, online=off)
     wrong = visit_scores(drive, (moved, start @ Pose2(1.0, 0.0, 0.0)), building.grid)
     assert (wrong["wrong"], wrong["off"], wrong["ate"]) == (1.0, 1.0, None)
 
