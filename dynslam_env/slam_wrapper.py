@@ -69,7 +69,7 @@ class SlamWrapper(
     | `matched`        | whether the SLAM matched this scan                          |           |
     | `revised`        | whether the SLAM changed its estimates of earlier poses     |           |
     | `lost`           | probability that the pose, within its map, is off by more than 0.3 m or 10 degrees | |
-    | `drift`          | by which the pose was moved in this step, since the map had drifted; else 0 | m |
+    | `drift`          | by which the pose was moved at this scan, since the map had drifted; else 0 | m |
     | `f1_5cm`, `f1_10cm`, ... | the scores of `slam.metrics.mapping.MapScores` against the current world, and of `slam.metrics.change.ChangeScores` against the world over time; at reset, at every `score_every`-th step, and at the end of the episode (see `finish`) | |
     """  # noqa: E501
 

@@ -13,6 +13,7 @@ from slam.metrics.lost import ALARM_LEVEL
 from ..console.exits import EXIT_UNSURE
 
 MAX_LOST_SHARE = 0.2  # of the scans; a run that was lost for more is not sure
+MOST_DRIFTS = 3  # that a warning lists
 
 
 @dataclass(frozen=True)
@@ -67,12 +68,13 @@ class Certainty:
         drifts = self._drifts()
         if not drifts:
             return ()
-        most = 3
-        told = ", ".join(f"{one['distance']:.2f} m at {one['time']:.2f} s" for one in drifts[:most])
-        more = f", and {len(drifts) - most} times more" if len(drifts) > most else ""
+        first, others = drifts[:MOST_DRIFTS], len(drifts) - MOST_DRIFTS
+        told = ", ".join(f"{one['distance']:.2f} m at {one['time']:.2f} s" for one in first)
+        more = "once" if others == 1 else f"{others} times"
+        told += f", and {more} more" if others > 0 else ""
         return (
             f"the map had drifted before the robot came back to old ground, and its pose was moved "
-            f"by {told}{more}: what it drew shortly before is off by as much",
+            f"by {told}: what it drew shortly before is off by as much",
         )
 
     def _drifts(self) -> list[dict[str, float]]:

@@ -25,9 +25,7 @@ def without_doors(monkeypatch):
 
 def shown_on(page: str) -> str:
     """What a page shows as printed."""
-    found = re.search(r"```text\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)
-    assert found
-    return found[1]
+    return next(block.text for block in blocks(DOCS / page) if block.language == "text")
 
 
 def numbers(text: str) -> list[float]:

@@ -11,6 +11,7 @@ from dynslam_env import Doors, DoorWorldEnv, FinalScores, Gap, Laser, Odometry, 
 from dynslam_env.drawing.render import Viewer
 from dynslam_env.slam_run import crop_map, crop_points
 from slam import Estimate, GridSpec, InputError, OccupancyGrid, Pose2, Truth
+from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.interface import Sampled
 from slam.metrics.change import TrueOccupancy
 from tests.dynslam_env.test_vector import same
@@ -64,6 +65,17 @@ def test_errors_are_those_of_the_pose():
         math.remainder(estimate[2] - truth[2], math.tau)
     )
     assert info["slam"]["position_error"] > 0.1  # the bias bends the way
+
+
+def test_what_the_slam_tells_of_itself_is_in_the_information(monkeypatch):
+    update = DeadReckoning.update
+    monkeypatch.setattr(
+        DeadReckoning, "update", lambda *given: update(*given)._replace(lost=0.7, drift=0.4)
+    )
+    env = wrapped()
+    env.reset(seed=0)
+    info = env.step(FORWARD)[4]
+    assert (info["slam"]["lost"], info["slam"]["drift"]) == (0.7, 0.4)
 
 
 def test_the_map_is_scored_at_the_interval_and_at_the_end():

@@ -45,6 +45,7 @@ def test_lost_at_the_end_or_for_long_is_not_sure(lost, status: int, told: tuple[
     [
         ([0.45], "moved by 0.45 m at 1.50 s: what"),
         ([0.45, 0.3], "moved by 0.45 m at 1.50 s, 0.30 m at 3.00 s: what"),
+        ([0.4] * 4, "0.40 m at 4.50 s, and once more: what"),
         ([0.4] * 5, "0.40 m at 4.50 s, and 2 times more: what"),
     ],
 )

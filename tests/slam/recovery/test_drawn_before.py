@@ -2,6 +2,7 @@
 it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -249,3 +250,16 @@ def test_only_a_slam_that_is_watched_keeps_it() -> None:
         alone.update(Pose2(STEP if x else 0.0), hall(x))
     assert alone._before is None
     assert driven_slam()._before is not None
+
+
+def test_a_drift_is_told_at_the_scan_at_which_it_is_taken_out_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot, drifts = MaximumLikelihood(watch=Watch()), [Pose2(0.0, 0.02)]
+    monkeypatch.setattr(DrawnBefore, "take_drift", lambda self: drifts.pop() if drifts else None)
+    robot.update(Pose2(), hall(0.0))
+    before = robot.update(Pose2(0.5), replace(hall(0.5), time=1.0))
+    after = robot.update(Pose2(), replace(hall(0.5), time=1.1))
+    assert before.drift == pytest.approx(0.02)
+    assert not after.matched
+    assert after.drift == 0.0
