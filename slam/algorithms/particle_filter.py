@@ -6,14 +6,16 @@ Grisetti, Stachniss and Burgard (2007), with any map model: what the paper propo
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from slam.algorithms.maximum_likelihood import MATCHES
+from slam.algorithms.maximum_likelihood import MATCHES, MaximumLikelihood
+from slam.algorithms.particle_paths import ParticlePaths
 from slam.algorithms.pose_covariance import MapUncertainty, moved
 from slam.algorithms.resampling import effective, normalised, systematic
 from slam.errors import InputError
-from slam.geometry import Array, Pose2, compose, wrap_angle
+from slam.geometry import Array, Pose2, wrap_angle
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, SensorModel, Slope
 from slam.maps.cells import Cells
@@ -22,11 +24,33 @@ from slam.maps.tiles import TileIndex
 from slam.motion.adaptive import AdaptiveOdometry
 from slam.motion.gaussian import Prediction
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
+from slam.recovery.astray import Astray
+from slam.recovery.match import Match
+from slam.recovery.places import Surroundings
+from slam.recovery.watch import Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
+from slam.sensor_models.blocks import blocks_of
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
+
+EXACTLY = np.full(3, 1e-3)  # m, m, rad: deviations of a motion that no scan changes
+
+
+class Motion(NamedTuple):
+    """The robot's motion since a keyframe, and the deviations (3,) of its error, m, m, rad."""
+
+    way: Pose2
+    deviations: Array
+
+
+class Peak(NamedTuple):
+    """The maximum of a particle's posterior, the posterior there, and the prediction in it."""
+
+    prediction: Prediction
+    pose: Pose2
+    posterior: Slope
 
 
 class ParticleFilter:
@@ -41,11 +65,17 @@ class ParticleFilter:
 
     The maps of the particles share tiles; a tile is copied when a particle writes to it.
 
+    Whether the robot is lost is judged in the best particle's map, as in maximum likelihood SLAM.
+    Where the odometry failed, all particles move as the wider search found. A robot that is lost
+    maps apart until it is found in that map; then all particles go on there, at one pose.
+
     particles  number of particles
     resample   resample below this effective share of the particles
     spread     factor on the standard deviation of the proposal; 1 is the textbook filter, which
                assumes independent errors of the scans: scans that are matched with the same walls
                have correlated errors, and 30 particles are too few for so much noise
+    paths      of the particles
+    watch      tells whether the robot is lost, by an `Endpoint` alone; None: nobody does
     """
 
     def __init__(
@@ -62,6 +92,7 @@ class ParticleFilter:
         spread: float = 0.1,
         matches: MotionThreshold = MATCHES,
         keyframes: MotionThreshold = KEYFRAMES,
+        watch: Watch | None = None,
     ):
         whole_number("particles", particles, 1)
         positive_number("spread", spread)
@@ -80,6 +111,7 @@ class ParticleFilter:
         self.spread = spread
         self.matches = matches
         self.keyframes = keyframes
+        self.watch = watch if isinstance(self.sensor_model, Endpoint) else None
         self.pose = start
         self._poses = np.tile(np.array(start), (particles, 1))
         self._log_weights = np.zeros(particles)
@@ -87,16 +119,18 @@ class ParticleFilter:
         self._map_uncertainty = MapUncertainty(self.map_model.cells.tiles)
         self._covariance = np.zeros((3, 3))  # of the best particle's last keyframe
         self._best = 0
-        self._history: list[Array] = []  # (particles, 3) poses at each keyframe
-        self._parents: list[np.ndarray] = []  # (particles,) index in the keyframe before
-        self._numbers: list[int] = []  # per update: last keyframe, displacement from it
-        self._ways: list[Pose2] = []
+        self.paths = ParticlePaths()
+        self._waiting: list[Scan] = []  # the last keyframes, which are not drawn yet
         self._since_keyframe = MotionTrigger(keyframes)
         self._since_match = MotionTrigger(matches)
         self._last = Estimate(start, np.zeros((3, 3)), 0.0, False)
+        self._field = Endpoint()  # by which the watch reads the best particle's map
+        self.astray: Astray | None = None  # the map apart, while the robot is lost
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
         """Move by the odometry; match the scan beyond `matches`, and map it beyond `keyframes`."""
+        if self.astray is not None:
+            return self._noted(self._wander(self.astray, displacement, scan))
         scan = replace(scan)  # a copy: its cached properties are freed with it
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
@@ -106,25 +140,18 @@ class ParticleFilter:
             estimate = self._keyframe(scan)
         elif self._since_match.due(scan.time):
             estimate = self._match(scan)
+            if self.watch is not None and self.watch.surprised(scan, estimate):
+                estimate = self._keyframe(scan)
         else:
             estimate = self._dead_reckoned()
-        self._numbers.append(len(self._history) - 1)
-        self._ways.append(Pose2.of(self._poses[self._best]).between(estimate.pose))
-        self.pose = estimate.pose
-        return estimate
+        return self._noted(estimate if self.watch is None else self.watch.told(estimate))
 
     def finish(self) -> None:
         """Nothing to do: no work is deferred."""
 
     def trajectory(self) -> Array:
         """(n, 3) the pose of every update so far, on the path of the current best particle."""
-        if not self._numbers:
-            return np.zeros((0, 3))
-        path, particle = np.empty((len(self._history), 3)), self._best
-        for k in range(len(path) - 1, -1, -1):
-            path[k] = self._history[k][particle]
-            particle = self._parents[k][particle]
-        return compose(path[self._numbers], np.array(self._ways))
+        return self.paths.trajectory(self._best)
 
     def map(self) -> OccupancyGrid:
         """The map of the best particle."""
@@ -143,12 +170,21 @@ class ParticleFilter:
 
     # ------------------------------------------------------------------------------------------
 
+    def _noted(self, estimate: Estimate) -> Estimate:
+        """The estimate of an update, after it was added to the trajectory."""
+        self.paths.add_scan(estimate.pose, self._best)
+        self.pose = estimate.pose
+        return estimate
+
     def _begin(self, scan: Scan) -> Estimate:
         """The first scan: all particles share one map."""
         tiles = self.map_model.cells.tiles
         pose = self.pose @ self._since_keyframe.displacement
-        self._poses = np.tile(np.array(pose), (self.particles, 1))
+        self._set_poses(pose)
         self._integrate(scan, pose)
+        if isinstance(self.sensor_model, Endpoint):
+            self._field = self.sensor_model.of_layer(self.sensor_model.field())
+            self._field.levels = 1  # the finest: coarser ones are kept for one map only
         self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
         self._note(scan, np.arange(self.particles))
         self._last = Estimate(pose, np.zeros((3, 3)), 0.0, True)
@@ -156,26 +192,23 @@ class ParticleFilter:
 
     def _match(self, scan: Scan) -> Estimate:
         """Match a scan between keyframes with the best particle's map."""
-        self.map_model.cells.tiles.switch(self._maps[self._best])
-        displacement = self._since_keyframe.displacement
-        prediction = self._prediction(Pose2.of(self._poses[self._best]), displacement)
-        posterior = Posterior(self.sensor_model, scan, prediction)
-        pose, peak = self.search.refine.top(posterior, self.search.best(posterior))
-        covariance = self._matched(scan, prediction, pose) + self._scatter()
+        peak = self._best_peak(scan, self._motion(self._since_keyframe.displacement))
+        covariance = self._matched(scan, peak) + self._scatter()
         self._since_match.restart(scan.time)
-        self._last = Estimate(pose, covariance, _score(peak, prediction, pose, scan), True)
+        self._last = Estimate(peak.pose, covariance, _score(peak, scan), True)
         return self._last
 
     def _dead_reckoned(self) -> Estimate:
         """The last match moved by the odometry, with the covariance propagated."""
         last = self._last
-        prediction = self._prediction(last.pose, self._since_match.displacement)
+        prediction = Prediction(last.pose, *self._motion(self._since_match.displacement))
         x, y = prediction.pose.x - last.pose.x, prediction.pose.y - last.pose.y
         covariance = moved(last.covariance, x, y, prediction.gaussian)
         return last._replace(pose=prediction.pose, covariance=covariance, matched=False)
 
     def _keyframe(self, scan: Scan) -> Estimate:
-        """Move, weight and perhaps resample all particles, then integrate the scan in each map."""
+        """Move, weight and perhaps resample all particles, then integrate the scan in each map, or
+        let it wait if it is doubted that the robot is there."""
         before = self._best
         score = self._propose(scan)
         weights, parents = normalised(self._log_weights), np.arange(self.particles)
@@ -183,14 +216,26 @@ class ParticleFilter:
             parents = systematic(weights, self.rng.random())
             self._descend(parents)
         self._best = int(np.argmax(weights[parents]))
-        for branch, pose in zip(self._maps, self._poses, strict=True):
-            self.map_model.cells.tiles.switch(branch)
-            self._integrate(scan, Pose2.of(pose))
-        revised = bool((self._history[-1][parents[self._best]] != self._history[-1][before]).any())
+        last = self.paths.poses[-1]
+        revised = bool((last[parents[self._best]] != last[before]).any())
         self._note(scan, parents)
+        self._waiting.append(scan)
+        if self.watch is not None and self.watch.lost:
+            self._get_lost(self.watch)
+        elif self.watch is None or not self.watch.withheld:
+            self._draw()
         covariance = self._covariance + self._scatter()
         self._last = Estimate(Pose2.of(self._poses[self._best]), covariance, score, True)
         return self._last._replace(revised=revised)
+
+    def _draw(self) -> None:
+        """Integrate the keyframes that wait in each particle's map, at the poses of its path."""
+        drawn = list(zip(self._waiting, self.paths.last(len(self._waiting)), strict=True))
+        for k, branch in enumerate(self._maps):
+            self.map_model.cells.tiles.switch(branch)
+            for scan, poses in drawn:
+                self._integrate(scan, Pose2.of(poses[k]))
+        self._waiting.clear()
 
     def _integrate(self, scan: Scan, pose: Pose2) -> None:
         """Integrate the scan in the current map, at `pose`."""
@@ -201,29 +246,104 @@ class ParticleFilter:
         """Draw the pose of each particle from the Gaussian around its posterior's peak, and weight
         it by the evidence (Laplace's approximation); returns the best particle's score."""
         noise, best = self.rng.standard_normal((self.particles, 3)), self._best
-        error, score = np.zeros((1, 3)), 0.0
-        displacement = self._since_keyframe.displacement
+        leading, motion = self._leading(scan)
+        error = leading.prediction.error(leading.pose)[None]
         for k in (best, *(k for k in range(self.particles) if k != best)):
-            self.map_model.cells.tiles.switch(self._maps[k])
-            prediction = self._prediction(Pose2.of(self._poses[k]), displacement)
-            posterior = Posterior(self.sensor_model, scan, prediction)
-            if k == best:
-                start = self.search.best(posterior)
-            else:
-                start = Pose2.of(prediction.poses(error)[0])
-            pose, peak = self.search.refine.top(posterior, start)
-            root = np.linalg.cholesky(_inverse(-peak.curvature))
-            if k == best:
-                self._covariance = self._matched(scan, prediction, pose)
-                error[0] = prediction.error(pose)
-                score = _score(peak, prediction, pose, scan)
-                found = Pose2.of(self._poses[k]).between(pose)
-                self.motion_model.learn(displacement, found, root @ root.T)
-            self._log_weights[k] += peak.value + float(np.log(np.diag(root)).sum())
-            self._poses[k] = np.array(pose) + self.spread * (root @ noise[k])
+            peak = leading if k == best else self._peak(k, scan, motion, error)
+            root = _root(peak)
+            self._log_weights[k] += peak.posterior.value + float(np.log(np.diag(root)).sum())
+            self._poses[k] = np.array(peak.pose) + self.spread * (root @ noise[k])
         self._poses[:, 2] = wrap_angle(self._poses[:, 2])
         self._log_weights -= self._log_weights.max()
-        return score
+        return _score(leading, scan)
+
+    def _leading(self, scan: Scan) -> tuple[Peak, Motion]:
+        """The best particle's peak, and the motion of all particles: that of the odometry, from
+        which the motion model learns; where it failed that of a wider search; and after a gap, if
+        the map shows nearly nothing of the scan, that of the odometry, whatever the scan says."""
+        displacement = self._since_keyframe.displacement
+        motion, origin = self._motion(displacement), Pose2.of(self._poses[self._best])
+        peak = by_odometry = self._best_peak(scan, motion)
+        pose = peak.pose if self.watch is None else self.watch.corrected(self._as_match(scan, peak))
+        if pose is peak.pose:
+            root = _root(peak)
+            self.motion_model.learn(displacement, origin.between(pose), root @ root.T)
+            motion = self._motion(displacement)
+        elif pose is peak.prediction.pose:
+            motion = motion._replace(deviations=EXACTLY)
+            peak = self._best_peak(scan, motion)
+        else:
+            motion = motion._replace(way=origin.between(pose))
+            peak = self._best_peak(scan, motion)
+        if self.watch is not None:
+            match = self._as_match(scan, peak)._replace(prediction=by_odometry.prediction)
+            self.watch.judge(match, self._surroundings)
+        if pose is by_odometry.prediction.pose:
+            self._covariance = self._carried(by_odometry.prediction)
+        else:
+            self._covariance = self._matched(scan, peak)
+        return peak, motion
+
+    def _as_match(self, scan: Scan, peak: Peak) -> Match:
+        """The best particle's peak as the watch sees it."""
+        estimate = Estimate(peak.pose, self._covariance, _score(peak, scan), True)
+        origin = Pose2.of(self._poses[self._best])
+        return Match(self._field, scan, origin, peak.prediction, estimate)
+
+    def _surroundings(self) -> Surroundings:
+        """The best particle's map."""
+        return Surroundings(self._field, Pose2())
+
+    def _get_lost(self, watch: Watch) -> None:
+        """Map apart from now on; the keyframes that wait are dropped."""
+        self._waiting.clear()
+        front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
+        believed, lost = Pose2.of(self._poses[self._best]), watch.belief.probability
+        tiles = self._best_cells().tiles
+        self._field.rewritten(blocks_of(tiles, tiles.current.slots))
+        self._field.field(1)  # up to date until particles map again
+        self.astray = Astray(front, self._surroundings(), believed, lost, watch.demands)
+
+    def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:
+        """The estimate of a lost robot; all particles go on in their maps where it is found."""
+        self._best_cells()
+        estimate = astray.update(displacement, scan)
+        origin = astray.found(scan.time)
+        if origin is None:
+            return estimate
+        assert self.watch is not None
+        self.astray = None
+        self.watch.found(astray.sure)
+        self._covariance = astray.covariance
+        for one in astray.keyframes:
+            self._set_poses(origin @ one.pose)
+            self._note(one.scan, np.arange(self.particles))
+            self._waiting.append(one.scan)
+        self._draw()
+        self._set_poses(origin @ astray.pose)
+        self._note(scan, np.arange(self.particles))
+        pose = Pose2.of(self._poses[self._best])
+        self._last = estimate._replace(pose=pose, covariance=astray.covariance)
+        return self.watch.told(self._last)
+
+    def _set_poses(self, pose: Pose2) -> None:
+        self._poses = np.tile(np.array(pose), (self.particles, 1))
+
+    def _best_peak(self, scan: Scan, motion: Motion) -> Peak:
+        """The peak of the best particle's posterior, searched for exhaustively."""
+        self.map_model.cells.tiles.switch(self._maps[self._best])
+        prediction = Prediction(Pose2.of(self._poses[self._best]), *motion)
+        posterior = Posterior(self.sensor_model, scan, prediction)
+        return Peak(prediction, *self.search.refine.top(posterior, self.search.best(posterior)))
+
+    def _peak(self, k: int, scan: Scan, motion: Motion, error: Array) -> Peak:
+        """The peak of another particle's posterior, near the predicted pose with an error (1, 3) of
+        the motion."""
+        self.map_model.cells.tiles.switch(self._maps[k])
+        prediction = Prediction(Pose2.of(self._poses[k]), *motion)
+        posterior = Posterior(self.sensor_model, scan, prediction)
+        start = Pose2.of(prediction.poses(error)[0])
+        return Peak(prediction, *self.search.refine.top(posterior, start))
 
     def _descend(self, parents: np.ndarray) -> None:
         """Replace the particles by copies of those at indices `parents` (particles,)."""
@@ -239,31 +359,31 @@ class ParticleFilter:
         self._log_weights = np.zeros(self.particles)
 
     def _note(self, scan: Scan, parents: np.ndarray) -> None:
-        self._history.append(self._poses.copy())
-        self._parents.append(parents)
+        self.paths.add_keyframe(self._poses, parents)
         self._since_keyframe.restart(scan.time)
         self._since_match.restart(scan.time)
 
-    def _prediction(self, origin: Pose2, displacement: Pose2) -> Prediction:
-        """The motion model's prediction of `displacement` from `origin`."""
-        return Prediction(
-            origin,
-            self.motion_model.corrected(displacement),
-            self.motion_model.deviations(displacement),
-        )
+    def _motion(self, displacement: Pose2) -> Motion:
+        """The motion by the odometry."""
+        model = self.motion_model
+        return Motion(model.corrected(displacement), model.deviations(displacement))
 
-    def _matched(self, scan: Scan, prediction: Prediction, pose: Pose2) -> Array:
-        """(3, 3) covariance of the best particle, matched at `pose` in its map.
+    def _matched(self, scan: Scan, peak: Peak) -> Array:
+        """(3, 3) covariance of the best particle, matched at a peak in its map.
 
         As in maximum likelihood SLAM: the particles share most of their past, and so most of their
         error, which their scatter does not show.
         """
-        origin = self._poses[self._best]
-        x, y = prediction.pose.x - origin[0], prediction.pose.y - origin[1]
-        predicted = moved(self._covariance, x, y, prediction.gaussian)
-        _, information = laplace(self.sensor_model, scan, pose)
+        _, information = laplace(self.sensor_model, scan, peak.pose)
         information *= self.sensor_model.sharpness
-        return self._map_uncertainty.matched(predicted, pose, scan.points, information)
+        before = self._carried(peak.prediction)
+        return self._map_uncertainty.matched(before, peak.pose, scan.points, information)
+
+    def _carried(self, predicted: Prediction) -> Array:
+        """(3, 3) covariance of the best particle's predicted pose, before its scan is matched."""
+        origin = self._poses[self._best]
+        x, y = predicted.pose.x - origin[0], predicted.pose.y - origin[1]
+        return moved(self._covariance, x, y, predicted.gaussian)
 
     def _scatter(self) -> Array:
         """(3, 3) covariance of the particles about their mean."""
@@ -278,7 +398,13 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
 
 
-def _score(peak: Slope, prediction: Prediction, pose: Pose2, scan: Scan) -> float:
+def _root(peak: Peak) -> Array:
+    """(3, 3) root of the covariance of a peak: of the Gaussian around it."""
+    root = np.linalg.cholesky(_inverse(-peak.posterior.curvature))
+    return np.asarray(root, dtype=np.float64)
+
+
+def _score(peak: Peak, scan: Scan) -> float:
     """The mean log-likelihood per beam: the posterior's value without the odometry term."""
-    odometry = float(prediction.log_density(np.array([pose]))[0])
-    return (peak.value - odometry) / max(len(scan.points), 1)
+    odometry = float(peak.prediction.log_density(np.array([peak.pose]))[0])
+    return (peak.posterior.value - odometry) / max(len(scan.points), 1)

@@ -9,10 +9,10 @@ paper, `/gauss-newton` that of Hector SLAM, `/learned-odometry` corrects a syste
 odometry, `/no-registration` ends with the search, and `/no-recovery` does not notice that the robot
 is lost.
 
-`MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration` and `MAP-graph` notice that the robot
-is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over these
-maps, `MAP-graph` a graph of local maps: both close loops. `MAP-graph/no-alignment` leaves out the
-alignment of the keyframes, with which a graph ends.
+`MAP-ml`, `MAP-ml/learned-odometry`, `MAP-ml/no-registration`, `MAP-pf` and `MAP-graph` notice that
+the robot is lost, and find it again; the other variants do not. `MAP-pf` is a particle filter over
+these maps, `MAP-graph` a graph of local maps: both close loops. `MAP-graph/no-alignment` leaves out
+the alignment of the keyframes, with which a graph ends.
 """
 
 from __future__ import annotations
@@ -98,11 +98,15 @@ def maximum_likelihood(
     return build if watch is nobody else partial(_twice, build)
 
 
-def particle_filter(map_model: Callable[[], MapModel], particles: int = 30) -> Builder:
+def particle_filter(
+    map_model: Callable[[], MapModel],
+    particles: int = 30,
+    watch: Callable[[], Watch | None] = Watch,
+) -> Builder:
     """A builder of the particle filter over a map model."""
 
     def build(start: Pose2, rng: np.random.Generator) -> Slam:
-        return ParticleFilter(start, rng, map_model=map_model(), particles=particles)
+        return ParticleFilter(start, rng, map_model=map_model(), particles=particles, watch=watch())
 
     return build
 
@@ -163,6 +167,7 @@ for _name in ("static", "dynamic"):
         f"{_name}-ml/learned-odometry": _ml(motion_model=LearnedOdometry),
         f"{_name}-ml/no-registration": _ml(registration=None),
         f"{_name}-ml/no-recovery": _ml(watch=nobody),
+        f"{_name}-pf/no-recovery": particle_filter(PARTICLE_MAPS[_name], watch=nobody),
         f"{_name}-graph/no-recovery": graph_slam(MAPS[_name], watch=nobody),
         f"{_name}-graph/no-alignment": graph_slam(MAPS[_name], alignment=None),
     }

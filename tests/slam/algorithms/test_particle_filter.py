@@ -62,7 +62,7 @@ def state(robot: ParticleFilter) -> list[bytes]:
 def path(robot: ParticleFilter, particle: int) -> list[Pose2]:
     """Its pose at each keyframe, by way of its parents."""
     result = []
-    for poses, parents in zip(robot._history[::-1], robot._parents[::-1], strict=True):
+    for poses, parents in zip(robot.paths.poses[::-1], robot.paths.parents[::-1], strict=True):
         result.append(Pose2.of(poses[particle]))
         particle = int(parents[particle])
     return result[::-1]
@@ -91,7 +91,7 @@ class Noting:
 def test_every_particles_map_is_that_of_its_path(case: str, model: str) -> None:
     grid = Noting(MAPS[model]())
     robot, _ = filtered(case, room_drive(40), map_model=grid)
-    assert len(grid.scans) == len(robot._history) > 20
+    assert len(grid.scans) == len(robot.paths.poses) > 20
     for particle, branch in enumerate(robot._maps):
         own = MAPS[model]()
         for scan, pose in zip(grid.scans, path(robot, particle), strict=True):
@@ -176,15 +176,15 @@ def test_estimates_are_sane_where_headings_wrap(case: str) -> None:
 
 def test_particles_that_explain_less_die_out() -> None:
     robot, _ = filtered("often resampled")
-    generations = [len(set(parents.tolist())) for parents in robot._parents[1:]]
+    generations = [len(set(parents.tolist())) for parents in robot.paths.parents[1:]]
     assert 1 <= min(generations) < 6
-    for poses, parents in zip(robot._history, robot._parents, strict=True):
+    for poses, parents in zip(robot.paths.poses, robot.paths.parents, strict=True):
         if len(set(parents.tolist())) < 6:  # resampled: children begin where their parent is
             of_each = {parent: poses[parents == parent] for parent in parents.tolist()}
             assert all((own == own[0]).all() for own in of_each.values())
             assert len(np.unique(poses, axis=0)) == len(of_each)
     robot, _ = filtered("never")
-    assert all(parents.tolist() == [0, 1, 2, 3] for parents in robot._parents)
+    assert all(parents.tolist() == [0, 1, 2, 3] for parents in robot.paths.parents)
     assert robot._log_weights.max() == 0.0 > robot._log_weights.min()
     assert robot._best == robot._log_weights.argmax()
 

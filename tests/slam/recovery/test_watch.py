@@ -1,8 +1,9 @@
 """A robot whose odometry fails, or that is carried elsewhere, is found again; doors are no loss."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -11,16 +12,18 @@ from agents import record_path
 from dynslam_env import CarriedAway, Gap, Loop, Odometry, OdometryScale, Slip
 from slam import make
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.algorithms.particle_filter import ParticleFilter
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
 from slam.geometry import Pose2, wrap_angle
-from slam.interface import LOST_DISTANCE, LOST_TURN
+from slam.interface import LOST_DISTANCE, LOST_TURN, Slam
 from slam.recovery.watch import Watch
 from tests.slam.recovery.drawn_room import room
 
 WHEELS = Odometry(bias=0.02, alpha1=4e-4, alpha2=1e-4, alpha3=4e-4, alpha4=1e-4)
 CALIBRATED = Odometry(bias=0.0, alpha1=4e-4, alpha2=4e-4, alpha3=4e-4, alpha4=4e-4)
 SEEDS = (201, 202)
+VARIANTS = ("static-ml", "dynamic-graph", "static-pf")
 
 
 @cache
@@ -48,7 +51,7 @@ def judged(fault: str, seed: int, variant: str) -> tuple[np.ndarray, np.ndarray]
 @pytest.mark.parametrize(
     ("fault", "seed"), [(fault, seed) for fault in ("slip", "turn", "carried") for seed in SEEDS]
 )
-@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+@pytest.mark.parametrize("variant", VARIANTS)
 def test_it_is_found_again(variant: str, fault: str, seed: int) -> None:
     before, _ = judged(fault, seed, variant + "/no-recovery")
     wrong, _ = judged(fault, seed, variant)
@@ -59,7 +62,7 @@ def test_it_is_found_again(variant: str, fault: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+@pytest.mark.parametrize("variant", VARIANTS)
 def test_it_says_that_it_was_carried_as_long_as_it_is_not_found(variant: str, seed: int) -> None:
     wrong, lost = judged("carried", seed, variant)
     noticed = np.flatnonzero(lost > 0.5)
@@ -147,15 +150,21 @@ def test_wheels_that_slip_before_a_door_that_moves_are_told() -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_moving_doors_are_no_loss(seed: int) -> None:
-    wrong, lost = judged("none", seed, "static-ml")
+@pytest.mark.parametrize("variant", ["static-ml", "static-pf"])
+def test_moving_doors_are_no_loss(variant: str, seed: int) -> None:
+    wrong, lost = judged("none", seed, variant)
     assert not wrong.any()
     assert lost.max() < 0.5
 
 
-def test_nothing_is_drawn_while_it_is_lost() -> None:
+@pytest.mark.parametrize(
+    "build",
+    [partial(make, "static-ml"), lambda start: ParticleFilter(start, particles=1, watch=Watch())],
+    ids=["ml", "pf"],
+)
+def test_nothing_is_drawn_while_it_is_lost(build: Callable[[Pose2], Slam]) -> None:
     episode = drive("carried", SEEDS[0])
-    robot = make("static-ml", true_start(episode))
+    robot = build(true_start(episode))
     drawn, lost = [], []
     for displacement, scan in zip(episode.displacements(), episode.scans, strict=True):
         lost.append(robot.update(displacement, scan).lost > 0.5)
@@ -163,6 +172,19 @@ def test_nothing_is_drawn_while_it_is_lost() -> None:
     (stays,) = np.nonzero(np.array(lost[:-1]) & np.array(lost[1:]))
     assert len(stays) > 3
     assert all(drawn[k] == drawn[k + 1] for k in stays)
+
+
+def test_all_particles_go_on_where_it_is_found() -> None:
+    episode = drive("carried", SEEDS[0])
+    robot = ParticleFilter(true_start(episode), particles=5, watch=Watch())
+    result = run(robot, episode)
+    assert (result.lost > 0.5).any()
+    assert robot.astray is None
+    path = robot.trajectory()
+    assert path.shape == result.online.shape
+    np.testing.assert_allclose(path[-1], robot.pose)
+    off = path - episode.known_truth("this test").poses
+    assert np.hypot(*off[-100:, :2].T).max() < 0.1
 
 
 def test_a_graph_draws_what_was_mapped_apart_where_it_was_found() -> None:
