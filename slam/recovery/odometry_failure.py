@@ -128,8 +128,7 @@ class OdometryFailure:
         return 2.0 * ECHO_EVIDENCE * float(less.max(initial=0.0))
 
     def _sudden_step(self, worse: float) -> float:
-        """Nats by which a match fits worse than the one before, if it is more than usual; else
-        0."""
+        """Nats by which a match fits worse than the one before, if that is sudden; else 0."""
         step, self._last = worse - self._last, worse
         if step > max(SUDDENLY_WORSE, USUAL_FACTOR * self._step):
             return step
