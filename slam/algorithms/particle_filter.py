@@ -75,7 +75,8 @@ class ParticleFilter:
                assumes independent errors of the scans: scans that are matched with the same walls
                have correlated errors, and 30 particles are too few for so much noise
     paths      of the particles
-    watch      tells whether the robot is lost, by an `Endpoint` alone; None: nobody does
+    watch      tells whether the robot is lost, if the sensor model is an `Endpoint`; None: nobody
+               does
     """
 
     def __init__(
@@ -106,12 +107,17 @@ class ParticleFilter:
                 f"ParticleFilter.search must refine on the finest field alone (levels=1), "
                 f"got levels={self.search.refine.levels}"
             )
+        if watch is not None and not isinstance(self.sensor_model, Endpoint):
+            raise InputError(
+                f"ParticleFilter.watch reads the map by an Endpoint, got a "
+                f"{type(self.sensor_model).__name__} as sensor_model"
+            )
         self.particles = particles
         self.resample = resample
         self.spread = spread
         self.matches = matches
         self.keyframes = keyframes
-        self.watch = watch if isinstance(self.sensor_model, Endpoint) else None
+        self.watch = watch
         self.pose = start
         self._poses = np.tile(np.array(start), (particles, 1))
         self._log_weights = np.zeros(particles)

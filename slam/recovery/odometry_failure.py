@@ -23,8 +23,7 @@ FALL = 0.04  # share of the echoes by which the overlap with earlier scans falls
 SUDDENLY_WORSE = 10.0  # nats by which a scan fits worse than the one before: the robot was carried,
 USUAL_FACTOR = 5.0  # and than usual,
 STEP_RATE = 0.05  # at which the usual step is learned,
-SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces that are new,
-FAR_WORSE = 25.0  # or by so much: it may be carried to where surfaces lie as before
+SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces that are new
 OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
@@ -91,8 +90,7 @@ class OdometryFailure:
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
         fall = self.fall(overlaps[:, 0].tolist())
-        step = self._sudden_step(worse)
-        self.sudden = step > FAR_WORSE or (step > 0.0 and fall > SLIGHT_FALL)
+        self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL
         error = (np.abs(prediction.error(found)) / prediction.deviations).max()
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
         suspected = [sign for sign, value in signs if sign.surprising(value)]
@@ -127,14 +125,13 @@ class OdometryFailure:
         less = (self._overlap - overlaps[:, 0]) * overlaps[:, 1]
         return 2.0 * ECHO_EVIDENCE * float(less.max(initial=0.0))
 
-    def _sudden_step(self, worse: float) -> float:
-        """Nats by which a match fits worse than the one before, if that is sudden; else 0."""
+    def _suddenly(self, worse: float) -> bool:
+        """Whether a match fits so much worse than the one before as is not usual."""
         step, self._last = worse - self._last, worse
-        if step > max(SUDDENLY_WORSE, USUAL_FACTOR * self._step):
-            return step
-        if math.isfinite(step):
+        sudden = step > max(SUDDENLY_WORSE, USUAL_FACTOR * self._step)
+        if math.isfinite(step) and not sudden:
             self._step += (abs(step) - self._step) * STEP_RATE
-        return 0.0
+        return sudden
 
     def fall(self, overlaps: list[float]) -> float:
         """By how much more the overlap falls at one of the last scans than at any other one."""
