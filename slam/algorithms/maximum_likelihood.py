@@ -121,6 +121,8 @@ class MaximumLikelihood:
         """One update."""
         if self.astray is not None:
             return self._wander(self.astray, displacement, scan)
+        if self.watch is not None:
+            self.watch.pace.move(displacement, scan.time)
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
         keyframe = self._since_keyframe.due(scan.time)

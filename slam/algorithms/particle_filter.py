@@ -138,6 +138,8 @@ class ParticleFilter:
         if self.astray is not None:
             return self._noted(self._wander(self.astray, displacement, scan))
         scan = replace(scan)  # a copy: its cached properties are freed with it
+        if self.watch is not None:
+            self.watch.pace.move(displacement, scan.time)
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
         if not self._maps:

@@ -24,6 +24,7 @@ class Match(NamedTuple):
     last        pose of the keyframe before
     prediction  of the pose, by the odometry from there
     estimate    of the pose, by the match
+    jumped      whether the odometry jumped before the scan
     """
 
     endpoint: Endpoint
@@ -31,11 +32,14 @@ class Match(NamedTuple):
     last: Pose2
     prediction: Prediction
     estimate: Estimate
+    jumped: bool = False
 
     @property
     def continuous(self) -> bool:
-        """Whether by the odometry it was taken so near to the last one that it sees the same."""
-        return near(self.last, self.prediction.pose, *CONTINUOUS)
+        """Whether by the odometry it was taken so near to the last one that it sees the same; or by
+        the match, where the odometry jumped."""
+        pose = self.estimate.pose if self.jumped else self.prediction.pose
+        return near(self.last, pose, *CONTINUOUS)
 
     @property
     def after_gap(self) -> bool:

@@ -82,6 +82,8 @@ class OdometryFailure:
         recent  keyframes before it
         """
         self.sudden = self.far = False
+        if match.jumped:
+            return self._after_jump(match, recent)
         return self._searched(match, recent) if match.continuous else self._after_gap(match)
 
     def _searched(self, match: Match, recent: Recent) -> Pose2:
@@ -98,7 +100,7 @@ class OdometryFailure:
             return found
         if worse + self._provable(overlaps) + self.wide.prior_odds(prediction, found) > 0.0:
             reach = self.wide.reach if _may_be_shown_at_once(overlaps) else SLIGHT_REACH
-            pose, odds = self.wide.best(match.endpoint, match.scan, prediction, found, reach)
+            pose, odds = self.wide.best(match, prediction.pose, reach)
             corrected = recent.overlaps(match, pose)
             proof = evidence(overlaps, corrected)
             if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
@@ -148,6 +150,22 @@ class OdometryFailure:
         enough = agreement.explained > AS_USUAL * self._belief.explained
         return enough and agreement.contradicted <= most
 
+    def _after_jump(self, match: Match, recent: Recent) -> Pose2:
+        """The pose of the match, or a better one near the last one or the prediction, if the scan
+        before proves it: the odometry may tell of no motion, or have caught up."""
+        found = match.estimate.pose
+        overlaps = recent.overlaps(match, found)
+        if not len(overlaps) or self._worse(match.scan, match.estimate) < WORSE:
+            return found
+        places = [self.wide.best(match, pose) for pose in (match.last, match.prediction.pose)]
+        pose, odds = max(places, key=lambda place: place[1])
+        proof = _gained(overlaps, recent.overlaps(match, pose))
+        worse = match.agreement(pose).explained < match.agreement(found).explained
+        if proof < CERTAIN or odds + proof < 0.0 or worse:
+            return found
+        self.sudden = self.far = not near(found, pose, *SLIGHT)
+        return pose
+
     def _after_gap(self, match: Match) -> Pose2:
         """The pose of the match, or the predicted one: the scan may see new ground."""
         found, prediction = match.estimate.pose, match.prediction
@@ -161,10 +179,13 @@ def _shown_at_once(found: Array, corrected: Array) -> bool:
     """Whether the latest scan proves a correction, by how many echoes more agree with it: a large
     failure of the odometry shows at once, while a door that moves before the laser hides more and
     more of what the older scans saw."""
-    if len(found) < RECENT:
-        return False
+    return len(found) >= RECENT and _gained(found, corrected) > CERTAIN
+
+
+def _gained(found: Array, corrected: Array) -> float:
+    """Nats by which the latest scan speaks for a correction."""
     more = corrected[0, 0] * corrected[0, 1] - found[0, 0] * found[0, 1]
-    return ECHO_EVIDENCE * float(more) > CERTAIN
+    return ECHO_EVIDENCE * float(more)
 
 
 def _may_be_shown_at_once(found: Array) -> bool:

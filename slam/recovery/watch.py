@@ -14,6 +14,7 @@ from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.odometry_failure import OdometryFailure
+from slam.recovery.pace import Pace
 from slam.recovery.places import Surroundings, at
 from slam.recovery.rivals import (
     AFTER_CORRECTION,
@@ -61,6 +62,7 @@ class Watch:
 
     belief     the probability, and what is usual
     odometry   tells where it failed
+    pace       of the robot: tells where its odometry jumped
     wide       the search around the predicted pose after a failure of the odometry
     suspected  searches in a row by which what was drawn last lies elsewhere (`OldGround`)
     """
@@ -68,6 +70,7 @@ class Watch:
     def __init__(self, wide: WideSearch | None = None):
         self.belief = LostBelief()
         self.odometry = OdometryFailure(self.belief, WideSearch() if wide is None else wide)
+        self.pace = Pace()
         self._rivals = Rivals()
         self._recent = Recent()
         self.suspected = 0
@@ -144,11 +147,14 @@ class Watch:
         """The pose of a match, or a better one if the odometry failed."""
         if self._rivals.votes:
             return match.estimate.pose
-        return self.odometry.corrected(match, self._recent)
+        return self.odometry.corrected(self._with_pace(match), self._recent)
+
+    def _with_pace(self, match: Match) -> Match:
+        return match._replace(jumped=self.pace.jumped)
 
     def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> None:
         """Update the belief by a keyframe; other places are searched for in the `surroundings`."""
-        pose = match.estimate.pose
+        match, pose = self._with_pace(match), match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
         if not self.doubted:
             self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None

@@ -10,6 +10,7 @@ import numpy as np
 from slam.geometry import Pose2
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
+from slam.recovery.match import Match
 from slam.recovery.places import WIDE, Reach, best_near
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton
@@ -40,37 +41,32 @@ class WideSearch:
     def __post_init__(self) -> None:
         positive(self, "rate")
 
-    def best(
-        self,
-        endpoint: Endpoint,
-        scan: Scan,
-        narrow: Prediction,
-        found: Pose2,
-        window: Reach | None = None,
-    ) -> tuple[Pose2, float]:
+    def best(self, match: Match, around: Pose2, window: Reach | None = None) -> tuple[Pose2, float]:
         """The best pose of the window, and the log-odds, nats, that the odometry failed and the
-        scan was taken there, against `found`, the best pose by the `narrow` prediction.
+        scan was taken there, against where the match found it.
 
+        around  the predicted pose, or, if the odometry may tell of no motion, the last one
         window  m, m, rad: half its width, if it is smaller than `reach`
         """
-        reach = self.reach if window is None else window
-        start = best_near(endpoint, scan, narrow.pose, reach)
-        wide = self._wide(narrow)
+        endpoint, scan = match.endpoint, match.scan
+        start = best_near(endpoint, scan, around, self.reach if window is None else window)
+        wide = self._wide(around)
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
-        return pose, failed - _log_probability(endpoint, scan, narrow, found)
+        held = _log_probability(endpoint, scan, match.prediction, match.estimate.pose)
+        return pose, failed - held
 
     def prior_odds(self, narrow: Prediction, found: Pose2) -> float:
         """The log-odds, nats, that the odometry failed, against `found`, at the predicted pose and
         before scans are compared: those of `best` are larger by what the scan fits better, at
         most."""
-        wide = self._wide(narrow)
+        wide = self._wide(narrow.pose)
         failed = math.log(self.rate) + _log_prior(wide, wide.pose)
         return failed - _log_prior(narrow, found)
 
-    def _wide(self, narrow: Prediction) -> Prediction:
+    def _wide(self, around: Pose2) -> Prediction:
         """The prediction if the odometry failed."""
-        return Prediction(narrow.pose, Pose2(), np.array(self.deviations))
+        return Prediction(around, Pose2(), np.array(self.deviations))
 
 
 def _log_probability(endpoint: Endpoint, scan: Scan, prediction: Prediction, pose: Pose2) -> float:
