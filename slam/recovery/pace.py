@@ -7,7 +7,7 @@ import math
 from slam.geometry import Pose2
 
 BEYOND = 0.3, math.radians(30.0)  # m, rad: farther than at the velocity before, at least,
-ACCELERATION = 5.0, 10.0  # m/s^2, rad/s^2: and by such an acceleration
+ACCELERATION = 1.5, 3.0  # m/s^2, rad/s^2: and by such an acceleration
 AVERAGED = 0.4  # s over which the velocity is a mean, at least: in some logs scans come in bursts
 
 
