@@ -11,21 +11,21 @@ from dynslam_env.faults.fault import ANY_TIME, FaultState, Setting, Time, check_
 from slam.geometry import Array, Pose2
 from slam.validation import positive, within
 
-SLIP_TIME = 0.5  # s
-
 
 @dataclass(frozen=True)
 class Slip:
-    """The wheels slip: within 0.5 s the odometry reports a motion that the robot did not make.
+    """The wheels slip: the odometry reports a motion that the robot did not make.
 
     distance  m, straight ahead or back, drawn
     turn      rad, to the left or to the right, drawn
     at        when
+    duration  s; up to that of a step, 0.1: the odometry jumps from one reading to the next
     """
 
     distance: float = 0.4
     turn: float = 0.0
     at: Time = ANY_TIME
+    duration: float = 0.5
 
     def __post_init__(self) -> None:
         within(self, "distance", 0.0)
@@ -35,7 +35,7 @@ class Slip:
     def begin(self, rng: np.random.Generator, setting: Setting) -> FaultState:
         """See `Fault`."""
         ahead, left = rng.choice([-1.0, 1.0], 2).tolist()
-        steps = max(1, round(SLIP_TIME / setting.dt))
+        steps = max(1, round(self.duration / setting.dt))
         false = Pose2(ahead * self.distance / steps, 0.0, left * self.turn / steps)
         return _SlipState(drawn(self.at, rng), steps * setting.dt, false)
 

@@ -229,6 +229,8 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
     "slip 15 deg": (Slip(0.0, math.radians(15), WHEN),),
     "slip 45 deg": (Slip(0.0, math.radians(45), WHEN),),
     "slip 90 deg": (Slip(0.0, math.radians(90), WHEN),),
+    "jump 0.8 m": (Slip(0.8, at=WHEN, duration=0.1),),
+    "jump 90 deg": (Slip(0.0, math.radians(90), WHEN, duration=0.1),),
     "lag 0.2 s": (Lag(0.2),),
     "lag 0.4 s": (Lag(0.4),),
     "gap 10 s": (Gap(10.0, WHEN),),

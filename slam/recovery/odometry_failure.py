@@ -161,7 +161,7 @@ class OdometryFailure:
         pose, odds = max(places, key=lambda place: place[1])
         proof = _gained(overlaps, recent.overlaps(match, pose))
         worse = match.agreement(pose).explained < match.agreement(found).explained
-        if proof < CERTAIN or odds + proof < 0.0 or worse:
+        if proof < PROVEN or odds + proof < CERTAIN or worse:
             return found
         self.sudden = self.far = not near(found, pose, *SLIGHT)
         return pose

@@ -56,6 +56,12 @@ def test_a_slip_is_a_motion_that_only_the_odometry_reports(distance, turn):
     assert made.told == pytest.approx(made.moved, abs=1e-6)
 
 
+def test_a_slip_of_one_step_is_a_jump():
+    made = drive([Slip(0.8, at=2.0, duration=0.1)], odometry=TRUE, action=STILL)
+    assert np.flatnonzero(made.moved.any(axis=1)).tolist() == [20]
+    assert abs(made.moved[20, 0]) == pytest.approx(0.8, abs=1e-12)
+
+
 def test_slips_are_in_all_directions():
     ends = [total(drive([Slip(0.4, 0.3, at=1.0)], s, 15, action=STILL).moved) for s in range(30)]
     assert {(e.x > 0, e.theta > 0) for e in ends} == {(a, b) for a in (0, 1) for b in (0, 1)}
@@ -267,7 +273,7 @@ def test_the_episode_after_is_the_same_with_faults_and_without():
 def test_the_configuration_names_them():
     env = DoorWorldEnv(world=Loop(), faults=[Slip(0.8, at=(3.0, 4.0)), Lag()])
     assert env.config["faults"] == [
-        {"type": "Slip", "distance": 0.8, "turn": 0.0, "at": [3.0, 4.0]},
+        {"type": "Slip", "distance": 0.8, "turn": 0.0, "at": [3.0, 4.0], "duration": 0.5},
         {"type": "Lag", "delay": 0.2, "at": 0.0, "duration": None},
     ]
     assert DoorWorldEnv(faults=None).config["faults"] == []
@@ -283,6 +289,7 @@ def any_value(value: Any) -> Any:
     [
         (lambda: Slip(distance=-0.1), r"Slip\.distance must be a finite number of at least 0"),
         (lambda: Slip(turn=4.0), r"Slip\.turn must be a finite number from 0 to 3.14"),
+        (lambda: Slip(duration=0.0), r"Slip\.duration must be a finite number above 0"),
         (lambda: Slip(at=-1.0), r"Slip\.at must be a time in s of at least 0, or a pair"),
         (lambda: Slip(at=(3.0, 2.0)), r"Slip\.at must be a time .* got \(3.0, 2.0\)"),
         (lambda: Slip(at=any_value("now")), r"Slip\.at must be a time"),

@@ -139,6 +139,25 @@ def test_wheels_that_turn_90_degrees_in_a_room_are_corrected(variant: str) -> No
     assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE
 
 
+@pytest.mark.parametrize(
+    ("world", "seed", "jump"),
+    [("DoorLoop-v0", 341, (0.8, 0.0)), ("DoorCorridor-v0", 340, (0.0, math.pi / 2)),
+     ("DoorOffice-v0", 342, (20.0, 2.0))],
+)  # fmt: skip
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_odometry_that_jumps_is_not_believed(
+    variant: str, world: str, seed: int, jump: tuple[float, float]
+) -> None:
+    """From one scan to the next, as after a reset."""
+    fault = [OdometryScale(1.01), Slip(*jump, at=(10.0, 20.0), duration=0.1)]
+    episode = record_path(world, seed, odometry=CALIBRATED, faults=fault)
+    result = run(make(variant, true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE
+    assert np.abs(wrap_angle(away[:, 2])).max() < LOST_TURN
+    assert result.lost.max() < 0.5
+
+
 def test_wheels_that_slip_before_a_door_that_moves_are_told() -> None:
     """They slip on after the doubt began, so its first scan does not fit where the robot is now."""
     fault = [OdometryScale(1.01), Slip(0.4, at=(10.0, 20.0))]

@@ -1,0 +1,59 @@
+"""Jumps of the odometry, by accelerations."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from slam.geometry import Pose2
+from slam.recovery.pace import Pace
+
+STEP = Pose2(0.1, 0.0, 0.02)  # of 0.1 s: 1 m/s, 0.2 rad/s
+
+
+def driven(*last: Pose2, seconds: float = 0.1) -> list[bool]:
+    """Whether the odometry jumped, at each of the last motions after 2 s of driving."""
+    pace, time, told = Pace(), 0.0, []
+    for k, motion in enumerate([*[STEP] * 20, *last]):
+        time += seconds if k >= 20 else 0.1
+        pace.move(motion, time)
+        told.append(pace.jumped)
+    assert not any(told[:20])
+    return told[20:]
+
+
+@pytest.mark.parametrize(
+    "jump",
+    [Pose2(0.9, 0.0, 0.0), Pose2(-0.7, 0.0, 0.0), Pose2(0.1, -0.8, 0.0), Pose2(0.1, 0.0, 1.5),
+     Pose2(-30.0, 12.0, 2.0)],
+)  # fmt: skip
+def test_a_motion_that_no_robot_makes_is_a_jump(jump: Pose2) -> None:
+    assert driven(jump, STEP, STEP) == [True, False, False]
+
+
+@pytest.mark.parametrize("motion", [STEP, Pose2(), Pose2(0.25, 0.0, 0.0), Pose2(0.0, 0.0, 0.3)])
+def test_a_start_a_stop_and_a_turn_are_none(motion: Pose2) -> None:
+    assert not any(driven(*[motion] * 5))
+
+
+def test_what_takes_long_is_none() -> None:
+    """Scans are missing: the robot drove on, or turned."""
+    assert driven(Pose2(0.8, 0.0, 0.0), seconds=1.0) == [False]
+    assert driven(Pose2(0.0, 0.0, math.pi / 2), seconds=1.0) == [False]
+
+
+def test_the_velocity_is_not_that_of_a_burst() -> None:
+    """Scans in bursts, of which the stamps are a thousandth of a second apart (Intel)."""
+    pace, time = Pace(), 0.0
+    for k in range(400):
+        time += 0.001 if k % 4 else 0.6
+        pace.move(Pose2(0.12, 0.0, 0.0), time)
+        assert not pace.jumped
+
+
+def test_stamps_that_do_not_increase_are_no_error() -> None:
+    pace = Pace()
+    pace.move(STEP, 1.0)
+    pace.move(STEP, 1.0)
+    pace.move(STEP, 0.5)
+    assert not pace.jumped
