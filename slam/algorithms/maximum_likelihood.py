@@ -234,6 +234,9 @@ class MaximumLikelihood:
         match = Match(self._field, scan, self.keyframe.pose, prediction, estimate)
         pose = self.watch.corrected(match)
         if pose is not estimate.pose:
+            if pose is not prediction.pose:
+                wide = self.watch.odometry.wide.around(pose)
+                pose = self._registered(scan, wide, pose)[0]
             likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
             estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
             if pose is prediction.pose:

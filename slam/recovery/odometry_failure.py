@@ -82,8 +82,8 @@ class OdometryFailure:
         recent  keyframes before it
         """
         self.sudden = self.far = False
-        if match.jumped:
-            return self._after_jump(match, recent)
+        if match.jumped or not (match.continuous or match.after_gap):
+            return self._farther(match, recent)
         return self._searched(match, recent) if match.continuous else self._after_gap(match)
 
     def _searched(self, match: Match, recent: Recent) -> Pose2:
@@ -150,9 +150,10 @@ class OdometryFailure:
         enough = agreement.explained > AS_USUAL * self._belief.explained
         return enough and agreement.contradicted <= most
 
-    def _after_jump(self, match: Match, recent: Recent) -> Pose2:
+    def _farther(self, match: Match, recent: Recent) -> Pose2:
         """The pose of the match, or a better one near the last one or the prediction, if the scan
-        before proves it: the odometry may tell of no motion, or have caught up."""
+        before proves it. Odometry that jumped may tell of no motion, or have caught up; where scans
+        are far apart, it had the time to fail."""
         found = match.estimate.pose
         overlaps = recent.overlaps(match, found)
         if not len(overlaps) or self._worse(match.scan, match.estimate) < WORSE:

@@ -41,16 +41,16 @@ class WideSearch:
     def __post_init__(self) -> None:
         positive(self, "rate")
 
-    def best(self, match: Match, around: Pose2, window: Reach | None = None) -> tuple[Pose2, float]:
+    def best(self, match: Match, middle: Pose2, window: Reach | None = None) -> tuple[Pose2, float]:
         """The best pose of the window, and the log-odds, nats, that the odometry failed and the
         scan was taken there, against where the match found it.
 
-        around  the predicted pose, or, if the odometry may tell of no motion, the last one
+        middle  the predicted pose, or, if the odometry may tell of no motion, the last one
         window  m, m, rad: half its width, if it is smaller than `reach`
         """
         endpoint, scan = match.endpoint, match.scan
-        start = best_near(endpoint, scan, around, self.reach if window is None else window)
-        wide = self._wide(around)
+        start = best_near(endpoint, scan, middle, self.reach if window is None else window)
+        wide = self.around(middle)
         pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
         failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
         held = _log_probability(endpoint, scan, match.prediction, match.estimate.pose)
@@ -60,13 +60,13 @@ class WideSearch:
         """The log-odds, nats, that the odometry failed, against `found`, at the predicted pose and
         before scans are compared: those of `best` are larger by what the scan fits better, at
         most."""
-        wide = self._wide(narrow.pose)
+        wide = self.around(narrow.pose)
         failed = math.log(self.rate) + _log_prior(wide, wide.pose)
         return failed - _log_prior(narrow, found)
 
-    def _wide(self, around: Pose2) -> Prediction:
-        """The prediction if the odometry failed."""
-        return Prediction(around, Pose2(), np.array(self.deviations))
+    def around(self, pose: Pose2) -> Prediction:
+        """The prediction if the odometry failed: somewhere around a pose."""
+        return Prediction(pose, Pose2(), np.array(self.deviations))
 
 
 def _log_probability(endpoint: Endpoint, scan: Scan, prediction: Prediction, pose: Pose2) -> float:
