@@ -8,6 +8,7 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.interface import Estimate
+from slam.motion.gaussian import Prediction
 from slam.recovery.continuity import RECENT, Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
@@ -37,6 +38,7 @@ LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, a
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
+STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, whatever it turned
 LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes, is asked of a match after a gap,
 FAR, FAR_EXPLAINED = 2.0, 0.55  # deviations of the odometry, beyond which more is asked
 
@@ -100,7 +102,7 @@ class OdometryFailure:
             return found
         if worse + self._provable(overlaps) + self.wide.prior_odds(prediction, found) > 0.0:
             reach = self.wide.reach if _may_be_shown_at_once(overlaps) else SLIGHT_REACH
-            pose, odds = self.wide.best(match, prediction.pose, reach)
+            pose, odds = self.wide.best(match, self.wide.around(prediction.pose), reach)
             corrected = recent.overlaps(match, pose)
             proof = evidence(overlaps, corrected)
             if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
@@ -158,7 +160,11 @@ class OdometryFailure:
         overlaps = recent.overlaps(match, found)
         if not len(overlaps) or self._worse(match.scan, match.estimate) < WORSE:
             return found
-        places = [self.wide.best(match, pose) for pose in (match.last, match.prediction.pose)]
+        driven = math.dist(match.last[:2], match.prediction.pose[:2])
+        straight = match.last @ Pose2(0.0 if match.jumped else driven, 0.0, 0.0)
+        other = Prediction(straight, Pose2(), np.array(STRAIGHT))
+        wide = self.wide.around(match.prediction.pose)
+        places = [self.wide.best(match, prior) for prior in (other, wide)]
         pose, odds = max(places, key=lambda place: place[1])
         proof = _gained(overlaps, recent.overlaps(match, pose))
         worse = match.agreement(pose).explained < match.agreement(found).explained

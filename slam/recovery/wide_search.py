@@ -41,20 +41,21 @@ class WideSearch:
     def __post_init__(self) -> None:
         positive(self, "rate")
 
-    def best(self, match: Match, middle: Pose2, window: Reach | None = None) -> tuple[Pose2, float]:
+    def best(
+        self, match: Match, failed: Prediction, window: Reach | None = None
+    ) -> tuple[Pose2, float]:
         """The best pose of the window, and the log-odds, nats, that the odometry failed and the
         scan was taken there, against where the match found it.
 
-        middle  the predicted pose, or, if the odometry may tell of no motion, the last one
+        failed  the prediction if the odometry failed
         window  m, m, rad: half its width, if it is smaller than `reach`
         """
         endpoint, scan = match.endpoint, match.scan
-        start = best_near(endpoint, scan, middle, self.reach if window is None else window)
-        wide = self.around(middle)
-        pose = self.refine.climb(Posterior(endpoint, scan, wide), start)
-        failed = _log_probability(endpoint, scan, wide, pose) + math.log(self.rate)
-        held = _log_probability(endpoint, scan, match.prediction, match.estimate.pose)
-        return pose, failed - held
+        start = best_near(endpoint, scan, failed.pose, self.reach if window is None else window)
+        pose = self.refine.climb(Posterior(endpoint, scan, failed), start)
+        there = _log_probability(endpoint, scan, failed, pose) + math.log(self.rate)
+        here = _log_probability(endpoint, scan, match.prediction, match.estimate.pose)
+        return pose, there - here
 
     def prior_odds(self, narrow: Prediction, found: Pose2) -> float:
         """The log-odds, nats, that the odometry failed, against `found`, at the predicted pose and

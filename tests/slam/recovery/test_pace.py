@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from slam.geometry import Pose2
 from slam.recovery.pace import Pace
 

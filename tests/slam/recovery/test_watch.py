@@ -158,6 +158,20 @@ def test_odometry_that_jumps_is_not_believed(
     assert result.lost.max() < 0.5
 
 
+@pytest.mark.parametrize(("world", "seed"), [("DoorLoop-v0", 440), ("DoorCorridor-v0", 443)])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_wrong_turn_between_scans_that_are_far_apart_is_noticed(
+    variant: str, world: str, seed: int
+) -> None:
+    """A scan each 1.5 s, or 0.8 m, on new ground: the one before shows how far the robot turned."""
+    fault = [OdometryScale(1.01), Slip(0.0, math.radians(90.0), at=(10.0, 20.0))]
+    episode = record_path(world, seed, odometry=CALIBRATED, faults=fault)
+    thinned = Episode(episode.scans[::15], episode.odometry)
+    truth = episode.known_truth("this test").poses[::15]
+    away = run(make(variant, Pose2.of(truth[0])), thinned).online - truth
+    assert np.hypot(*away[:, :2].T).max() < LOST_DISTANCE
+
+
 def test_wheels_that_slip_before_a_door_that_moves_are_told() -> None:
     """They slip on after the doubt began, so its first scan does not fit where the robot is now."""
     fault = [OdometryScale(1.01), Slip(0.4, at=(10.0, 20.0))]
