@@ -170,7 +170,7 @@ class DoorWorldEnv(WorldView, gym.Env[Observation, NDArray[np.float32]]):
 
     | fault           | default                | what goes wrong                                     |
     |-----------------|------------------------|-----------------------------------------------------|
-    | `Slip`          | 0.4 m, 0 rad           | within 0.5 s the odometry reports a motion, ahead or back and to the left or right, that was not made |
+    | `Slip`          | 0.4 m, 0 rad           | the odometry reports a motion, ahead or back and to the left or right, that was not made: within 0.5 s, or at once (`duration=0.1`) as after a reset |
     | `OdometryScale` | 1.2 times              | the odometry reports all translations too long      |
     | `Lag`           | 0.2 s                  | the scan is that of some time ago                   |
     | `Gap`           | 10 s                   | no scan arrives: the observation has no reading of any beam, and `SlamWrapper` waits |

@@ -58,7 +58,7 @@ class OdometryFailure:
         self.wide, self._belief = wide, belief
         self.sudden = self.far = False
         self._fits, self._falls = Surprise(WORSE), Surprise(FALL)
-        self._errors = Surprise(LARGE_ERROR)
+        self._errors, self._far_fits = Surprise(LARGE_ERROR), Surprise(MUCH_WORSE)
         self._overlap = 1.0  # usual one, of consecutive keyframes
         self._step = 0.0  # usual change of that, nats
         self._last = math.inf  # nats by which the last keyframe fitted worse than expected
@@ -158,7 +158,9 @@ class OdometryFailure:
         are far apart, it had the time to fail."""
         found = match.estimate.pose
         overlaps = recent.overlaps(match, found)
-        if not len(overlaps) or self._worse(match.scan, match.estimate) < WORSE:
+        worse = self._worse(match.scan, match.estimate)
+        poor = worse > WORSE if match.jumped else self._far_fits.surprising(worse)
+        if not (poor and len(overlaps)):
             return found
         driven = math.dist(match.last[:2], match.prediction.pose[:2])
         straight = match.last @ Pose2(0.0 if match.jumped else driven, 0.0, 0.0)
@@ -167,8 +169,9 @@ class OdometryFailure:
         places = [self.wide.best(match, prior) for prior in (other, wide)]
         pose, odds = max(places, key=lambda place: place[1])
         proof = _gained(overlaps, recent.overlaps(match, pose))
-        worse = match.agreement(pose).explained < match.agreement(found).explained
-        if proof < PROVEN or odds + proof < CERTAIN or worse:
+        explains = match.agreement(pose).explained >= match.agreement(found).explained
+        if proof < PROVEN or odds + proof < CERTAIN or not explains:
+            self._far_fits.dismiss()
             return found
         self.sudden = self.far = not near(found, pose, *SLIGHT)
         return pose
