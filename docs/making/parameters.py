@@ -87,6 +87,7 @@ INTERNAL = {  # what a SLAM makes for itself, by class: no parts that are chosen
     "slam.maps.windowed.Windowed": "the base of other maps",
     "slam.preprocessing.clock.ClockEstimate": "what a recording tells",
     "slam.recovery.astray.Astray": "the map of a robot that is lost",
+    "slam.recovery.match.Match": "a matched keyframe",
     "slam.recovery.places.Places": "a map prepared for a search",
     "slam.motion.systematic.Systematic": "what AdaptiveOdometry has learned",
     "slam.recovery.rivals.Suspect": "a place where a robot may be",

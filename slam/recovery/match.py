@@ -24,7 +24,7 @@ class Match(NamedTuple):
     last        pose of the keyframe before
     prediction  of the pose, by the odometry from there
     estimate    of the pose, by the match
-    jumped      whether the odometry jumped before the scan
+    expected    if the odometry jumped before the scan, the motion without that; otherwise None
     """
 
     endpoint: Endpoint
@@ -32,13 +32,13 @@ class Match(NamedTuple):
     last: Pose2
     prediction: Prediction
     estimate: Estimate
-    jumped: bool = False
+    expected: Pose2 | None = None
 
     @property
     def continuous(self) -> bool:
         """Whether by the odometry it was taken so near to the last one that it sees the same; or by
         the match, where the odometry jumped."""
-        pose = self.estimate.pose if self.jumped else self.prediction.pose
+        pose = self.prediction.pose if self.expected is None else self.estimate.pose
         return near(self.last, pose, *CONTINUOUS)
 
     @property

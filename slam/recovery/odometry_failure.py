@@ -38,7 +38,8 @@ LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, a
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
-STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, whatever it turned
+STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, or as before
+AGREES = 0.3  # share of a scan that the one before, if that is far away, saw too: nothing failed
 LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes, is asked of a match after a gap,
 FAR, FAR_EXPLAINED = 2.0, 0.55  # deviations of the odometry, beyond which more is asked
 
@@ -58,7 +59,7 @@ class OdometryFailure:
         self.wide, self._belief = wide, belief
         self.sudden = self.far = False
         self._fits, self._falls = Surprise(WORSE), Surprise(FALL)
-        self._errors, self._far_fits = Surprise(LARGE_ERROR), Surprise(MUCH_WORSE)
+        self._errors, self._far_fits = Surprise(LARGE_ERROR), Surprise(WORSE)
         self._overlap = 1.0  # usual one, of consecutive keyframes
         self._step = 0.0  # usual change of that, nats
         self._last = math.inf  # nats by which the last keyframe fitted worse than expected
@@ -84,7 +85,7 @@ class OdometryFailure:
         recent  keyframes before it
         """
         self.sudden = self.far = False
-        if match.jumped or not (match.continuous or match.after_gap):
+        if match.expected is not None or not (match.continuous or match.after_gap):
             return self._farther(match, recent)
         return self._searched(match, recent) if match.continuous else self._after_gap(match)
 
@@ -159,12 +160,15 @@ class OdometryFailure:
         found = match.estimate.pose
         overlaps = recent.overlaps(match, found)
         worse = self._worse(match.scan, match.estimate)
-        poor = worse > WORSE if match.jumped else self._far_fits.surprising(worse)
-        if not (poor and len(overlaps)):
+        if not len(overlaps) or worse < WORSE:
             return found
-        driven = math.dist(match.last[:2], match.prediction.pose[:2])
-        straight = match.last @ Pose2(0.0 if match.jumped else driven, 0.0, 0.0)
-        other = Prediction(straight, Pose2(), np.array(STRAIGHT))
+        agreeing = overlaps[0].prod() / len(match.scan.pieces)
+        suspected = match.expected is not None or agreeing < AGREES
+        if not (self._far_fits.surprising(worse) or suspected):
+            return found
+        driven = Pose2(math.dist(match.last[:2], match.prediction.pose[:2]), 0.0, 0.0)
+        otherwise = match.last @ (driven if match.expected is None else match.expected)
+        other = Prediction(otherwise, Pose2(), np.array(STRAIGHT))
         wide = self.wide.around(match.prediction.pose)
         places = [self.wide.best(match, prior) for prior in (other, wide)]
         pose, odds = max(places, key=lambda place: place[1])

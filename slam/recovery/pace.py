@@ -14,12 +14,13 @@ AVERAGED = 0.4  # s over which the velocity is a mean, at least: in some logs sc
 class Pace:
     """The velocity of the robot by its odometry.
 
-    jumped  whether the odometry jumped before the last scan. After a reset, it tells of no motion;
-            but as often it catches up, because it was late, or because scans are missing
+    expected  if the odometry jumped before the last scan, the motion at the velocity before;
+              otherwise None. After a reset the odometry tells of no motion; but as often it
+              catches up, because it was late, or because scans are missing
     """
 
     def __init__(self) -> None:
-        self.jumped = False
+        self.expected: Pose2 | None = None
         self._time = math.inf  # s, of the last scan
         self._velocity = 0.0, 0.0, 0.0  # m/s, m/s, rad/s
         self._motion, self._elapsed = (0.0, 0.0, 0.0), 0.0  # since it was computed
@@ -27,11 +28,12 @@ class Pace:
     def move(self, displacement: Pose2, time: float) -> None:
         """Add the motion to a scan at `time`, s, by the odometry."""
         seconds, self._time = max(time - self._time, 0.0), time
-        expected = [v * seconds for v in self._velocity]
+        expected = Pose2(*(v * seconds for v in self._velocity))
         x, y, turn = (a - b for a, b in zip(displacement, expected, strict=True))
         limits = zip((math.hypot(x, y), abs(turn)), BEYOND, ACCELERATION, strict=True)
-        self.jumped = any(far > max(least, most * seconds**2) for far, least, most in limits)
-        if self.jumped:
+        jumped = any(far > max(least, most * seconds**2) for far, least, most in limits)
+        self.expected = expected if jumped else None
+        if jumped:
             return
         self._elapsed += seconds
         x, y, turn = (a + b for a, b in zip(self._motion, displacement, strict=True))

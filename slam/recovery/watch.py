@@ -150,7 +150,7 @@ class Watch:
         return self.odometry.corrected(self._with_pace(match), self._recent)
 
     def _with_pace(self, match: Match) -> Match:
-        return match._replace(jumped=self.pace.jumped)
+        return match._replace(expected=self.pace.expected)
 
     def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> None:
         """Update the belief by a keyframe; other places are searched for in the `surroundings`."""

@@ -92,7 +92,7 @@ def test_the_planes_of_change_are_full_and_name_two_factors_each():
 def test_every_fault_is_in_every_world_beside_the_same_drive_without_it():
     suite = faults()
     faulty = [case for case in suite.cases if case.condition["fault"] in FAULTS]
-    assert len({str(case.condition) for case in faulty}) == 3 * len(FAULTS) == 39
+    assert len({str(case.condition) for case in faulty}) == 3 * len(FAULTS) == 45
     for case in faulty:
         source = case.source(7)
         assert isinstance(source, SimulatedDrive)
