@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from slam.benchmark.run import Run, build, run
 from slam.episode import Episode
-from slam.geometry import Pose2, between
+from slam.geometry import Pose2, between, compose
 from slam.io.formats import read_log
 from slam.metrics.lost import score_lost
 from slam.trajectory import Trajectory
@@ -64,8 +64,7 @@ def misses(odometry: Trajectory, time: float, sign: float) -> Trajectory:
 def longer(odometry: Trajectory, time: float, sign: float) -> Trajectory:
     """All distances are 20 % too long, or too short."""
     poses = [Pose2.of(odometry.poses[0])]
-    for row in between(odometry.poses[:-1], odometry.poses[1:]).tolist():
-        x, y, theta = row
+    for x, y, theta in between(odometry.poses[:-1], odometry.poses[1:]).tolist():
         poses.append(poses[-1] @ Pose2(x * (1 + 0.2 * sign), y * (1 + 0.2 * sign), theta))
     return Trajectory(odometry.times, np.array(poses))
 
@@ -83,9 +82,9 @@ FAULTS: dict[str, Fault] = {
 
 def moved(odometry: Trajectory, time: float, by: Pose2) -> Trajectory:
     """The odometry, its poses after `time`, s, moved by a transform of its world."""
-    poses = [tuple(by @ Pose2.of(row)) for row in odometry.poses]
     after = (odometry.times > time)[:, None]
-    return Trajectory(odometry.times, np.where(after, np.array(poses), odometry.poses))
+    poses = np.where(after, compose(by, odometry.poses), odometry.poses)
+    return Trajectory(odometry.times, poses)
 
 
 def _during(odometry: Trajectory, time: float) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ class Slip:
     distance  m, straight ahead or back, drawn
     turn      rad, to the left or to the right, drawn
     at        when
-    duration  s; up to that of a step, 0.1: the odometry jumps from one reading to the next
+    duration  s; if it is one step, 0.1 s, or less, the odometry jumps between two readings
     """
 
     distance: float = 0.4

@@ -121,10 +121,10 @@ class MaximumLikelihood:
         """One update."""
         if self.astray is not None:
             return self._wander(self.astray, displacement, scan)
-        if self.watch is not None:
-            self.watch.pace.move(displacement, scan.time)
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
+        if self.watch is not None:
+            self.watch.pace.move(displacement, scan.time)
         keyframe = self._since_keyframe.due(scan.time)
         if keyframe or self._since_match.due(scan.time):
             estimate = self._match(scan)
@@ -234,14 +234,15 @@ class MaximumLikelihood:
         match = Match(self._field, scan, self.keyframe.pose, prediction, estimate)
         pose = self.watch.corrected(match)
         if pose is not estimate.pose:
-            if pose is not prediction.pose:
-                wide = self.watch.odometry.wide.around(pose)
-                pose = self._registered(scan, wide, pose)[0]
-            likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
-            estimate = estimate._replace(pose=pose, score=likelihood / len(scan.points))
+            covariance = estimate.covariance
             if pose is prediction.pose:
+                likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
                 covariance = self._carried(self.keyframe, prediction)
-                estimate = estimate._replace(covariance=covariance)
+            else:
+                wide = self.watch.odometry.wide.around(pose)
+                pose, likelihood, _, _ = self._registered(scan, wide, pose)
+            score = likelihood / len(scan.points)
+            estimate = estimate._replace(pose=pose, covariance=covariance, score=score)
             self._last_match = None  # nothing to learn of the odometry
         self.watch.judge(match._replace(estimate=estimate), self._surroundings)
         if self._before is None:

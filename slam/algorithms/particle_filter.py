@@ -138,10 +138,10 @@ class ParticleFilter:
         if self.astray is not None:
             return self._noted(self._wander(self.astray, displacement, scan))
         scan = replace(scan)  # a copy: its cached properties are freed with it
-        if self.watch is not None:
-            self.watch.pace.move(displacement, scan.time)
         self._since_keyframe.move(displacement)
         self._since_match.move(displacement)
+        if self.watch is not None:
+            self.watch.pace.move(displacement, scan.time)
         if not self._maps:
             estimate = self._begin(scan)
         elif self._since_keyframe.due(scan.time):

@@ -154,9 +154,9 @@ class OdometryFailure:
         return enough and agreement.contradicted <= most
 
     def _farther(self, match: Match, recent: Recent) -> Pose2:
-        """The pose of the match, or a better one that the scan before proves: around the prediction,
-        or, since odometry that jumped may tell of no motion, where the robot went on as before;
-        where scans are far apart, where it drove straight on."""
+        """The pose of the match, or a better one that the scan before proves: near the prediction;
+        or where the robot went on as before, as odometry that jumped may tell of no motion; or, if
+        scans are far apart, where it drove straight on."""
         found = match.estimate.pose
         overlaps = recent.overlaps(match, found)
         worse = self._worse(match.scan, match.estimate)

@@ -6,8 +6,8 @@ import math
 
 from slam.geometry import Pose2
 
-BEYOND = 0.3, math.radians(30.0)  # m, rad: farther than at the velocity before, at least,
-ACCELERATION = 1.5, 3.0  # m/s^2, rad/s^2: and by such an acceleration
+FARTHER, ACCELERATION = 0.3, 1.5  # m, m/s^2: so much more than at the velocity before is a jump
+MORE_TURN, TURNING = math.radians(30.0), 3.0  # rad, rad/s^2: likewise
 AVERAGED = 0.4  # s over which the velocity is a mean, at least: in some logs scans come in bursts
 
 
@@ -22,22 +22,29 @@ class Pace:
     def __init__(self) -> None:
         self.expected: Pose2 | None = None
         self._time = math.inf  # s, of the last scan
-        self._velocity = 0.0, 0.0, 0.0  # m/s, m/s, rad/s
-        self._motion, self._elapsed = (0.0, 0.0, 0.0), 0.0  # since it was computed
+        self._velocity = Pose2()  # m/s, m/s, rad/s
+        self._motion, self._elapsed = Pose2(), 0.0  # m, m, rad; s: since it was computed
 
     def move(self, displacement: Pose2, time: float) -> None:
         """Add the motion to a scan at `time`, s, by the odometry."""
-        seconds, self._time = max(time - self._time, 0.0), time
-        expected = Pose2(*(v * seconds for v in self._velocity))
-        x, y, turn = (a - b for a, b in zip(displacement, expected, strict=True))
-        limits = zip((math.hypot(x, y), abs(turn)), BEYOND, ACCELERATION, strict=True)
-        jumped = any(far > max(least, most * seconds**2) for far, least, most in limits)
-        self.expected = expected if jumped else None
-        if jumped:
+        before, self._time = self._time, time
+        if math.isinf(before):
             return
-        self._elapsed += seconds
-        x, y, turn = (a + b for a, b in zip(self._motion, displacement, strict=True))
-        self._motion = x, y, turn
+        seconds = max(time - before, 0.0)
+        expected = _scaled(self._velocity, seconds)
+        far = math.hypot(displacement.x - expected.x, displacement.y - expected.y)
+        turn = abs(displacement.theta - expected.theta)
+        square = seconds * seconds
+        if far > max(FARTHER, ACCELERATION * square) or turn > max(MORE_TURN, TURNING * square):
+            self.expected = expected
+            return
+        self.expected = None
+        (x, y, theta), self._elapsed = self._motion, self._elapsed + seconds
+        self._motion = Pose2(x + displacement.x, y + displacement.y, theta + displacement.theta)
         if self._elapsed > AVERAGED:
-            self._velocity = x / self._elapsed, y / self._elapsed, turn / self._elapsed
-            self._motion, self._elapsed = (0.0, 0.0, 0.0), 0.0
+            self._velocity = _scaled(self._motion, 1.0 / self._elapsed)
+            self._motion, self._elapsed = Pose2(), 0.0
+
+
+def _scaled(motion: Pose2, factor: float) -> Pose2:
+    return Pose2(motion.x * factor, motion.y * factor, motion.theta * factor)

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from slam.algorithms.maximum_likelihood import MaximumLikelihood
+from slam.algorithms.particle_filter import ParticleFilter
+from slam.errors import InputError
 from slam.geometry import Pose2
 from slam.recovery.pace import Pace
+from slam.recovery.watch import Watch
+from tests.slam.recovery.drawn_room import room
 
 STEP = Pose2(0.1, 0.0, 0.02)  # of 0.1 s: 1 m/s, 0.2 rad/s
 
@@ -50,6 +56,24 @@ def test_the_velocity_is_not_that_of_a_burst() -> None:
         time += 0.001 if k % 4 else 0.6
         pace.move(Pose2(0.12, 0.0, 0.0), time)
         assert pace.expected is None
+
+
+@pytest.mark.parametrize("kind", [MaximumLikelihood, ParticleFilter])
+@pytest.mark.parametrize("steps", [1, 3])
+def test_a_displacement_that_is_refused_is_no_motion(
+    kind: type[MaximumLikelihood | ParticleFilter], steps: int
+) -> None:
+    slam = kind(watch=Watch())
+    assert slam.watch is not None
+    time, told = 0.0, []
+    for x in [0.1] * 10 + [math.nan] + [0.1] * steps + [0.9]:
+        time += 0.1
+        try:
+            slam.update(Pose2(x, 0.0, 0.0), replace(room(), time=time))
+        except InputError:
+            assert math.isnan(x)
+        told.append(slam.watch.pace.expected is not None)
+    assert told == [False] * (11 + steps) + [True]
 
 
 def test_stamps_that_do_not_increase_are_no_error() -> None:
