@@ -99,7 +99,7 @@ class Scan:
     @cached_property
     def hit(self) -> np.ndarray:
         """(beams,) bool: an echo within the sensor's range."""
-        return (self.ranges >= self.min_range) & (self.ranges < self.max_range) & (self.ranges > 0)
+        return _hit(self.ranges, self.min_range, self.max_range)
 
     @cached_property
     def no_echo(self) -> np.ndarray:
@@ -126,6 +126,15 @@ class Scan:
         """(n, 2) of the end points those that are PIECE from the one before: a leaf right before
         the laser fills half of its beams, but is no more than its length of what the robot sees."""
         return _pieces(self.points)
+
+
+@kernel
+def _hit(ranges, least, most):
+    least, most = ranges.dtype.type(least), ranges.dtype.type(most)  # as numpy compares them
+    hit = np.empty(len(ranges), np.bool_)
+    for k in range(len(ranges)):
+        hit[k] = least <= ranges[k] < most and ranges[k] > 0.0
+    return hit
 
 
 @kernel

@@ -231,9 +231,10 @@ class MaximumLikelihood:
         if self.watch is None or self._last_match is None:
             return estimate
         prediction, _ = self._last_match
-        match = Match(self._field, scan, self.keyframe.pose, prediction, estimate)
-        pose = self.watch.corrected(match)
-        if pose is not estimate.pose:
+        last, expected = self.keyframe.pose, self.watch.pace.expected
+        match = Match(self._field, scan, last, prediction, estimate, expected)
+        found, pose = estimate.pose, self.watch.corrected(match)
+        if pose is not found:
             covariance = estimate.covariance
             if pose is prediction.pose:
                 likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
@@ -244,10 +245,11 @@ class MaximumLikelihood:
             score = likelihood / len(scan.points)
             estimate = estimate._replace(pose=pose, covariance=covariance, score=score)
             self._last_match = None  # nothing to learn of the odometry
-        self.watch.judge(match._replace(estimate=estimate), self._surroundings)
+            match = match._replace(estimate=estimate)
+        self.watch.judge(match, self._surroundings)
         if self._before is None:
             return estimate
-        drift, corrected = self._before.take_drift(), estimate is not match.estimate
+        drift, corrected = self._before.take_drift(), pose is not found
         if drift is None or corrected or self.watch.doubted:
             return estimate
         self._last_match = None

@@ -296,7 +296,8 @@ class ParticleFilter:
         """The best particle's peak as the watch sees it."""
         estimate = Estimate(peak.pose, self._covariance, _score(peak, scan), True)
         origin = Pose2.of(self._poses[self._best])
-        return Match(self._field, scan, origin, peak.prediction, estimate)
+        expected = None if self.watch is None else self.watch.pace.expected
+        return Match(self._field, scan, origin, peak.prediction, estimate, expected)
 
     def _surroundings(self) -> Surroundings:
         """The best particle's map."""

@@ -63,16 +63,19 @@ def _outline(points):
     sums = _sums(points)
     for i in range(n):
         low, high = _end(points, i, -1), _end(points, i, 1)
-        best = np.inf
+        best, along, apart, xy = np.inf, 0.0, 1.0, 0.0
         for first, last in ((low, high), (low, i), (i, high)):
-            if last - first + 1 < MIN_ECHOES or _apart(points, first, last) < MIN_LENGTH:
+            if last - first + 1 < MIN_ECHOES or _square(points, first, last) < MIN_LENGTH**2:
                 continue
-            x, y, residual = _fitted(sums, first, last)
-            ranked = residual * CENTRED if first < i < last else residual
-            if residual <= MAX_RESIDUAL and ranked < best:
-                best = ranked
-                tangents[i, 0], tangents[i, 1], kind[i] = x, y, LINE
-        if kind[i] == NOTHING and _is_point(points, i):
+            square, line = _fitted(sums, first, last)
+            ranked = square * CENTRED**2 if first < i < last else square
+            if square <= MAX_RESIDUAL**2 and ranked < best:
+                best, (along, apart, xy), kind[i] = ranked, line, LINE
+        if kind[i] == LINE:
+            c = along / max(apart, 1e-12)  # of twice the angle
+            tangents[i, 0] = math.sqrt(max(0.5 * (1.0 + c), 0.0))
+            tangents[i, 1] = math.copysign(math.sqrt(max(0.5 * (1.0 - c), 0.0)), xy)
+        elif _is_point(points, i):
             kind[i] = POINT
     return tangents, kind
 
@@ -93,9 +96,9 @@ def _end(points, i, step):
     """The last echo from echo `i` on, in steps of 1 or -1, that a line through `i` is fitted to."""
     k = i
     while 0 <= k + step < len(points):
-        if _apart(points, k, k + step) > MAX_GAP:
+        if _square(points, k, k + step) > MAX_GAP**2:
             break
-        if k != i and _apart(points, i, k + step) > REACH:
+        if k != i and _square(points, i, k + step) > REACH**2:
             break
         k += step
     return k
@@ -103,37 +106,39 @@ def _end(points, i, step):
 
 @kernel(error_model="numpy")
 def _fitted(sums, first, last):
-    """The unit vector along the line through echoes `first` to `last`, by least squares, and the
-    standard deviation of their distances from it."""
+    """The line through echoes `first` to `last`, by least squares: the variance of their distances
+    from it; cosine and sine of twice its angle, times a length, and that length: (cosine, length,
+    sine)."""
     n = last - first + 1
     x, y = (sums[last + 1, 0] - sums[first, 0]) / n, (sums[last + 1, 1] - sums[first, 1]) / n
     xx = sums[last + 1, 2] - sums[first, 2] - n * x * x
     xy = sums[last + 1, 3] - sums[first, 3] - n * x * y
     yy = sums[last + 1, 4] - sums[first, 4] - n * y * y
-    mean, apart = 0.5 * (xx + yy), math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
-    c = 0.5 * (xx - yy) / max(apart, 1e-12)  # of twice the angle
-    residual = math.sqrt(max(mean - apart, 0.0) / (n - 2))
-    along, across = math.sqrt(max(0.5 * (1.0 + c), 0.0)), math.sqrt(max(0.5 * (1.0 - c), 0.0))
-    return along, across if xy >= 0.0 else -across, residual
+    along = 0.5 * (xx - yy)
+    apart = math.sqrt(along * along + xy * xy)
+    return max(0.5 * (xx + yy) - apart, 0.0) / (n - 2), (along, apart, xy)
 
 
 @kernel(error_model="numpy")
 def _is_point(points, i):
     """Whether an echo without a line has a neighbour near by, or lies before both of them."""
-    before = _apart(points, i, i - 1) if i > 0 else np.inf
-    after = _apart(points, i, i + 1) if i < len(points) - 1 else np.inf
-    if min(before, after) <= NEAR:
+    before = _square(points, i, i - 1) if i > 0 else np.inf
+    after = _square(points, i, i + 1) if i < len(points) - 1 else np.inf
+    if min(before, after) <= NEAR**2:
         return True
     if i == 0 or i == len(points) - 1:
         return False
-    away = math.hypot(points[i, 0], points[i, 1])
-    return away < min(
-        math.hypot(points[i - 1, 0], points[i - 1, 1]),
-        math.hypot(points[i + 1, 0], points[i + 1, 1]),
-    )
+    return _away(points, i) < min(_away(points, i - 1), _away(points, i + 1))
+
+
+@kernel
+def _away(points, i):
+    """The squared distance of an echo from the robot, m^2."""
+    return points[i, 0] * points[i, 0] + points[i, 1] * points[i, 1]
 
 
 @kernel(error_model="numpy")
-def _apart(points, i, k):
+def _square(points, i, k):
+    """The squared distance between two echoes, m^2."""
     x, y = points[i, 0] - points[k, 0], points[i, 1] - points[k, 1]
-    return math.sqrt(x * x + y * y)  # several times faster than math.hypot
+    return x * x + y * y

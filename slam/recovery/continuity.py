@@ -251,10 +251,13 @@ def _near(outline, bearings, view, points, x0, y0, theta):
         if angle > view[1]:
             continue
         known += 1
+        place = _following(bearings, angle, place)
+        if 0 < place < len(outline) and _close(outline, place - 1, x, y):
+            number += 1  # as most points: on the surface that lies in their own direction
+            continue
         width = NEAR / max(math.sqrt(x * x + y * y), NEAR) * WIDER
-        place = _following(bearings, angle - width, place)
-        for m in range(max(place - 1, 0), len(outline) - 1):
-            if _squared_distance(outline[m], outline[m + 1], x, y) < NEAR * NEAR:
+        for m in range(max(_following(bearings, angle - width, place) - 1, 0), len(outline) - 1):
+            if _close(outline, m, x, y):
                 number += 1
                 break
             if bearings[m] > angle + width:
@@ -263,13 +266,14 @@ def _near(outline, bearings, view, points, x0, y0, theta):
 
 
 @kernel
-def _squared_distance(first, last, x, y):
-    """Squared distance of a point from the line between two echoes, or from the first one if they
-    are not of one surface."""
-    along_x, along_y = last[0] - first[0], last[1] - first[1]
-    x, y = x - first[0], y - first[1]
+def _close(outline, m, x, y):
+    """Whether a point lies within NEAR of the line from echo `m` of an outline to the next, or of
+    that echo if they are not of one surface."""
+    first_x, first_y = outline[m, 0], outline[m, 1]
+    along_x, along_y = outline[m + 1, 0] - first_x, outline[m + 1, 1] - first_y
     square = along_x * along_x + along_y * along_y
+    x, y = x - first_x, y - first_y
     if 0.0 < square < MAX_GAP * MAX_GAP:
         place = min(max((x * along_x + y * along_y) / square, 0.0), 1.0)
         x, y = x - place * along_x, y - place * along_y
-    return x * x + y * y
+    return x * x + y * y < NEAR * NEAR

@@ -85,7 +85,7 @@ class DrawnBefore:
             if near(self.frame, pose, *REST):
                 return
             self._path += math.dist(self.frame[:2], pose[:2])
-        self._drawn.append(OnPath(Keyframe(scan.bare(), pose), self._path))
+        self._drawn.append(OnPath(Keyframe(scan, pose), self._path))
         if self._path >= self._looked + STEP:
             self._looked = self._path
             self.drift = self._found_drift(scan)

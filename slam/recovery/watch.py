@@ -147,14 +147,11 @@ class Watch:
         """The pose of a match, or a better one if the odometry failed."""
         if self._rivals.votes:
             return match.estimate.pose
-        return self.odometry.corrected(self._with_pace(match), self._recent)
-
-    def _with_pace(self, match: Match) -> Match:
-        return match._replace(expected=self.pace.expected)
+        return self.odometry.corrected(match, self._recent)
 
     def judge(self, match: Match, surroundings: Callable[[], Surroundings]) -> None:
         """Update the belief by a keyframe; other places are searched for in the `surroundings`."""
-        match, pose = self._with_pace(match), match.estimate.pose
+        pose = match.estimate.pose
         held = self.belief.probability if self._rivals.votes or self._unsure else 0.0
         if not self.doubted:
             self._within = match.prediction.within(GAP_DEVIATIONS) if match.after_gap else None
