@@ -85,15 +85,16 @@ def _keep(kept, turn, row, col, value):
     """Keep a candidate instead of the worst one, unless a better one is of the same place; worse
     ones of the same place are dropped."""
     found, values, turns, radius, least = kept
-    for k in range(len(values)):
-        if found[k, 0] < 0:
-            continue
-        apart = abs(turns[turn] - turns[found[k, 0]])
-        near = (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 <= radius
-        if near and min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN:
-            if values[k] >= value:
-                return
-            found[k, 0], values[k] = -1, least
+    for better in (True, False):  # none is dropped for a candidate that is not kept
+        for k in range(len(values)):
+            if found[k, 0] < 0 or (values[k] >= value) != better:
+                continue
+            apart = abs(turns[turn] - turns[found[k, 0]])
+            near = (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 <= radius
+            if near and min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN:
+                if better:
+                    return
+                found[k, 0], values[k] = -1, least
     slot = np.argmin(values)
     if value > values[slot]:
         found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value

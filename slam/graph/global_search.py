@@ -21,7 +21,7 @@ from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
-KNOWN_CELL = 4  # the same, where the place is known
+WIDE_CELL = 4  # the same, of a search that may miss places between its candidates
 TURN_STEP = math.radians(0.5)  # between candidates
 MAX_POINTS = 150  # maximum number matched; evenly subsampled: the largest sum is below 1 << LANE
 OTHER_DISTANCE = 0.5  # m, and OTHER_TURN: two poses farther apart are different places
@@ -43,11 +43,13 @@ class GlobalSearch:
         endpoint: Endpoint,
         region: tuple[Array, Array] | None = None,
         known: bool = False,
+        width: int = CANDIDATE_CELL,
     ):
         """Prepare the map, or only the part between two corners (2,), m, of a region.
 
         known  whether the place is known: the robot stands where the map is free, and unknown cells
                explain no echo
+        width  cells of the map, 2 or 4, between neighbouring candidates
         """
         tiles, self._pad = endpoint.tiles, SQUARE
         self._low, self._unit = endpoint.nothing, (endpoint.top - endpoint.nothing) / MAX_UNITS
@@ -56,7 +58,6 @@ class GlobalSearch:
         side = tiles.resolution * TILE
         first, last = _tiles(tiles, region)
         index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
-        width = KNOWN_CELL if known else CANDIDATE_CELL
         cells, every = _coarse(index, endpoint.field().values, width, self._pad,
                                np.float32(endpoint.unknown), unknown, np.float32(self._low),
                                np.float32(1 / self._unit), known)  # fmt: skip

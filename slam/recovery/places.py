@@ -9,7 +9,12 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.graph.branch_and_bound import OTHER_TURN
-from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
+from slam.graph.global_search import (
+    CANDIDATE_CELL,
+    OTHER_DISTANCE,
+    WIDE_CELL,
+    GlobalSearch,
+)
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
 from slam.recovery.lost_belief import Agreement
@@ -19,7 +24,6 @@ from slam.sensor_models.endpoint import Endpoint
 
 FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW, MANY = 60, 150  # echoes: of a scan, and of many scans together
-TURN_STEP = math.radians(2.0)  # between candidates
 WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose odometry failed,
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
@@ -35,6 +39,9 @@ SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agre
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
 Reach = tuple[float, float, float]  # m, m, rad: half the width of a window
+Spacing = tuple[int, float]  # cells of the map, and rad, between candidates:
+WIDE_SPACING = WIDE_CELL, math.radians(2.0)
+FINE_SPACING = CANDIDATE_CELL, math.radians(0.5)
 
 
 class Place(NamedTuple):
@@ -63,16 +70,19 @@ class Places:
         echoes: int = FEW,
         candidates: int = CANDIDATES,
         rated: bool = False,
+        spacing: Spacing = WIDE_SPACING,
     ):
         """A search takes the best of so many `candidates`, by at most so many `echoes`.
 
         known  see `GlobalSearch`
         rated  whether they are the best of RATED ones of the coarse map: in a building whose
                corridors look alike hundreds of places are as good there as the true one
+        spacing  of the candidates: a place between them may be missed
         """
         self._endpoint, self._echoes, self._rated = endpoint, echoes, rated
         self._most = FINALISTS if rated else candidates
-        self._search = GlobalSearch(endpoint, known=known)
+        width, self._turn_step = spacing
+        self._search = GlobalSearch(endpoint, known=known, width=width)
 
     def best(self, scan: Scan, explained: float, value: float = -math.inf) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it;
@@ -112,7 +122,7 @@ class Places:
         region = self._search
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
         most, apart = (RATED, APART) if self._rated else (self._most, OTHER_DISTANCE)
-        found = region.candidates(points, centre, reach, but, TURN_STEP, least, most, apart)
+        found = region.candidates(points, centre, reach, but, self._turn_step, least, most, apart)
         return self._likeliest(scan, found)
 
     def _likeliest(self, scan: Scan, starts: list[Pose2]) -> list[Pose2]:

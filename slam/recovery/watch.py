@@ -36,6 +36,7 @@ MISPLACED = 2  # searches in a row by which what was drawn last lies elsewhere
 MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
+WELL_KNOWN = 0.95  # usual share of explained echoes, above which the ground was all mapped before
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -174,7 +175,7 @@ class Watch:
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
-            self.belief.set(self._settled(checked))
+            self.belief.set(self._settled(checked, agreement))
         else:
             self.belief.set(max(min(self.belief.probability, UNCHECKED), held))
         self.odometry.sudden = self.odometry.far = False
@@ -183,11 +184,14 @@ class Watch:
         if self.suspected >= MISPLACED:
             self.belief.set(ELSEWHERE[-1])
 
-    def _settled(self, probability: float) -> float:
-        """The probability; a doubt that many checks in a row could not confirm is dropped."""
+    def _settled(self, probability: float, agreement: Agreement) -> float:
+        """The probability; a doubt that many checks in a row could not confirm is dropped, but not
+        on ground that is no new one, and with which the scans do not agree."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
+        if self.belief.explained > WELL_KNOWN and not self._agrees_enough(agreement):
+            return ELSEWHERE[-1]
         self._dropped = max(self._dropped, DROPPED)
         return NOT_ELSEWHERE
 
