@@ -15,6 +15,7 @@ from slam.errors import InputError
 from slam.io.formats import kind_of
 from slam.io.loaded_recording import LoadedRecording
 from slam.preprocessing.clock import estimated_clock
+from slam.recovery.pace import jumps
 
 from .clocks import plain_clock
 from .info import InfoCommand
@@ -25,6 +26,7 @@ KINDS = {
 }  # fmt: skip
 MAX_TOPICS = 40  # maximum number listed
 LONG_GAP = 5.0  # s without a scan, from which on it is mentioned
+LISTED_JUMPS = 3  # of the odometry, the first ones
 
 
 def describe(command: InfoCommand) -> int:
@@ -111,12 +113,17 @@ def _laser(episode: Episode) -> dict[str, Any]:
 
 def _way(episode: Episode) -> dict[str, Any]:
     if not episode.has_odometry:
-        return {"metres": None, "turns": None}
+        return {"metres": None, "turns": None, "jumps": []}
     poses = episode.odometry.at(episode.times)
     steps = np.diff(poses, axis=0)
     turned = np.abs(np.unwrap(poses[:, 2])[1:] - np.unwrap(poses[:, 2])[:-1]).sum()
     metres = np.hypot(steps[:, 0], steps[:, 1]).sum()
-    return {"metres": float(metres), "turns": float(turned / math.tau)}
+    begin = episode.scans[0].time
+    found = [
+        {"s": one.time - begin, "metres": one.distance, "degrees": math.degrees(one.turn)}
+        for one in jumps(episode)
+    ]
+    return {"metres": float(metres), "turns": float(turned / math.tau), "jumps": found}
 
 
 def _print_topics(found: dict[str, Any]) -> None:
@@ -138,8 +145,19 @@ def _print_summary(found: dict[str, Any]) -> None:
     if found["odometry"]:
         odometry = f"{found['odometry']}: {found['metres']:.1f} m, {found['turns']:.1f} turns"
     _print_lines([("odometry", odometry)])
+    if found["jumps"]:
+        _print_lines([("", _jumps_in_words(found["jumps"]))])
     if found["truth"]:
         _print_lines([("truth", "poses, walls and doors")])
+
+
+def _jumps_in_words(found: list[dict[str, float]]) -> str:
+    times = "once" if len(found) == 1 else f"{len(found)} times"
+    listed = [
+        f"after {one['s']:.1f} s by {one['metres']:.2f} m, {abs(one['degrees']):.0f} deg"
+        for one in found[:LISTED_JUMPS]
+    ]
+    return f"jumps {times}: {'; '.join(listed + ['...'] * (len(found) > LISTED_JUMPS))}"
 
 
 def _laser_lines(laser: dict[str, Any]) -> Iterable[tuple[str, str]]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
+from slam.episode import Episode
 from slam.geometry import Pose2
 
 FARTHER, ACCELERATION = 0.3, 1.5  # m, m/s^2: so much more than at the velocity before is a jump
@@ -44,6 +46,27 @@ class Pace:
         if self._elapsed > AVERAGED:
             self._velocity = _scaled(self._motion, 1.0 / self._elapsed)
             self._motion, self._elapsed = Pose2(), 0.0
+
+
+class Jump(NamedTuple):
+    """A motion that no robot makes: when, s, and by how much, m and rad, it differs from one at the
+    velocity before."""
+
+    time: float
+    distance: float
+    turn: float
+
+
+def jumps(episode: Episode) -> list[Jump]:
+    """Where the odometry of a recording jumps; or where scans are missing, between which the robot
+    changed its velocity."""
+    pace, found = Pace(), []
+    for motion, scan in zip(episode.displacements(), episode.scans, strict=True):
+        pace.move(motion, scan.time)
+        if pace.expected is not None:
+            off = pace.expected.between(motion)
+            found.append(Jump(scan.time, math.hypot(off.x, off.y), off.theta))
+    return found
 
 
 def _scaled(motion: Pose2, factor: float) -> Pose2:

@@ -10,6 +10,8 @@ from dynslam_cli import main
 from dynslam_cli.bench.suites import logs
 
 import slam
+from agents import record_path
+from dynslam_env import Slip
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.io import formats
@@ -31,6 +33,19 @@ def test_info_of_a_log(log: Path, capsys):
     assert found["scans"] == 80
     assert found["odometry"] == "in it"
     assert found["metres"] > 1.0
+
+
+def test_info_tells_jumps_of_the_odometry(tmp_path: Path, log: Path, capsys):
+    slip = Slip(0.8, at=(4.0, 4.5), duration=0.1)
+    jumping = tmp_path / "jumping.log"
+    formats.write_log(
+        record_path("DoorCorridor-v0", 1, max_episode_steps=80, faults=[slip]), jumping
+    )
+    assert main.status(["info", str(jumping)]) == 0
+    assert "jumps once: after 4." in capsys.readouterr().out
+    (jump,) = told([str(jumping)], capsys)["jumps"]
+    assert jump["metres"] == pytest.approx(0.8, abs=0.1)
+    assert told([str(log)], capsys)["jumps"] == []
 
 
 @pytest.mark.parametrize("ending", [".npz", ".csv", ".log.gz", ".bag", ".mcap", ".db3", ""])

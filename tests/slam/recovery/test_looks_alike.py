@@ -49,6 +49,22 @@ def test_a_robot_that_is_carried_across_a_building_that_looks_alike_is_found(see
     assert found.false_alarms == 0
 
 
+@pytest.mark.parametrize(
+    "seed",
+    [
+        6324,  # its true place lay between the candidates of the search: sure and wrong to the end
+        6325,  # eight checks did not settle the doubt, which was dropped: told after 180 s
+    ],
+)
+def test_a_robot_that_disagrees_with_ground_that_is_known_well_is_lost(seed: int) -> None:
+    found = scores(seed)
+    carried = next(loss for loss in found.losses if loss.begin > SECOND_LAP + 30.0)
+    assert carried.end is not None
+    assert carried.end - carried.begin < 60.0
+    assert found.sure_and_wrong < 0.08
+    assert found.false_alarms == 0
+
+
 def test_a_graph_is_told_by_what_it_drew_long_before_that_it_was_carried() -> None:
     carried = scores(5602, "dynamic-graph").losses[-1]
     assert carried.begin > SECOND_LAP + 30.0

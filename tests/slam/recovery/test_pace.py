@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import pytest
 
+from agents import record_path
+from dynslam_env import Slip
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.particle_filter import ParticleFilter
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.recovery.pace import Pace
+from slam.recovery.pace import Pace, jumps
 from slam.recovery.watch import Watch
 from tests.slam.recovery.drawn_room import room
 
@@ -47,6 +49,19 @@ def test_what_takes_long_is_none() -> None:
     """Scans are missing: the robot drove on, or turned."""
     assert driven(Pose2(0.8, 0.0, 0.0), seconds=1.0) == [False]
     assert driven(Pose2(0.0, 0.0, math.pi / 2), seconds=1.0) == [False]
+
+
+def test_the_jumps_of_a_recording_are_listed() -> None:
+    at_ten = Slip(0.8, at=(10.0, 10.5), duration=0.1)
+    smooth, jumping = (
+        record_path("DoorCorridor-v0", 1, max_episode_steps=150, faults=faults)
+        for faults in ((), (at_ten,))
+    )
+    assert jumps(smooth) == []
+    (jump,) = jumps(jumping)
+    assert 10.0 <= jump.time <= 10.7
+    assert jump.distance == pytest.approx(0.8, abs=0.1)
+    assert jump.turn == pytest.approx(0.0, abs=0.1)
 
 
 def test_the_velocity_is_not_that_of_a_burst() -> None:
