@@ -99,12 +99,18 @@ class Scan:
     @cached_property
     def hit(self) -> np.ndarray:
         """(beams,) bool: an echo within the sensor's range."""
-        return _hit(self.ranges, self.min_range, self.max_range)
+        return _hit(self.ranges, self._number(self.min_range), self._number(self.max_range))
 
     @cached_property
     def no_echo(self) -> np.ndarray:
         """(beams,) bool: no obstacle within the sensor's range."""
-        return self.ranges >= self.max_range
+        return self.ranges >= self._number(self.max_range)
+
+    def _number(self, limit: float) -> np.floating:
+        """A limit in the precision of the ranges: a reading of 5.7 m in single precision is not
+        below 5.7 m."""
+        ranges = self.ranges.dtype
+        return ranges.type(limit) if ranges.kind == "f" else np.float64(limit)
 
     @cached_property
     def directions(self) -> Array:
@@ -130,7 +136,6 @@ class Scan:
 
 @kernel
 def _hit(ranges, least, most):
-    least, most = ranges.dtype.type(least), ranges.dtype.type(most)  # as numpy compares them
     hit = np.empty(len(ranges), np.bool_)
     for k in range(len(ranges)):
         hit[k] = least <= ranges[k] < most and ranges[k] > 0.0

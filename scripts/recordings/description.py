@@ -154,10 +154,11 @@ def _print_summary(found: dict[str, Any]) -> None:
 def _jumps_in_words(found: list[dict[str, float]]) -> str:
     times = "once" if len(found) == 1 else f"{len(found)} times"
     listed = [
-        f"after {one['s']:.1f} s by {one['metres']:.2f} m, {abs(one['degrees']):.0f} deg"
+        f"after {one['s']:.1f} s by {one['metres']:.2f} m and {abs(one['degrees']):.0f} degrees"
         for one in found[:LISTED_JUMPS]
     ]
-    return f"jumps {times}: {'; '.join(listed + ['...'] * (len(found) > LISTED_JUMPS))}"
+    more = ["..."] * (len(found) > LISTED_JUMPS)
+    return f"jumps, or scans are missing, {times}: {'; '.join(listed + more)}"
 
 
 def _laser_lines(laser: dict[str, Any]) -> Iterable[tuple[str, str]]:

@@ -242,7 +242,7 @@ class MaximumLikelihood:
             else:
                 wide = self.watch.odometry.wide.around(pose)
                 pose, likelihood, _, _ = self._registered(scan, wide, pose)
-            score = likelihood / len(scan.points)
+            score = likelihood / max(len(scan.points), 1)
             estimate = estimate._replace(pose=pose, covariance=covariance, score=score)
             self._last_match = None  # nothing to learn of the odometry
             match = match._replace(estimate=estimate)

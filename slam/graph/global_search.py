@@ -21,7 +21,7 @@ from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
-WIDE_CELL = 4  # the same, of a search that may miss places between its candidates
+KNOWN_CELL = 4  # the same, where the place is known
 TURN_STEP = math.radians(0.5)  # between candidates
 MAX_POINTS = 150  # maximum number matched; evenly subsampled: the largest sum is below 1 << LANE
 OTHER_DISTANCE = 0.5  # m, and OTHER_TURN: two poses farther apart are different places
@@ -43,13 +43,14 @@ class GlobalSearch:
         endpoint: Endpoint,
         region: tuple[Array, Array] | None = None,
         known: bool = False,
-        width: int = CANDIDATE_CELL,
+        widened: bool = False,
     ):
         """Prepare the map, or only the part between two corners (2,), m, of a region.
 
         known  whether the place is known: the robot stands where the map is free, and unknown cells
                explain no echo
-        width  cells of the map, 2 or 4, between neighbouring candidates
+        widened  each cell has the maximum over its neighbours, too: a wall that lies between two
+                 candidates counts for both. Few places are missed, and more are found that are none
         """
         tiles, self._pad = endpoint.tiles, SQUARE
         self._low, self._unit = endpoint.nothing, (endpoint.top - endpoint.nothing) / MAX_UNITS
@@ -58,9 +59,11 @@ class GlobalSearch:
         side = tiles.resolution * TILE
         first, last = _tiles(tiles, region)
         index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
+        width = KNOWN_CELL if known else CANDIDATE_CELL
         cells, every = _coarse(index, endpoint.field().values, width, self._pad,
                                np.float32(endpoint.unknown), unknown, np.float32(self._low),
                                np.float32(1 / self._unit), known)  # fmt: skip
+        cells = _widened(cells) if widened else cells
         self._words = _words(cells, self._unknown)
         self._phases = _phases(_square_maxima(cells, self._unknown), self._unknown)
         self._standing = _squares(every < free) if known else ANYWHERE
@@ -188,6 +191,17 @@ def _write_units(cells, values, width, low, scale):
         values[np.uint64(c)] = most
     for c in range(len(cells)):
         cells[c] = np.uint8(min(np.ceil((values[c] - low) * scale), np.float32(MAX_UNITS)))
+
+
+def _widened(cells: np.ndarray) -> np.ndarray:
+    """(rows, cols) the maximum over each cell and its eight neighbours."""
+    row = cells.copy()
+    np.maximum(row[:, 1:], cells[:, :-1], out=row[:, 1:])
+    np.maximum(row[:, :-1], cells[:, 1:], out=row[:, :-1])
+    result = row.copy()
+    np.maximum(result[1:], row[:-1], out=result[1:])
+    np.maximum(result[:-1], row[1:], out=result[:-1])
+    return result
 
 
 @kernel

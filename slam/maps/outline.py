@@ -65,7 +65,10 @@ def _outline(points):
         low, high = _end(points, i, -1), _end(points, i, 1)
         best, along, apart, xy = np.inf, 0.0, 1.0, 0.0
         for first, last in ((low, high), (low, i), (i, high)):
-            if last - first + 1 < MIN_ECHOES or _square(points, first, last) < MIN_LENGTH**2:
+            if (
+                last - first + 1 < MIN_ECHOES
+                or _squared_distance(points, first, last) < MIN_LENGTH**2
+            ):
                 continue
             square, line = _fitted(sums, first, last)
             ranked = square * CENTRED**2 if first < i < last else square
@@ -96,9 +99,9 @@ def _end(points, i, step):
     """The last echo from echo `i` on, in steps of 1 or -1, that a line through `i` is fitted to."""
     k = i
     while 0 <= k + step < len(points):
-        if _square(points, k, k + step) > MAX_GAP**2:
+        if _squared_distance(points, k, k + step) > MAX_GAP**2:
             break
-        if k != i and _square(points, i, k + step) > REACH**2:
+        if k != i and _squared_distance(points, i, k + step) > REACH**2:
             break
         k += step
     return k
@@ -107,8 +110,7 @@ def _end(points, i, step):
 @kernel(error_model="numpy")
 def _fitted(sums, first, last):
     """The line through echoes `first` to `last`, by least squares: the variance of their distances
-    from it; cosine and sine of twice its angle, times a length, and that length: (cosine, length,
-    sine)."""
+    from it; and (d cos 2a, d, d sin 2a), where `a` is its angle, and d > 0."""
     n = last - first + 1
     x, y = (sums[last + 1, 0] - sums[first, 0]) / n, (sums[last + 1, 1] - sums[first, 1]) / n
     xx = sums[last + 1, 2] - sums[first, 2] - n * x * x
@@ -122,23 +124,25 @@ def _fitted(sums, first, last):
 @kernel(error_model="numpy")
 def _is_point(points, i):
     """Whether an echo without a line has a neighbour near by, or lies before both of them."""
-    before = _square(points, i, i - 1) if i > 0 else np.inf
-    after = _square(points, i, i + 1) if i < len(points) - 1 else np.inf
+    before = _squared_distance(points, i, i - 1) if i > 0 else np.inf
+    after = _squared_distance(points, i, i + 1) if i < len(points) - 1 else np.inf
     if min(before, after) <= NEAR**2:
         return True
     if i == 0 or i == len(points) - 1:
         return False
-    return _away(points, i) < min(_away(points, i - 1), _away(points, i + 1))
+    return _squared_range(points, i) < min(
+        _squared_range(points, i - 1), _squared_range(points, i + 1)
+    )
 
 
 @kernel
-def _away(points, i):
+def _squared_range(points, i):
     """The squared distance of an echo from the robot, m^2."""
     return points[i, 0] * points[i, 0] + points[i, 1] * points[i, 1]
 
 
 @kernel(error_model="numpy")
-def _square(points, i, k):
+def _squared_distance(points, i, k):
     """The squared distance between two echoes, m^2."""
     x, y = points[i, 0] - points[k, 0], points[i, 1] - points[k, 1]
     return x * x + y * y

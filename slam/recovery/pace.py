@@ -16,6 +16,8 @@ AVERAGED = 0.4  # s over which the velocity is a mean, at least: in some logs sc
 class Pace:
     """The velocity of the robot by its odometry.
 
+    Two motions in a row at the same velocity are none, whatever it was before.
+
     expected  if the odometry jumped before the last scan, the motion at the velocity before;
               otherwise None. After a reset the odometry tells of no motion; but as often it
               catches up, because it was late, or because scans are missing
@@ -25,6 +27,7 @@ class Pace:
         self.expected: Pose2 | None = None
         self._time = math.inf  # s, of the last scan
         self._velocity = Pose2()  # m/s, m/s, rad/s
+        self._odd: Pose2 | None = None  # velocity of the last motion, if that was a jump
         self._motion, self._elapsed = Pose2(), 0.0  # m, m, rad; s: since it was computed
 
     def move(self, displacement: Pose2, time: float) -> None:
@@ -33,14 +36,13 @@ class Pace:
         if math.isinf(before):
             return
         seconds = max(time - before, 0.0)
-        expected = _scaled(self._velocity, seconds)
-        far = math.hypot(displacement.x - expected.x, displacement.y - expected.y)
-        turn = abs(displacement.theta - expected.theta)
-        square = seconds * seconds
-        if far > max(FARTHER, ACCELERATION * square) or turn > max(MORE_TURN, TURNING * square):
-            self.expected = expected
-            return
-        self.expected = None
+        velocity, odd, self._odd, self.expected = self._velocity, self._odd, None, None
+        if _jumps(displacement, velocity, seconds):
+            if odd is None or _jumps(displacement, odd, seconds):
+                self.expected = _scaled(velocity, seconds)
+                self._odd = _scaled(displacement, 1.0 / seconds) if seconds > 0.0 else None
+                return
+            self._velocity, self._motion, self._elapsed = odd, Pose2(), 0.0  # two motions agree
         (x, y, theta), self._elapsed = self._motion, self._elapsed + seconds
         self._motion = Pose2(x + displacement.x, y + displacement.y, theta + displacement.theta)
         if self._elapsed > AVERAGED:
@@ -48,9 +50,21 @@ class Pace:
             self._motion, self._elapsed = Pose2(), 0.0
 
 
+def _jumps(displacement: Pose2, velocity: Pose2, seconds: float) -> bool:
+    """Whether wheels cannot accelerate so much since they had a velocity."""
+    expected, square = _scaled(velocity, seconds), seconds * seconds
+    far = math.hypot(displacement.x - expected.x, displacement.y - expected.y)
+    turn = abs(displacement.theta - expected.theta)
+    return far > max(FARTHER, ACCELERATION * square) or turn > max(MORE_TURN, TURNING * square)
+
+
 class Jump(NamedTuple):
-    """A motion that no robot makes: when, s, and by how much, m and rad, it differs from one at the
-    velocity before."""
+    """A motion that no robot makes.
+
+    time      s, of the scan after it
+    distance  m, by which it differs from a motion at the velocity before
+    turn      rad, likewise
+    """
 
     time: float
     distance: float

@@ -9,12 +9,7 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.graph.branch_and_bound import OTHER_TURN
-from slam.graph.global_search import (
-    CANDIDATE_CELL,
-    OTHER_DISTANCE,
-    WIDE_CELL,
-    GlobalSearch,
-)
+from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
 from slam.interface import Posterior
 from slam.motion.gaussian import Prediction
 from slam.recovery.lost_belief import Agreement
@@ -22,15 +17,15 @@ from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton, climbed
 from slam.sensor_models.endpoint import Endpoint
 
+TURN_STEP = math.radians(2.0)  # between candidates
 FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW, MANY = 60, 150  # echoes: of a scan, and of many scans together
 WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose odometry failed,
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
-COARSELY = 0.15  # nats by which the coarse map may tell less of an echo: a rule of thumb
 CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
-RATED, APART = 1024, 0.25  # the same, and m between them, where places look alike: they are rated
+RATED, APART = 512, 0.25  # the same, and m between them, where places look alike: they are rated
 RATED_BY = 100  # echoes, in the map itself,
 ROUGHLY = 6, 0.005  # after so many steps uphill, the last of so many m and rad;
 FINALISTS = 32  # the best of them are matched
@@ -39,9 +34,6 @@ SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agre
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
 Reach = tuple[float, float, float]  # m, m, rad: half the width of a window
-Spacing = tuple[int, float]  # cells of the map, and rad, between candidates:
-WIDE_SPACING = WIDE_CELL, math.radians(2.0)
-FINE_SPACING = CANDIDATE_CELL, math.radians(0.5)
 
 
 class Place(NamedTuple):
@@ -70,19 +62,16 @@ class Places:
         echoes: int = FEW,
         candidates: int = CANDIDATES,
         rated: bool = False,
-        spacing: Spacing = WIDE_SPACING,
     ):
         """A search takes the best of so many `candidates`, by at most so many `echoes`.
 
         known  see `GlobalSearch`
         rated  whether they are the best of RATED ones of the coarse map: in a building whose
                corridors look alike hundreds of places are as good there as the true one
-        spacing  of the candidates: a place between them may be missed
         """
         self._endpoint, self._echoes, self._rated = endpoint, echoes, rated
         self._most = FINALISTS if rated else candidates
-        width, self._turn_step = spacing
-        self._search = GlobalSearch(endpoint, known=known, width=width)
+        self._search = GlobalSearch(endpoint, known=known, widened=rated)
 
     def best(self, scan: Scan, explained: float, value: float = -math.inf) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it;
@@ -122,7 +111,7 @@ class Places:
         region = self._search
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
         most, apart = (RATED, APART) if self._rated else (self._most, OTHER_DISTANCE)
-        found = region.candidates(points, centre, reach, but, self._turn_step, least, most, apart)
+        found = region.candidates(points, centre, reach, but, TURN_STEP, least, most, apart)
         return self._likeliest(scan, found)
 
     def _likeliest(self, scan: Scan, starts: list[Pose2]) -> list[Pose2]:
@@ -146,8 +135,8 @@ class Places:
         return explained * WELL_EXPLAINED + (1.0 - explained) * self._endpoint.nothing
 
     def _mean(self, scan: Scan, value: float) -> float:
-        """Mean log-likelihood of an echo where that of the scan is `value`, less COARSELY."""
-        return value / (self._endpoint.beta * max(len(scan.points), 1)) - COARSELY
+        """Mean log-likelihood of an echo where that of the scan is `value`."""
+        return value / (self._endpoint.beta * max(len(scan.points), 1))
 
     def matched(self, scan: Scan, start: Pose2) -> Place:
         """The place at the local maximum near a pose."""

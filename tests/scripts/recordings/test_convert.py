@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dynslam_cli import main
 from dynslam_cli.bench.suites import logs
+from dynslam_cli.recordings.description import _jumps_in_words
 
 import slam
 from agents import record_path
@@ -42,10 +43,19 @@ def test_info_tells_jumps_of_the_odometry(tmp_path: Path, log: Path, capsys):
         record_path("DoorCorridor-v0", 1, max_episode_steps=80, faults=[slip]), jumping
     )
     assert main.status(["info", str(jumping)]) == 0
-    assert "jumps once: after 4." in capsys.readouterr().out
+    assert "jumps, or scans are missing, once: after 4." in capsys.readouterr().out
     (jump,) = told([str(jumping)], capsys)["jumps"]
     assert jump["metres"] == pytest.approx(0.8, abs=0.1)
     assert told([str(log)], capsys)["jumps"] == []
+
+
+def test_info_of_many_jumps_lists_the_first_ones():
+    found = [{"s": 2.0 * k, "metres": 0.5, "degrees": -20.0} for k in range(5)]
+    assert _jumps_in_words(found[:1]).endswith("once: after 0.0 s by 0.50 m and 20 degrees")
+    told = _jumps_in_words(found)
+    assert "5 times" in told
+    assert told.count("after") == 3
+    assert told.endswith("; ...")
 
 
 @pytest.mark.parametrize("ending", [".npz", ".csv", ".log.gz", ".bag", ".mcap", ".db3", ""])

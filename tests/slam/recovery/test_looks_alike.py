@@ -56,7 +56,7 @@ def test_a_robot_that_is_carried_across_a_building_that_looks_alike_is_found(see
         6325,  # eight checks did not settle the doubt, which was dropped: told after 180 s
     ],
 )
-def test_a_robot_that_disagrees_with_ground_that_is_known_well_is_lost(seed: int) -> None:
+def test_a_robot_that_was_sure_for_minutes_of_a_place_that_looks_alike_is_found(seed: int) -> None:
     found = scores(seed)
     carried = next(loss for loss in found.losses if loss.begin > SECOND_LAP + 30.0)
     assert carried.end is not None

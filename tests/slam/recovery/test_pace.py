@@ -51,6 +51,16 @@ def test_what_takes_long_is_none() -> None:
     assert driven(Pose2(0.0, 0.0, math.pi / 2), seconds=1.0) == [False]
 
 
+@pytest.mark.parametrize("seconds", [0.25, 0.5, 1.0])
+@pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
+def test_a_recording_that_begins_in_motion_jumps_once_at_most(speed: float, seconds: float) -> None:
+    pace, told = Pace(), []
+    for k in range(20):
+        pace.move(Pose2(speed * seconds, 0.0, 0.0), k * seconds)
+        told.append(pace.expected is not None)
+    assert not any(told[2:])
+
+
 def test_the_jumps_of_a_recording_are_listed() -> None:
     at_ten = Slip(0.8, at=(10.0, 10.5), duration=0.1)
     smooth, jumping = (

@@ -1,9 +1,12 @@
 """What a map tells of a scan at a pose, and the climbs from many poses."""
 
+import math
+
 import numpy as np
 import pytest
 
 from slam.geometry import Pose2
+from slam.graph.global_search import GlobalSearch
 from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton, climbed
 from tests.slam.recovery.drawn_room import reading, room
@@ -28,3 +31,17 @@ def test_what_a_map_does_not_know_is_not_wrong() -> None:
     points = np.array(inside + walls + beyond)
     assert endpoint.known_shares(points, Pose2()) == pytest.approx((0.4, 0.2))
     assert endpoint.known_shares(points[:0], Pose2()) == (0.0, 0.0)
+
+
+def test_a_widened_map_misses_no_place_between_candidates() -> None:
+    endpoint, rng = reading(), np.random.default_rng(0)
+    few = endpoint.nothing + 0.9 * (endpoint.top - endpoint.nothing)  # mean, of echoes on walls
+    coarse = GlobalSearch(endpoint, known=True)
+    widened = GlobalSearch(endpoint, known=True, widened=True)
+    found = []
+    for x, y, theta in rng.uniform(-1.0, 1.0, (50, 3)) * [0.1, 0.1, math.radians(1.0)]:
+        points, here = room(Pose2(x, y, theta)).points, np.zeros(3)
+        maps = (one.candidates(points, Pose2(), here, least=few) for one in (coarse, widened))
+        found.append([len(candidates) for candidates in maps])
+    by_coarse, by_widened = np.sum(found, axis=0).tolist()
+    assert by_coarse < by_widened == 50

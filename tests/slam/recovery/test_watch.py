@@ -120,6 +120,18 @@ def test_a_laser_that_sees_nothing_during_a_doubt_is_no_error() -> None:
     assert blinded == 20
 
 
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph", "static-pf"])
+def test_a_laser_that_sees_nothing_after_a_gap_is_no_error(variant: str) -> None:
+    robot, ahead = make(variant, Pose2()), 0.02
+    for k in range(20):
+        seen = replace(room(Pose2(ahead * k, 0.0, 0.0)), time=0.1 * k)
+        robot.update(Pose2(ahead if k else 0.0, 0.0, 0.0), seen)
+    blind = replace(room(), ranges=np.full(180, np.inf), time=9.0)
+    estimate = robot.update(Pose2(2.0, 0.0, 0.0), blind)
+    assert estimate.pose.x == pytest.approx(2.38, abs=0.05)
+    assert math.isfinite(estimate.score)
+
+
 def test_a_doubt_that_was_dropped_is_told_for_a_while() -> None:
     """A door moved before the robot, on new ground: no place fits until the checks are used up."""
     off, lost = carried("DoorLoop-v0", "static-ml", 107)
