@@ -12,7 +12,16 @@ from slam.geometry import Array, Pose2
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
-from slam.recovery.places import MANY, Place, Places, Surroundings, agree, near, same_place
+from slam.recovery.places import (
+    CAREFUL,
+    MANY,
+    Place,
+    Places,
+    Surroundings,
+    agree,
+    near,
+    same_place,
+)
 from slam.scan import Scan
 
 ATTEMPTS = MotionThreshold(distance=0.5, turn=math.radians(45.0), time=2.0)
@@ -115,7 +124,7 @@ class Astray:
         self.sure = False
         self.believed, self.pose = believed, Pose2()
         self._front, self._frame, self._lost = front, surroundings.frame, lost
-        self._places = Places(surroundings.endpoint, known=True, echoes=MANY, rated=True)
+        self._places = Places(surroundings.endpoint, known=True, echoes=MANY, rating=CAREFUL)
         self.keyframes: list[Keyframe] = []
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)

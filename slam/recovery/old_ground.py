@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 from slam.geometry import Pose2
 from slam.graph.local_map import Panorama
-from slam.recovery.places import Place, Places, best_near, matched, near
+from slam.recovery.places import THOROUGH, Place, Places, best_near, matched, near
 from slam.recovery.watch import MISPLACED
 from slam.sensor_models.endpoint import Endpoint
 
@@ -159,7 +159,7 @@ class OldGround:
         if explained + wrong < KNOWN and wrong < max(explained, WRONG):
             return None  # new ground
         least = max(explained + MORE_EXPLAINED, LEAST_EXPLAINED)
-        places = Places(endpoint, known=True, echoes=ECHOES, rated=True)
+        places = Places(endpoint, known=True, echoes=ECHOES, rating=THOROUGH)
         found = places.best(scan, least, here.value + GAIN)
         if found is None or found.value < here.value + GAIN:
             return None

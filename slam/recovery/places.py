@@ -25,7 +25,7 @@ MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
 CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
-RATED, APART = 512, 0.25  # the same, and m between them, where places look alike: they are rated
+APART = 0.25  # m between them, where places look alike: they are rated
 RATED_BY = 100  # echoes, in the map itself,
 ROUGHLY = 6, 0.005  # after so many steps uphill, the last of so many m and rad;
 FINALISTS = 32  # the best of them are matched
@@ -34,6 +34,18 @@ SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agre
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 REFINE = GaussNewton(levels=2)
 Reach = tuple[float, float, float]  # m, m, rad: half the width of a window
+
+
+class Rating(NamedTuple):
+    """How many candidates of a coarse map are rated in the map itself, and whether the coarse one
+    is `widened` (see `GlobalSearch`)."""
+
+    number: int
+    widened: bool
+
+
+CAREFUL = Rating(1024, False)  # a place is to be accepted: few are found that are none
+THOROUGH = Rating(512, True)  # it is asked whether there is another place: few are missed
 
 
 class Place(NamedTuple):
@@ -61,17 +73,18 @@ class Places:
         known: bool = False,
         echoes: int = FEW,
         candidates: int = CANDIDATES,
-        rated: bool = False,
+        rating: Rating | None = None,
     ):
         """A search takes the best of so many `candidates`, by at most so many `echoes`.
 
         known  see `GlobalSearch`
-        rated  whether they are the best of RATED ones of the coarse map: in a building whose
-               corridors look alike hundreds of places are as good there as the true one
+        rating  of more of them, of which the best are taken: in a building whose corridors look
+                alike hundreds of places are as good in the coarse map as the true one
         """
-        self._endpoint, self._echoes, self._rated = endpoint, echoes, rated
-        self._most = FINALISTS if rated else candidates
-        self._search = GlobalSearch(endpoint, known=known, widened=rated)
+        self._endpoint, self._echoes, self._rating = endpoint, echoes, rating
+        self._most = FINALISTS if rating else candidates
+        widened = rating is not None and rating.widened
+        self._search = GlobalSearch(endpoint, known=known, widened=widened)
 
     def best(self, scan: Scan, explained: float, value: float = -math.inf) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it;
@@ -110,7 +123,8 @@ class Places:
     def _starts(self, scan: Scan, least: float, but: list[Pose2]) -> list[Pose2]:
         region = self._search
         points, centre, reach = searched(scan, self._echoes), region.centre, region.reach
-        most, apart = (RATED, APART) if self._rated else (self._most, OTHER_DISTANCE)
+        rating = self._rating
+        most, apart = (rating.number, APART) if rating else (self._most, OTHER_DISTANCE)
         found = region.candidates(points, centre, reach, but, TURN_STEP, least, most, apart)
         return self._likeliest(scan, found)
 
