@@ -77,7 +77,7 @@ class Places:
     ):
         """A search takes the best of so many `candidates`, by at most so many `echoes`.
 
-        known  see `GlobalSearch`
+        known   see `GlobalSearch`
         rating  of more of them, of which the best are taken: in a building whose corridors look
                 alike hundreds of places are as good in the coarse map as the true one
         """
