@@ -47,8 +47,8 @@ class GlobalSearch:
     ):
         """Prepare the map, or only the part between two corners (2,), m, of a region.
 
-        known  whether the place is known: the robot stands where the map is free, and unknown cells
-               explain no echo
+        known    whether the place is known: the robot stands where the map is free, and unknown
+                 cells explain no echo
         widened  each cell has the maximum over its neighbours, too: a wall that lies between two
                  candidates counts for both. Few places are missed, and more are found that are none
         """

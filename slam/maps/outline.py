@@ -65,10 +65,8 @@ def _outline(points):
         low, high = _end(points, i, -1), _end(points, i, 1)
         best, along, apart, xy = np.inf, 0.0, 1.0, 0.0
         for first, last in ((low, high), (low, i), (i, high)):
-            if (
-                last - first + 1 < MIN_ECHOES
-                or _squared_distance(points, first, last) < MIN_LENGTH**2
-            ):
+            echoes, square = last - first + 1, _squared_distance(points, first, last)
+            if echoes < MIN_ECHOES or square < MIN_LENGTH**2:
                 continue
             square, line = _fitted(sums, first, last)
             ranked = square * CENTRED**2 if first < i < last else square

@@ -17,9 +17,9 @@ from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton, climbed
 from slam.sensor_models.endpoint import Endpoint
 
-TURN_STEP = math.radians(2.0)  # between candidates
 FARTHEST = 12.0  # m, of the echoes that are searched for
 FEW, MANY = 60, 150  # echoes: of a scan, and of many scans together
+TURN_STEP = math.radians(2.0)  # between candidates
 WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose odometry failed,
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates

@@ -186,7 +186,7 @@ class Watch:
 
     def _settled(self, probability: float, agreement: Agreement) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped, but not
-        on ground that is no new one, and with which the scans do not agree."""
+        one that began with a jump, on ground that was all mapped before and disagrees."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability

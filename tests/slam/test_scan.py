@@ -81,3 +81,16 @@ def test_directions_do_not_depend_on_the_scans_before() -> None:
     np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions, expected())
     angles += 0.125  # in place
     np.testing.assert_array_equal(Scan(ranges, angles, 5.0).directions, expected())
+
+
+def test_ranges_in_whole_numbers_are_compared_with_limits_that_are_none() -> None:
+    scan = Scan(np.array([0, 1, 5, 6]), np.arange(4.0), max_range=5.5, min_range=0.5)
+    assert scan.hit.tolist() == [False, True, True, False]
+    assert scan.no_echo.tolist() == [False, False, False, True]
+
+
+def test_a_limit_in_double_precision_is_that_of_readings_in_single_precision() -> None:
+    single: Any = np.full(3, 5.7, np.float32)
+    scan = Scan(single, np.arange(3.0), max_range=np.float64(5.7))
+    assert not scan.hit.any()
+    assert scan.no_echo.all()
