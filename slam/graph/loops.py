@@ -19,8 +19,7 @@ from slam.maps.static import Static
 from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton
 from slam.search.laplace import wide_information
-from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint
-from slam.sensor_models.field import EXPLAINED, KNOWN
+from slam.sensor_models.endpoint import Endpoint, FrozenEndpoint, shares_of_known
 from slam.validation import positive, whole
 
 MAX_CACHE_BYTES = 40_000_000  # of the unpacked local maps, the last one aside
@@ -194,8 +193,7 @@ class Matcher:
         known = np.zeros(len(scan.points), np.uint8)
         for place, pose in places:
             self._unpacked_map(place).endpoint.raise_known(known, scan.points, pose)
-        n = max(len(known), 1)
-        return float((known == EXPLAINED).sum() / n), float((known == KNOWN).sum() / n)
+        return shares_of_known(known)
 
     def _at(
         self, endpoint: Endpoint, scan: Panorama, start: Pose2, predicted: Pose2, covariance: Array

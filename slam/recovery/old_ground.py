@@ -163,8 +163,10 @@ class OldGround:
         found = places.best(scan, least, here.value + GAIN)
         if found is None or found.value < here.value + GAIN:
             return None
-        there, _ = endpoint.known_shares(scan.points, found.pose)
-        return Other(found.pose, found.value - here.value) if there > least else None
+        there, other = endpoint.known_shares(scan.points, found.pose)
+        misfit = min(wrong / max(explained + wrong, 1e-9), self._usual + LEARNED)
+        fits = there > least and other < misfit * (there + other)
+        return Other(found.pose, found.value - here.value) if fits else None
 
 
 def _value(place: Place) -> float:

@@ -9,7 +9,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe
 from slam.interface import Estimate
 from slam.motion.threshold import MotionThreshold, MotionTrigger
-from slam.recovery.astray import GRADUAL, SUDDEN, Demands
+from slam.recovery.astray import GRADUAL, LITTLE_KNOWN, SUDDEN, Demands
 from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
@@ -42,6 +42,7 @@ MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wai
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
+TORN = 0.3  # change of the scan, of a robot that was carried: doors and people change 0.2
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
@@ -78,6 +79,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
+        self._torn = False  # whether it saw other surfaces than the scan before
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -137,7 +139,7 @@ class Watch:
     def _trust(self) -> None:
         """No doubt is left."""
         self._jump, self._checks = None, 0
-        self._unsure = self._unexplained = self._moved = False
+        self._unsure = self._unexplained = self._torn = self._moved = False
         self._rivals.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -169,6 +171,7 @@ class Watch:
         if begins:
             self._jump = Keyframe(match.scan, pose)
             self._unexplained = self.belief.hardly_explains(agreement)
+            self._torn = changed > TORN
         self._moved = self._moved or self.odometry.far
         if not self.doubted:
             self._trust()
@@ -186,11 +189,13 @@ class Watch:
 
     def _settled(self, probability: float, agreement: Agreement) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped, but not
-        one that began with a jump, on ground that was all mapped before and disagrees."""
+        one that began with a jump, on ground that was all mapped before, is known and
+        disagrees."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
-        if self.belief.explained > WELL_KNOWN and not self._agrees_enough(agreement):
+        known = self.belief.explained > WELL_KNOWN and sum(agreement) > LITTLE_KNOWN
+        if known and not self._agrees_enough(agreement):
             return ELSEWHERE[-1]
         self._dropped = max(self._dropped, DROPPED)
         return NOT_ELSEWHERE
@@ -258,6 +263,8 @@ class Watch:
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
+        if self._torn and agreement.explained < POOR * self.belief.explained:
+            return True
         if not self.belief.hardly_explains(agreement):
             return False
         if self._unexplained:

@@ -145,15 +145,19 @@ class Endpoint:
 
     def shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
         """Shares of echoes (n, 2) that the map explains (occupied) and contradicts (free)."""
-        above, below, _ = self._counts(points, pose)
+        tiles = self.tiles
+        above, below = field.counts(
+            *pose, points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
+            self.free, self._explained,
+        )  # fmt: skip
         n = max(len(points), 1)
         return above / n, below / n
 
     def known_shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
         """Shares of echoes (n, 2) that the map explains, and that it knows and does not explain."""
-        above, _, unknown = self._counts(points, pose)
-        n = max(len(points), 1)
-        return above / n, (len(points) - above - unknown) / n
+        known = np.zeros(len(points), np.uint8)
+        self.raise_known(known, points, pose)
+        return shares_of_known(known)
 
     def raise_known(self, known: np.ndarray, points: Array, pose: Pose2) -> None:
         """Raise `known` (n,) uint8 to 1 for echoes (n, 2) that the map knows, and to 2 for those
@@ -161,14 +165,7 @@ class Endpoint:
         tiles = self.tiles
         field.raise_known(
             known, tuple(pose), points, tiles.index, self._field.flat, tiles.origin,
-            tiles.resolution, self._explained,
-        )  # fmt: skip
-
-    def _counts(self, points: Array, pose: Pose2) -> tuple[int, int, int]:
-        tiles = self.tiles
-        return field.counts(
-            *pose, points, tiles.index, self._field.flat, tiles.origin, tiles.resolution,
-            self.free, self._explained,
+            tiles.resolution, self.free, self._explained,
         )  # fmt: skip
 
     def behind(self, points: Array, views: Array, pose: Pose2) -> float:
@@ -190,6 +187,12 @@ class Endpoint:
     def slope(self, scan: Scan, pose: Pose2, level: int = 0) -> Slope:
         """Value, gradient and curvature of the log-likelihood, from the field of `level`."""
         return Slope(*field.slope(*pose, scan.points, *self.reading(level)))
+
+
+def shares_of_known(known: np.ndarray) -> tuple[float, float]:
+    """See `Endpoint.known_shares`; `known` by `raise_known`."""
+    n = max(len(known), 1)
+    return float((known == field.EXPLAINED).sum() / n), float((known == field.KNOWN).sum() / n)
 
 
 class FrozenEndpoint:

@@ -21,6 +21,7 @@ U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numb
 U_2 = np.uint64(2)
 U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
 NEAR_UNKNOWN = np.float32(0.003)  # nats: the field is tabulated
+BESIDE = 0.15  # m, from unknown ground, see `raise_known`
 KNOWN, EXPLAINED = 1, 2  # of an echo, see `raise_known`
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 
@@ -215,23 +216,23 @@ def _row(index, field, i, j, u0, u1, u2):
 
 @kernel
 def counts(x, y, theta, points, index, field, origin, resolution, low, high):
-    """Numbers of points, given in the robot's frame, where the field is above `high`, below `low`,
-    and where it is unknown."""
+    """Numbers of points, given in the robot's frame, where the field is above `high`, and below
+    `low`."""
     c, s = np.cos(theta), np.sin(theta)
-    above = below = unknown = 0
+    above = below = 0
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
         value = _value(px, py, index, field, origin, resolution)
         above += value > high
         below += value < low
-        unknown += abs(value - field[0]) < NEAR_UNKNOWN
-    return above, below, unknown
+    return above, below
 
 
 @kernel
-def raise_known(known, pose, points, index, field, origin, resolution, high):
+def raise_known(known, pose, points, index, field, origin, resolution, low, high):
     """Raise `known` (n,) uint8 to 1 for points, given in the frame of a robot at `pose`, where the
-    field is not unknown (KNOWN), and to 2 where it is above `high` (EXPLAINED)."""
+    field is not unknown (KNOWN), and to 2 where it is above `high` (EXPLAINED). Free ground beside
+    unknown one counts as unknown: a wall along which the robot looked may not be drawn yet."""
     x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
@@ -239,7 +240,27 @@ def raise_known(known, pose, points, index, field, origin, resolution, high):
         if value > high:
             known[k] = EXPLAINED
         elif known[k] < KNOWN and abs(value - field[0]) >= NEAR_UNKNOWN:
-            known[k] = KNOWN
+            beside = value < low and _beside_unknown(px, py, index, field, origin, resolution, low)
+            known[k] = known[k] if beside else KNOWN
+
+
+@kernel
+def _beside_unknown(x, y, index, field, origin, resolution, low):
+    """Whether unknown ground, and no wall, is nearest to a free point, within BESIDE."""
+    for r in range(1, int(BESIDE / resolution + 0.5) + 1):
+        unknown = False
+        for i in range(-r, r + 1):
+            for j in range(-r, r + 1):
+                if max(abs(i), abs(j)) == r:
+                    px, py = x + i * resolution, y + j * resolution
+                    value = _value(px, py, index, field, origin, resolution)
+                    if abs(value - field[0]) < NEAR_UNKNOWN:
+                        unknown = True
+                    elif value >= low:
+                        return False
+        if unknown:
+            return True
+    return False
 
 
 @kernel
