@@ -37,6 +37,7 @@ MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
 WELL_KNOWN = 0.95  # usual share of explained echoes, above which the ground was all mapped before
+DISAGREES = 0.8  # share of explained echoes, below which the map disagrees with it
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -79,7 +80,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
-        self._torn = False  # whether it saw other surfaces than the scan before
+        self._torn = False  # whether a scan since then saw other surfaces than the one before
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -171,7 +172,7 @@ class Watch:
         if begins:
             self._jump = Keyframe(match.scan, pose)
             self._unexplained = self.belief.hardly_explains(agreement)
-            self._torn = changed > TORN
+        self._torn = self._torn or (self._jump is not None and changed > TORN)
         self._moved = self._moved or self.odometry.far
         if not self.doubted:
             self._trust()
@@ -195,7 +196,7 @@ class Watch:
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
         known = self.belief.explained > WELL_KNOWN and sum(agreement) > LITTLE_KNOWN
-        if known and not self._agrees_enough(agreement):
+        if known and agreement.explained < DISAGREES and not self._agrees_enough(agreement):
             return ELSEWHERE[-1]
         self._dropped = max(self._dropped, DROPPED)
         return NOT_ELSEWHERE
