@@ -9,7 +9,7 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe
 from slam.interface import Estimate
 from slam.motion.threshold import MotionThreshold, MotionTrigger
-from slam.recovery.astray import GRADUAL, LITTLE_KNOWN, SUDDEN, Demands
+from slam.recovery.astray import GRADUAL, SUDDEN, Demands
 from slam.recovery.continuity import Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
@@ -37,7 +37,8 @@ MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
 WELL_KNOWN = 0.95  # usual share of explained echoes, above which the ground was all mapped before
-DISAGREES = 0.8  # share of explained echoes, below which the map disagrees with it
+LESS_EXPLAINED = 0.8  # share of the echoes, below which the map disagrees there,
+MORE_CONTRADICTED = 0.1  # if it contradicts so many more than usual
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -190,16 +191,19 @@ class Watch:
 
     def _settled(self, probability: float, agreement: Agreement) -> float:
         """The probability; a doubt that many checks in a row could not confirm is dropped, but not
-        one that began with a jump, on ground that was all mapped before, is known and
-        disagrees."""
+        one that began with a jump, where the map disagrees with ground that it knew well."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
-        known = self.belief.explained > WELL_KNOWN and sum(agreement) > LITTLE_KNOWN
-        if known and agreement.explained < DISAGREES and not self._agrees_enough(agreement):
+        if self.belief.explained > WELL_KNOWN and self._disagrees(agreement):
             return ELSEWHERE[-1]
         self._dropped = max(self._dropped, DROPPED)
         return NOT_ELSEWHERE
+
+    def _disagrees(self, agreement: Agreement) -> bool:
+        """Whether the map disagrees with a scan; it may not know new ground."""
+        more = agreement.contradicted > self.belief.contradicted + MORE_CONTRADICTED
+        return more and agreement.explained < LESS_EXPLAINED
 
     def _checked(
         self,
