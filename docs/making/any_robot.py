@@ -33,7 +33,7 @@ from dynslam_env import (
 from dynslam_env.sensors.laser_presets import laser_named
 from slam.benchmark.run import build, run
 from slam.episode import Episode, Truth
-from slam.metrics.lost import ALARM_LEVEL, LostScores, score_lost
+from slam.metrics.lost import ALARM_LEVEL, Loss, LostScores, score_lost
 
 VARIANTS = "static-ml", "dynamic-graph"
 STEPS = 3000  # of 0.1 s
@@ -79,9 +79,11 @@ class Robot(NamedTuple):
         return replace(episode, scans=episode.scans[kept], truth=thinned)
 
     def __str__(self) -> str:
-        noise = math.sqrt(self.odometry.alpha1)
+        world = self.world
         return (
-            f"{self.laser}, {self.world}, noise {noise:g}, bias {self.odometry.bias:.2f}, "
+            f"{self.laser}, {world.__class__.__name__} of {world.length:g} m, "
+            f"{world.furniture} pieces of furniture, {world.people} people, "
+            f"noise {math.sqrt(self.odometry.alpha1):g}, bias {self.odometry.bias:.2f}, "
             f"{self.fault}, {self.speed:g} m/s, one scan of {self.every}"
         )
 
@@ -136,13 +138,14 @@ class Judged(NamedTuple):
         return bool(self.scores.losses or self.scores.false_alarms)
 
     def __str__(self) -> str:
-        told = [
-            f"at {loss.begin:.0f} s, for "
-            + ("ever" if loss.end is None else f"{loss.end - loss.begin:.0f} s, ")
-            + ("not told" if loss.told is None else f"told after {loss.told - loss.begin:.0f} s")
-            for loss in self.scores.losses
-        ]
-        return "; ".join([*told, f"{self.scores.false_alarms} false alarms", f"sure: {self.sure}"])
+        parts = [_described(loss) for loss in self.scores.losses]
+        return "; ".join([*parts, f"{self.scores.false_alarms} false alarms", f"sure: {self.sure}"])
+
+
+def _described(loss: Loss) -> str:
+    span = "to the end" if loss.end is None else f"for {loss.end - loss.begin:.1f} s"
+    told = "not told" if loss.told is None else f"told after {loss.told - loss.begin:.1f} s"
+    return f"wrong at {loss.begin:.0f} s, {span}, {told}"
 
 
 def judge(variant: str, episode: Episode) -> Judged:

@@ -7,8 +7,12 @@ import pytest
 
 from slam.geometry import Pose2
 from slam.graph.global_search import GlobalSearch
+from slam.maps.static import Static
 from slam.motion.gaussian import Prediction
+from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton, climbed
+from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.field import EXPLAINED, KNOWN
 from tests.slam.recovery.drawn_room import reading, room
 
 
@@ -31,6 +35,19 @@ def test_what_a_map_does_not_know_is_not_wrong() -> None:
     points = np.array(inside + walls + beyond)
     assert endpoint.known_shares(points, Pose2()) == pytest.approx((0.4, 0.2))
     assert endpoint.known_shares(points[:0], Pose2()) == (0.0, 0.0)
+
+
+def test_free_ground_beside_unknown_ground_knows_no_wall() -> None:
+    """The laser looks at a wall 4 m ahead through a sector of 40 degrees."""
+    angles = np.radians(np.arange(-20.0, 20.5, 0.5))
+    ahead = Scan(4.0 / np.cos(angles), angles, max_range=8.0)
+    known, endpoint = Static(), Endpoint()
+    for _ in range(5):
+        endpoint.refresh(known, known.integrate(ahead, Pose2()))
+    points = np.array([[2.0, 0.0], [1.91, 0.585], [4.0, 0.0], [3.7, 0.2], [2.0, 1.0]])
+    found = np.zeros(5, np.uint8)
+    endpoint.raise_known(found, points, Pose2())
+    assert found.tolist() == [KNOWN, 0, EXPLAINED, KNOWN, 0]
 
 
 def test_a_widened_map_misses_no_place_between_candidates() -> None:

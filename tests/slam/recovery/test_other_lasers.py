@@ -1,0 +1,72 @@
+"""Robots with other lasers than that on which the rules were made: drives that went wrong once."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agents import record_path
+from dynslam_env import CarriedAway, Laser, Loop, Odometry
+from dynslam_env.faults.fault import Fault
+from dynslam_env.sensors.laser_presets import RPLIDAR_A2, SICK_LMS200
+from slam.benchmark.run import build, run
+from slam.metrics.lost import ALARM_LEVEL, LostScores, score_lost
+
+SMALL = Laser(360, math.radians(359.0), 3.5, 0.12, 0.015)
+FURNISHED = Loop(length=20.0, breadth=12.0, laps=2, furniture=4)
+
+
+def told(
+    variant: str,
+    env: str,
+    seed: int,
+    speed: float,
+    laser: Laser,
+    noise: float,
+    bias: float = 0.0,
+    faults: Sequence[Fault] = (),
+    steps: int = 3000,
+    **place: Loop,
+) -> tuple[LostScores, np.ndarray, np.ndarray]:
+    """Scores; m, how far each pose is off; the probabilities of being lost."""
+    odometry = Odometry(bias, *[noise**2] * 4)
+    episode = record_path(
+        env, seed, "moving", speed, laser=laser, odometry=odometry, faults=faults,
+        max_episode_steps=steps, **place,
+    )  # fmt: skip
+    result, truth = run(build(variant, episode), episode), episode.known_truth("this test").poses
+    scores = score_lost(episode.times, result.online, truth, result.lost, result.first)
+    return scores, np.hypot(*(result.online - truth)[:, :2].T), result.lost
+
+
+def test_a_robot_that_looks_all_round_is_right_where_a_loop_closes() -> None:
+    """Its first scans looked along the walls of the last corridor, and drew none of them."""
+    laser = replace(RPLIDAR_A2, beams=400)
+    scores, off, _ = told(
+        "static-ml", "DoorLoop-v0", 101, 0.55, laser, 0.01, 0.349, steps=1300, world=FURNISHED
+    )
+    assert scores.false_alarms == 0
+    assert off.max() < 0.3
+
+
+def test_a_robot_carried_to_where_no_place_is_proven_is_lost() -> None:
+    """A graph took it for new ground, and was 13 m off to the end."""
+    scores, off, lost = told(
+        "dynamic-graph", "DoorLoop-v0", 277, 0.8, SICK_LMS200, 0.02, math.radians(20.0),
+        [CarriedAway(at=(20.0, 80.0))], steps=800, world=Loop(laps=2),
+    )  # fmt: skip
+    (loss,) = scores.losses
+    assert loss.told is not None
+    assert loss.told - loss.begin < 3.0
+    assert off[-1] < 0.1
+    assert lost[-1] < 0.01
+
+
+def test_new_ground_beside_well_known_ground_is_no_loss() -> None:
+    scores, _, lost = told(
+        "static-ml", "DoorOffice-v0", 223, 0.55, SMALL, 0.1,
+        faults=[CarriedAway(at=(20.0, 80.0))], steps=1600,
+    )  # fmt: skip
+    assert scores.false_alarms == 0
+    assert lost[1000:].max() < ALARM_LEVEL
