@@ -44,7 +44,7 @@ MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wai
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
 POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
-TORN = 0.3  # change of the scan, of a robot that was carried: doors and people change 0.2
+TORN = 0.4  # change of the scan, of a robot that was carried, not of one among doors and people
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
@@ -81,7 +81,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
-        self._torn = False  # whether a scan since then saw other surfaces than the one before
+        self._torn = False  # whether it saw other surfaces than the scan before
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -173,7 +173,7 @@ class Watch:
         if begins:
             self._jump = Keyframe(match.scan, pose)
             self._unexplained = self.belief.hardly_explains(agreement)
-        self._torn = self._torn or (self._jump is not None and changed > TORN)
+            self._torn = changed > TORN
         self._moved = self._moved or self.odometry.far
         if not self.doubted:
             self._trust()

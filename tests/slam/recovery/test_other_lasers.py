@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from agents import record_path
-from dynslam_env import CarriedAway, Laser, Loop, Odometry
+from dynslam_env import CarriedAway, Laser, Loop, Odometry, Office
 from dynslam_env.faults.fault import Fault
 from dynslam_env.sensors.laser_presets import RPLIDAR_A2, SICK_LMS200
 from slam.benchmark.run import build, run
@@ -27,13 +27,13 @@ def told(
     bias: float = 0.0,
     faults: Sequence[Fault] = (),
     steps: int = 3000,
-    **place: Loop,
+    world: Loop | Office = Office(),
 ) -> tuple[LostScores, np.ndarray, np.ndarray]:
     """Scores; m, how far each pose is off; the probabilities of being lost."""
     odometry = Odometry(bias, *[noise**2] * 4)
     episode = record_path(
         env, seed, "moving", speed, laser=laser, odometry=odometry, faults=faults,
-        max_episode_steps=steps, **place,
+        max_episode_steps=steps, world=world,
     )  # fmt: skip
     result, truth = run(build(variant, episode), episode), episode.known_truth("this test").poses
     scores = score_lost(episode.times, result.online, truth, result.lost, result.first)
