@@ -14,7 +14,7 @@ from slam.benchmark.run import build, run
 from slam.metrics.lost import ALARM_LEVEL, LostScores, score_lost
 
 SMALL = Laser(360, math.radians(359.0), 3.5, 0.12, 0.015)
-FURNISHED = Loop(length=20.0, breadth=12.0, laps=2, furniture=4)
+OFFICE, FURNISHED = Office(), Loop(length=20.0, breadth=12.0, laps=2, furniture=4)
 
 
 def told(
@@ -27,7 +27,7 @@ def told(
     bias: float = 0.0,
     faults: Sequence[Fault] = (),
     steps: int = 3000,
-    world: Loop | Office = Office(),
+    world: Loop | Office = OFFICE,
 ) -> tuple[LostScores, np.ndarray, np.ndarray]:
     """Scores; m, how far each pose is off; the probabilities of being lost."""
     odometry = Odometry(bias, *[noise**2] * 4)
