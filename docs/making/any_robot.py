@@ -1,7 +1,7 @@
-"""`python -m docs.making.any_robot FIRST NUMBER [VARIANT ...]`: drives of robots nobody tuned for.
+"""`python -m docs.making.any_robot FIRST NUMBER [VARIANT ...]`: robots drawn at random.
 
 Each seed draws a laser, a world, the quality of the odometry, the speed, the distance between
-scans, and no fault in most of the drives, or one. Prints each drive that is wrong for a while, or
+scans, and in half of the drives a fault. Prints each drive that is wrong for a while, or
 that raised a false alarm, and the table; about 15 s a drive and variant.
 """
 

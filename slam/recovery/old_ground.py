@@ -30,7 +30,8 @@ ECHOES = 80  # that are searched for
 DRIFT = 1.0, 1.0, math.radians(10.0)  # m, m, rad, of a loop that is not closed yet
 KNOWN, WRONG = 0.7, 0.1  # share of the echoes that the map knows here, or does not explain
 GAIN, MORE_EXPLAINED = 8.0, 0.05  # nats, and share of the echoes, more at another place,
-LEAST_EXPLAINED = 0.6  # which explains so many at least: a bent stretch fits badly anywhere
+LEAST_EXPLAINED = 0.6  # which explains so many at least: a bent stretch fits badly anywhere,
+MISFIT = 0.1  # and leaves so many more than usual unexplained, at most, and less than here
 EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many where the robot is
 # right; wherever it is, it is not here, once the searches exceed that by so many together
 SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move the believed place
@@ -163,9 +164,9 @@ class OldGround:
         found = places.best(scan, least, here.value + GAIN)
         if found is None or found.value < here.value + GAIN:
             return None
-        there, other = endpoint.known_shares(scan.points, found.pose)
-        misfit = min(wrong / max(explained + wrong, 1e-9), self._usual + LEARNED)
-        fits = there > least and other < misfit * (there + other)
+        there, wrong_there = endpoint.known_shares(scan.points, found.pose)
+        most = min(wrong / (explained + wrong), self._usual + MISFIT)
+        fits = there > least and wrong_there < most * (there + wrong_there)
         return Other(found.pose, found.value - here.value) if fits else None
 
 

@@ -37,14 +37,16 @@ MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
 WELL_KNOWN = 0.95  # usual share of explained echoes, above which the ground was all mapped before
-LESS_EXPLAINED = 0.8  # share of the echoes, below which the map disagrees there,
-MORE_CONTRADICTED = 0.1  # if it contradicts so many more than usual
+DISAGREES = (
+    0.8,
+    0.1,
+)  # it disagrees there if it explains less, and contradicts so many more than usual
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
-POOR = 0.55  # of the usual share; more agrees with the believed place, without a jump
-TORN = 0.4  # change of the scan, of a robot that was carried, not of one among doors and people
+POOR = 0.55  # of the usual share; more agrees with the believed place, less not with it once torn
+TORN = 0.4  # change of the scan with which a doubt began: more than doors make
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
@@ -81,7 +83,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
-        self._torn = False  # whether it saw other surfaces than the scan before
+        self._torn = False  # whether that one changed by more than TORN
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -195,15 +197,17 @@ class Watch:
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
-        if self.belief.explained > WELL_KNOWN and self._disagrees(agreement):
+        known = self._jump is not None and self.belief.explained > WELL_KNOWN
+        if known and self._disagrees(agreement):
             return ELSEWHERE[-1]
         self._dropped = max(self._dropped, DROPPED)
         return NOT_ELSEWHERE
 
     def _disagrees(self, agreement: Agreement) -> bool:
         """Whether the map disagrees with a scan; it may not know new ground."""
-        more = agreement.contradicted > self.belief.contradicted + MORE_CONTRADICTED
-        return more and agreement.explained < LESS_EXPLAINED
+        least, more = DISAGREES
+        contradicted = agreement.contradicted > self.belief.contradicted + more
+        return contradicted and agreement.explained < least
 
     def _checked(
         self,
@@ -269,7 +273,7 @@ class Watch:
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
         if self._torn and agreement.explained < POOR * self.belief.explained:
-            return True
+            return self.belief.contradicts_more(agreement)
         if not self.belief.hardly_explains(agreement):
             return False
         if self._unexplained:

@@ -154,14 +154,15 @@ class Endpoint:
         return above / n, below / n
 
     def known_shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
-        """Shares of echoes (n, 2) that the map explains, and that it knows and does not explain."""
+        """Shares of echoes (n, 2) that the map explains, and that it knows and does not explain
+        (see `field.raise_known`)."""
         known = np.zeros(len(points), np.uint8)
         self.raise_known(known, points, pose)
         return shares_of_known(known)
 
     def raise_known(self, known: np.ndarray, points: Array, pose: Pose2) -> None:
         """Raise `known` (n,) uint8 to 1 for echoes (n, 2) that the map knows, and to 2 for those
-        that it explains; of several maps one after the other."""
+        that it explains; of several maps one after the other. See `field.raise_known`."""
         tiles = self.tiles
         field.raise_known(
             known, tuple(pose), points, tiles.index, self._field.flat, tiles.origin,

@@ -232,22 +232,22 @@ def counts(x, y, theta, points, index, field, origin, resolution, low, high):
 def raise_known(known, pose, points, index, field, origin, resolution, low, high):
     """Raise `known` (n,) uint8 to 1 for points, given in the frame of a robot at `pose`, where the
     field is not unknown (KNOWN), and to 2 where it is above `high` (EXPLAINED). Free ground beside
-    unknown one counts as unknown: a wall along which the robot looked may not be drawn yet."""
+    unknown ground counts as unknown: a wall along which the robot looked may not be drawn yet."""
     x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
     for k in range(len(points)):
         px, py = x + c * points[k, 0] - s * points[k, 1], y + s * points[k, 0] + c * points[k, 1]
         value = _value(px, py, index, field, origin, resolution)
         if value > high:
             known[k] = EXPLAINED
-        elif known[k] < KNOWN and abs(value - field[0]) >= NEAR_UNKNOWN:
+        elif known[k] == 0 and abs(value - field[0]) >= NEAR_UNKNOWN:
             beside = value < low and _beside_unknown(px, py, index, field, origin, resolution, low)
-            known[k] = known[k] if beside else KNOWN
+            known[k] = 0 if beside else KNOWN
 
 
 @kernel
 def _beside_unknown(x, y, index, field, origin, resolution, low):
-    """Whether unknown ground, and no wall, is nearest to a free point, within BESIDE."""
-    for r in range(1, int(BESIDE / resolution + 0.5) + 1):
+    """Whether unknown ground, and no wall, is nearest to a free point, within about BESIDE."""
+    for r in range(1, max(round(BESIDE / resolution), 1) + 1):
         unknown = False
         for i in range(-r, r + 1):
             for j in range(-r, r + 1):

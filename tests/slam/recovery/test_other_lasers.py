@@ -44,7 +44,15 @@ def test_a_robot_that_looks_all_round_is_right_where_a_loop_closes() -> None:
     """Its first scans looked along the walls of the last corridor, and drew none of them."""
     laser = replace(RPLIDAR_A2, beams=400)
     scores, off, _ = told(
-        "static-ml", "DoorLoop-v0", 101, 0.55, laser, 0.01, 0.349, steps=1300, world=FURNISHED
+        "static-ml",
+        "DoorLoop-v0",
+        101,
+        0.55,
+        laser,
+        0.01,
+        math.radians(20.0),
+        steps=1300,
+        world=FURNISHED,
     )
     assert scores.false_alarms == 0
     assert off.max() < 0.3
@@ -64,9 +72,12 @@ def test_a_robot_carried_to_where_no_place_is_proven_is_lost() -> None:
 
 
 def test_new_ground_beside_well_known_ground_is_no_loss() -> None:
+    """Once a carried robot was found, it came to new ground twice, and was told to be lost."""
     scores, _, lost = told(
         "static-ml", "DoorOffice-v0", 223, 0.55, SMALL, 0.1,
         faults=[CarriedAway(at=(20.0, 80.0))], steps=1600,
     )  # fmt: skip
+    (loss,) = scores.losses
+    assert loss.end is not None
     assert scores.false_alarms == 0
     assert lost[1000:].max() < ALARM_LEVEL

@@ -44,7 +44,7 @@ def test_free_ground_beside_unknown_ground_knows_no_wall() -> None:
     known, endpoint = Static(), Endpoint()
     for _ in range(5):
         endpoint.refresh(known, known.integrate(ahead, Pose2()))
-    points = np.array([[2.0, 0.0], [1.91, 0.585], [4.0, 0.0], [3.7, 0.2], [2.0, 1.0]])
+    points = np.array([[2.0, 0.0], [1.91, 0.585], [4.0, 0.0], [3.8, 1.22], [2.0, 1.0]])
     found = np.zeros(5, np.uint8)
     endpoint.raise_known(found, points, Pose2())
     assert found.tolist() == [KNOWN, 0, EXPLAINED, KNOWN, 0]
