@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from agents import record_path
+from docs.making.looks_alike import Judged, judge
 from dynslam_env import (
     CarriedAway,
     Corridor,
@@ -31,13 +32,11 @@ from dynslam_env import (
     WrongBeams,
 )
 from dynslam_env.sensors.laser_presets import laser_named
-from slam.benchmark.run import build, run
 from slam.episode import Episode, Truth
-from slam.metrics.lost import ALARM_LEVEL, Loss, LostScores, score_lost
+from slam.metrics.lost import Loss
 
 VARIANTS = "static-ml", "dynamic-graph"
 STEPS = 3000  # of 0.1 s
-FAR = 1.0  # m
 WHEN = (10.0, 60.0)  # s, when a fault happens
 FULL = 359 / 360 * math.tau
 LASERS: Mapping[str, Laser] = {
@@ -126,35 +125,17 @@ def drawn(seed: int) -> Robot:
     )
 
 
-class Judged(NamedTuple):
-    """Of a drive: `sure` is whether it ends far off and does not tell."""
-
-    scores: LostScores
-    sure: bool
-
-    @property
-    def wrong(self) -> bool:
-        """Whether it went wrong at all, or was believed to."""
-        return bool(self.scores.losses or self.scores.false_alarms)
-
-    def __str__(self) -> str:
-        parts = [_described(loss) for loss in self.scores.losses]
-        return "; ".join([*parts, f"{self.scores.false_alarms} false alarms", f"sure: {self.sure}"])
+def described(judged: Judged) -> str:
+    """Its losses and false alarms."""
+    parts = [_loss(loss) for loss in judged.scores.losses]
+    alarms = f"{judged.scores.false_alarms} false alarms"
+    return "; ".join([*parts, alarms, f"ends far off and sure: {judged.sure}"])
 
 
-def _described(loss: Loss) -> str:
+def _loss(loss: Loss) -> str:
     span = "to the end" if loss.end is None else f"for {loss.end - loss.begin:.1f} s"
     told = "not told" if loss.told is None else f"told after {loss.told - loss.begin:.1f} s"
     return f"wrong at {loss.begin:.0f} s, {span}, {told}"
-
-
-def judge(variant: str, episode: Episode) -> Judged:
-    """Run a variant, and judge it."""
-    result = run(build(variant, episode), episode)
-    truth = episode.known_truth("a drawn robot").poses
-    scores = score_lost(episode.times, result.online, truth, result.lost, result.first)
-    off = float(np.hypot(*(result.online[-1, :2] - truth[-1, :2])))
-    return Judged(scores, off > FAR and bool(result.lost[-1] < ALARM_LEVEL))
 
 
 def rows(judged: Mapping[str, list[Judged]]) -> Iterator[str]:
@@ -177,9 +158,10 @@ def main(first: int, number: int, variants: list[str]) -> None:
         robot = drawn(seed)
         episode = robot.drive(seed)
         for variant, runs in judged.items():
-            runs.append(judge(variant, episode))
-            if runs[-1].wrong:
-                print(f"{seed}, {variant}: {robot}: {runs[-1]}", flush=True)
+            one = judge(variant, episode, carried=False)
+            runs.append(one)
+            if one.scores.losses or one.scores.false_alarms:
+                print(f"{seed}, {variant}: {robot}: {described(one)}", flush=True)
     print("\n".join(rows(judged)))
 
 

@@ -204,7 +204,8 @@ class Watch:
         return NOT_ELSEWHERE
 
     def _disagrees(self, agreement: Agreement) -> bool:
-        """Whether the map disagrees with a scan; it may not know new ground."""
+        """Whether the map explains too little of a scan and contradicts too much of it: new ground
+        is not known, and contradicts nothing."""
         least, more = DISAGREES
         contradicted = agreement.contradicted > self.belief.contradicted + more
         return contradicted and agreement.explained < least

@@ -239,28 +239,27 @@ def raise_known(known, pose, points, index, field, origin, resolution, low, high
         value = _value(px, py, index, field, origin, resolution)
         if value > high:
             known[k] = EXPLAINED
-        elif known[k] == 0 and abs(value - field[0]) >= NEAR_UNKNOWN:
-            beside = value < low and _beside_unknown(px, py, index, field, origin, resolution, low)
-            known[k] = 0 if beside else KNOWN
+        elif (
+            known[k] < KNOWN
+            and abs(value - field[0]) >= NEAR_UNKNOWN
+            and (value >= low or not _beside_unknown(px, py, index, field, origin, resolution, low))
+        ):
+            known[k] = KNOWN
 
 
 @kernel
 def _beside_unknown(x, y, index, field, origin, resolution, low):
     """Whether unknown ground, and no wall, is nearest to a free point, within about BESIDE."""
-    for r in range(1, max(round(BESIDE / resolution), 1) + 1):
-        unknown = False
-        for i in range(-r, r + 1):
-            for j in range(-r, r + 1):
-                if max(abs(i), abs(j)) == r:
-                    px, py = x + i * resolution, y + j * resolution
-                    value = _value(px, py, index, field, origin, resolution)
-                    if abs(value - field[0]) < NEAR_UNKNOWN:
-                        unknown = True
-                    elif value >= low:
-                        return False
-        if unknown:
-            return True
-    return False
+    reach = max(round(BESIDE / resolution), 1)
+    unknown = wall = reach + 1  # cells to the nearest
+    for i in range(-reach, reach + 1):
+        for j in range(-reach, reach + 1):
+            value = _value(x + i * resolution, y + j * resolution, index, field, origin, resolution)
+            if abs(value - field[0]) < NEAR_UNKNOWN:
+                unknown = min(unknown, max(abs(i), abs(j)))
+            elif value >= low:
+                wall = min(wall, max(abs(i), abs(j)))
+    return unknown < wall
 
 
 @kernel
