@@ -4,6 +4,7 @@ stable-baselines3."""
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
@@ -39,6 +40,8 @@ def serve(
 ) -> None:  # fmt: skip
     """A worker: executes commands until it is closed or its parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    if hasattr(os, "SCHED_BATCH"):
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     blocks = {key: Block(shape, dtype, name) for key, (name, shape, dtype) in specs.items()}
     worlds = SameStepWorlds.make(id, n, **cloudpickle.loads(parameters))
     with contextlib.suppress(EOFError, OSError):

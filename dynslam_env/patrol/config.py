@@ -20,6 +20,7 @@ from slam.errors import InputError
 from slam.validation import instance, positive, whole_number
 
 NO_TASK = Task(reward={}, ends=())  # the patrol has its own reward, and ends by time only
+LOOK_EVERY = 2  # control steps between two scans of the dynamic map: with four, it is late
 
 
 class PatrolKeywords(PlaceKeywords, total=False):
@@ -42,7 +43,8 @@ class PatrolConfig:
     speed       m/s that an action of 1 stands for
     turn        rad/s that an action of 1 stands for
     hold        control steps of 0.1 s for which an action is held
-    scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it
+    scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it. The
+                dynamic map takes these, and at least each second one
     memory      makes the dynamic map of an episode: `DynamicMap`, or `BeliefMap`, or a function
     reward      weights of the reward
     """
@@ -81,6 +83,14 @@ class PatrolConfig:
     def period(self) -> float:
         """s for which an action is held."""
         return self.hold * CONTROL_DT
+
+    def matched(self, step: int) -> bool:
+        """Whether the SLAM takes the scan of a control step, 1 to `hold`."""
+        return step % self.scan_every == 0
+
+    def looked_at(self, step: int) -> bool:
+        """Whether the dynamic map takes the scan of a control step, 1 to `hold`."""
+        return step % LOOK_EVERY == 0 or self.matched(step)
 
     def commands(self, actions: NDArray[Any], robot: Robot) -> NDArray[Any]:
         """Actions (..., 2) of the patrol as actions of the robot; raises InputError for values that

@@ -191,8 +191,12 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
         for k in range(1, patrol_config.hold + 1):
             *_, info = self.wrapped.step(command)
             patroller.move(self.place.displacement, info["collision"])
-            if k % patrol_config.scan_every == 0 and self.place.scan_arrived:
+            if not (patrol_config.looked_at(k) and self.place.scan_arrived):
+                continue
+            if patrol_config.matched(k):
                 patroller.look(self.wrapped.estimate, self.wrapped.scan)
+            else:
+                patroller.skip(self.place.scan)
         gains = patroller.gains(self._scan.time)
         terms = patrol_config.reward.terms(gains)
         told = self._info(info) | {"reward_terms": terms, "collision": gains.collision}

@@ -14,6 +14,8 @@ from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.scan import Scan
 
+MAX_ERROR = 0.3  # m: more is no error of the odometry between two matches
+
 
 class Patroller:
     """The dynamic map and the last estimate of one episode; it is never given the truth.
@@ -30,21 +32,38 @@ class Patroller:
         self.estimate = first
         self._pose_bits = pose_bits(first.covariance)
         self.time = self._looked = scan.time
-        self._velocity = np.zeros(2)
+        self._velocity, self._moved = np.zeros(2), Pose2()
+        self._skipped: list[tuple[Scan, Pose2]] = []  # and the odometry to it, since the last match
         self._information, self._distance, self._contacts, self._control_steps = 0.0, 0.0, 0, 0
 
     def move(self, displacement: Pose2, collided: bool) -> None:
         """Add a control step."""
+        self._moved = self._moved @ displacement
         self._distance += math.hypot(displacement.x, displacement.y)
         self._contacts += collided
         self._control_steps += 1
 
+    def skip(self, scan: Scan) -> None:
+        """Add a scan that the SLAM does not take: the dynamic map sees it with the next one."""
+        self._skipped.append((scan, self._moved))
+
     def look(self, estimate: Estimate, scan: Scan) -> None:
         """Add a scan and the SLAM's estimate of it."""
-        self._information += self.memory.look(scan, estimate.pose)
         moved = self.estimate.pose.between(estimate.pose)
+        self._look_at_skipped(self._moved.between(moved), scan.time)
+        self._information += self.memory.look(scan, estimate.pose)
         self._velocity = np.array([moved.x, moved.theta]) / (scan.time - self._looked)
-        self.estimate, self._looked = estimate, scan.time
+        self.estimate, self._looked, self._moved = estimate, scan.time, Pose2()
+
+    def _look_at_skipped(self, error: Pose2, time: float) -> None:
+        """Look at the scans since the last match: what the odometry is off by at `time`, s, grew
+        from 0. A pose that was set elsewhere tells nothing of them."""
+        if math.hypot(error.x, error.y) < MAX_ERROR:
+            for scan, moved in self._skipped:
+                share = (scan.time - self._looked) / (time - self._looked)
+                grown = Pose2(*(share * part for part in error))
+                self._information += self.memory.look(scan, self.estimate.pose @ moved @ grown)
+        self._skipped.clear()
 
     def gains(self, time: float) -> RewardTerms:
         """The reward terms since the last call; `time` is now, s."""

@@ -103,12 +103,17 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
             motions, collided = batch.displacements.tolist(), batch.collided.tolist()
             for i, patrol in patrols:
                 patrol.move(Pose2(*motions[i]), collided[i])
-            if k % patrol_config.scan_every == 0:
+            if not patrol_config.looked_at(k):
+                continue
+            scans = [(i, self._scan(i)) for i, _ in patrols if batch.scan_arrived(i)]
+            if patrol_config.matched(k):
                 poses = batch.drive.poses.tolist()
-                scans = [(i, self._scan(i)) for i, _ in patrols if batch.scan_arrived(i)]
                 found = [self._patrols[i].locate(scan, Pose2(*poses[i])) for i, scan in scans]
                 for (i, scan), estimate in zip(scans, found, strict=True):
                     self._patrols[i].robot.look(estimate, scan)
+            else:
+                for i, scan in scans:
+                    self._patrols[i].robot.skip(scan)
         for i, patrol in patrols:
             patrol.scan = self._scan(i)
             gains = patrol.robot.gains(batch.worlds[i].time)
