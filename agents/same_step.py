@@ -51,7 +51,7 @@ class SameStepWorlds:
     def reset(self, seeds: Sequence[int | None]) -> tuple[Any, list[Info]]:
         """Begin new episodes: observations, and the info of each world."""
         observations, infos = self.env.reset(seed=list(seeds))
-        return observations, [_single_info(infos, i) for i in range(self.env.num_envs)]
+        return observations, _divided(infos, self.env.num_envs)
 
     def step(
         self, actions: NDArray[Any]
@@ -63,8 +63,7 @@ class SameStepWorlds:
         """
         observations, rewards, terminated, truncated, batch = self.env.step(actions)
         over, infos, fresh = terminated | truncated, [], {}
-        for i in range(self.env.num_envs):
-            info = _single_info(batch, i)
+        for i, info in enumerate(_divided(batch, self.env.num_envs)):
             if over[i]:
                 fresh[i] = {k: v for k, v in info.items() if not k.startswith("final_")}
                 info = info["final_info"] | {"terminal_observation": info["final_obs"]}
@@ -73,12 +72,21 @@ class SameStepWorlds:
         return observations, rewards.astype(np.float32), over, infos, fresh
 
 
-def _single_info(infos: Info, i: int) -> Info:
-    """The info of world `i`, as its single environment would give it."""
-    mine = {}
-    for key, rows in infos.items():
-        if key.startswith("_") or not infos[f"_{key}"][i]:
+def _divided(batch: Info, n: int) -> list[Info]:
+    """The info of each of n worlds, as its single environment would give it."""
+    infos: list[Info] = [{} for _ in range(n)]
+    for key, rows in batch.items():
+        if key.startswith("_"):
             continue
-        value = _single_info(rows, i) if isinstance(rows, dict) else rows[i]
-        mine[key] = value.item() if isinstance(value, np.generic) else value
-    return mine
+        values = _divided(rows, n) if isinstance(rows, dict) else _plain(rows)
+        for info, valid, value in zip(infos, batch[f"_{key}"].tolist(), values, strict=True):
+            if valid:
+                info[key] = value
+    return infos
+
+
+def _plain(rows: NDArray[Any]) -> Sequence[Any]:
+    """Rows of numbers as Python's own; others as they are."""
+    if rows.ndim == 1 and rows.dtype != object:
+        return rows.tolist()
+    return [row.item() if isinstance(row, np.generic) else row for row in rows]

@@ -13,7 +13,6 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.training.policy_file import save_model
-from agents.training.torch_setup import use_all_threads, use_one_thread
 from slam.benchmark.results import append, read
 from slam.errors import InputError
 
@@ -60,16 +59,11 @@ class Segments(BaseCallback):
         return True
 
     def _on_rollout_start(self) -> None:
-        use_one_thread()
         if self.model.num_timesteps % self._steps == 0:
             self._evaluate()
             self._begin(self.model.num_timesteps // self._steps)
 
-    def _on_rollout_end(self) -> None:
-        use_all_threads()
-
     def _on_training_end(self) -> None:
-        use_one_thread()
         self._evaluate()
 
     def _begin(self, segment: int) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import ctypes
 
 import torch
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 LEARNING_THREADS = 2  # the same on every machine: sums of floats depend on it
@@ -22,15 +23,21 @@ def keep_freed_memory() -> None:
         mallopt(MMAP_THRESHOLD, MAX_KEPT_ARRAY)
 
 
-def use_one_thread() -> None:
-    """While worlds are stepped: torch's second thread would wait for work in a busy loop, on a core
-    that a worker needs."""
-    torch.set_num_threads(1)
+class Threads(BaseCallback):
+    """Torch has LEARNING_THREADS threads while the policy learns, and one while worlds are stepped:
+    the second would wait for work in a busy loop, on a core that a worker needs."""
 
+    def _on_step(self) -> bool:
+        return True
 
-def use_all_threads() -> None:
-    """While the policy learns."""
-    torch.set_num_threads(LEARNING_THREADS)
+    def _on_rollout_start(self) -> None:
+        torch.set_num_threads(1)
+
+    def _on_rollout_end(self) -> None:
+        torch.set_num_threads(LEARNING_THREADS)
+
+    def _on_training_end(self) -> None:
+        torch.set_num_threads(1)
 
 
 def use_channels_last(model: OnPolicyAlgorithm) -> None:

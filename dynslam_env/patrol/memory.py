@@ -51,9 +51,12 @@ class DynamicMap:
         entropy of its cells minus that after the update. Negative for a contradicting scan.
         """
         seen = self._seen(scan, pose)
-        before = self._entropy(seen.cells, scan.time)
-        self.map.observe(seen, scan.time)
-        return before - self._entropy(seen.cells, scan.time)
+        known = self.map
+        layers = (known.cells.occupied.flat, known.times.flat, known.counts.flat, known.last.flat,
+                  known.prior)  # fmt: skip
+        before = _entropy(seen.cells, known.since_start(scan.time), *layers)
+        known.observe(seen, scan.time)
+        return before - _entropy(seen.cells, known.since_start(scan.time), *layers)
 
     def _seen(self, scan: Scan, pose: Pose2) -> ObservedCells:
         """The cells that a scan observes."""
@@ -67,11 +70,6 @@ class DynamicMap:
         _discover(observed.cells, observed.hit, self._echoed.flat, self._evidence.prior,
                   cells.occupied.flat, self.map.state.flat, self.map.times.flat)  # fmt: skip
         return observed
-
-    def _entropy(self, cells: np.ndarray, time: float) -> float:
-        known = self.map
-        return _entropy(cells, known.since_start(time), known.cells.occupied.flat, known.times.flat,
-                        known.counts.flat, known.last.flat, known.prior)  # fmt: skip
 
     def freshness(self, time: float) -> float:
         """The recently observed part of the map, in cells: the sum of exp(-age / FRESHNESS_SCALE)
