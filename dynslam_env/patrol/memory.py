@@ -177,7 +177,7 @@ def _discover(cells, hit, echoed, prior, occupied, state, times):
             echoed[i], occupied[i], state[i], times[i, 0] = True, prior, UNDECIDED, 0.0
 
 
-@kernel
+@kernel(error_model="numpy")
 def _predicted(i, now, occupied, times, counts, last, prior):
     """P(occupied now) of cell `i`: its Markov chain since the last observation."""
     changes, free_for, occupied_for = prior
@@ -190,27 +190,34 @@ def _predicted(i, now, occupied, times, counts, last, prior):
     return stationary + np.exp(-(closing + opening) * gone) * (h - stationary)
 
 
-@kernel
+@kernel(error_model="numpy")
 def _entropy(cells, now, occupied, times, counts, last, prior):
-    """Sum of the entropies of cells, bits."""
-    bits = 0.0
+    """Sum of the entropies of cells, bits. Most cells are as likely as the one before: its entropy
+    is kept."""
+    bits, known, its = 0.0, -1.0, 0.0
     for k in range(len(cells)):
         h = _predicted(np.uint64(cells[k]), now, occupied, times, counts, last, prior)
-        if 1e-6 < h < 1.0 - 1e-6:
-            bits -= h * np.log2(h) + (1.0 - h) * np.log2(1.0 - h)
+        if h != known:
+            known, its = h, 0.0
+            if 1e-6 < h < 1.0 - 1e-6:
+                its = h * np.log2(h) + (1.0 - h) * np.log2(1.0 - h)
+        bits -= its
     return bits
 
 
-@kernel
+@kernel(error_model="numpy")
 def _freshness(now, echoed, times, counts, last):
     total, words = 0.0, echoed.view(np.uint64)
+    known, left = np.float32(np.nan), 0.0  # cells of one scan follow each other
     for word in range(len(words)):
         for i in range(WORD * word, WORD * (word + 1) if words[word] else 0):
             if echoed[i]:
                 weight = STATIC_WEIGHT
                 if counts[i, 0] or counts[i, 1]:
                     weight += min(times[i, 0], times[i, 1], FULL_WEIGHT_TIME) / FULL_WEIGHT_TIME
-                total += weight * np.exp((last[i] - now) / FRESHNESS_SCALE)
+                if last[i] != known:
+                    known, left = last[i], np.exp((last[i] - now) / FRESHNESS_SCALE)
+                total += weight * left
     return total
 
 

@@ -10,7 +10,8 @@ from gymnasium import spaces
 from dynslam_env.patrol.memory import CELL_SIZE, DynamicMap
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
-from slam.maps.tiles import MASK, SHIFT
+from slam.maps.cells import U_MASK, U_SHIFT
+from slam.maps.tiles import SHIFT
 from slam.scan import Scan
 
 MAP_PIXELS = 40  # of a side of the map
@@ -101,7 +102,7 @@ def _nearest(ranges, shortest, longest, sectors):
     return found
 
 
-@kernel
+@kernel(error_model="numpy")
 def _draw(
     pose, index, origin, scale, now, occupied, observed, times, counts, last, prior, image
 ):  # fmt: skip
@@ -109,19 +110,20 @@ def _draw(
     share of them that was ever observed."""
     changes, free_for, occupied_for = prior
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
-    c, s, side = np.cos(pose[2]), np.sin(pose[2]), image.shape[1]
+    left, low, side = origin[0], origin[1], image.shape[1]
+    ahead, beside = _sample_lines(pose, side)
+    dated, shade = 0.0, np.uint8(0)  # the age before this one, and how it is drawn
     for row in range(side):
         for col in range(side):
             most, seen, oldest, restless = 0.0, 0, 0.0, 0.0
             for part in range(4):
-                along = ((side - 1) / 2 - row + 0.5 * (part & 1) - 0.25) * PIXEL_SIZE
-                aside = ((side - 1) / 2 - col + 0.5 * (part >> 1) - 0.25) * PIXEL_SIZE
-                x = (pose[0] + c * along - s * aside - origin[0]) * scale
-                y = (pose[1] + s * along + c * aside - origin[1]) * scale
+                x = (ahead[row, part & 1, 0] - beside[col, part >> 1, 0] - left) * scale
+                y = (ahead[row, part & 1, 1] + beside[col, part >> 1, 1] - low) * scale
                 if not (0.0 <= x < cols and 0.0 <= y < rows):
                     continue
-                slot = index[int(y) >> SHIFT, int(x) >> SHIFT]
-                i = np.uint64((slot << (2 * SHIFT)) + ((int(y) & MASK) << SHIFT) + (int(x) & MASK))
+                u, v = np.uint64(x), np.uint64(y)
+                cell = ((v & U_MASK) << U_SHIFT) + (u & U_MASK)
+                i = (np.uint64(index[v >> U_SHIFT, u >> U_SHIFT]) << (U_SHIFT + U_SHIFT)) + cell
                 if not observed[i]:
                     continue
                 seen += 1
@@ -135,9 +137,26 @@ def _draw(
                     watched = max(times[i, 0] + times[i, 1], 10.0)
                     restless = max(restless, flips / watched)
                 most, oldest = max(most, h), max(oldest, gone)
-            image[0, row, col] = np.uint8(255.0 * most) if seen else 128
-            image[1, row, col] = np.uint8(63.75 * seen)
-            image[2, row, col] = (
-                np.uint8(255.0 * (1.0 - np.exp(-oldest / AGE_SCALE))) if seen else 255
-            )
+            if not seen:
+                image[0, row, col], image[1, row, col] = 128, 0
+                image[2, row, col], image[3, row, col] = 255, 0
+                continue
+            if oldest != dated:
+                dated, shade = oldest, np.uint8(255.0 * (1.0 - np.exp(-oldest / AGE_SCALE)))
+            image[0, row, col], image[1, row, col] = np.uint8(255.0 * most), np.uint8(63.75 * seen)
+            image[2, row, col] = shade
             image[3, row, col] = np.uint8(255.0 * min(restless / MAX_FLIP_RATE, 1.0))
+
+
+@kernel
+def _sample_lines(pose, side):
+    """(side, 2, 2) x and y, m, in the world, of the two samples of each row of pixels, and what the
+    two of each column add to them (x: less)."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    ahead, beside = np.empty((side, 2, 2)), np.empty((side, 2, 2))
+    for k in range(side):
+        for half in range(2):
+            at = ((side - 1) / 2 - k + 0.5 * half - 0.25) * PIXEL_SIZE
+            ahead[k, half, 0], ahead[k, half, 1] = pose[0] + c * at, pose[1] + s * at
+            beside[k, half, 0], beside[k, half, 1] = s * at, c * at
+    return ahead, beside
