@@ -20,6 +20,7 @@ from slam.metrics.lost import (
     Reliability,
     auroc_of_counts,
     calibration_error,
+    had_time,
     pooled,
     told_in_time,
 )
@@ -43,7 +44,8 @@ class LostSummary(NamedTuple):
     at_end         %, of the runs, lost at the end or without a result, with Wilson's interval
     wrong          %, of the scans, with a wrong pose
     sure           %, of the scans, with a wrong pose that the SLAM did not tell
-    told           %, of the losses, told or corrected within TOLD_IN_TIME, with Wilson's interval
+    told           %, of the losses that began at least TOLD_IN_TIME before the end, told or
+                   corrected within that time, with Wilson's interval
     notice         s, median from the beginning of a loss until it was told, of those that were told
     found          %, of the losses, after which the pose was right again
     recover        s, median from the beginning of those losses to their end
@@ -81,7 +83,7 @@ def lost_summary(rows: Sequence[Result]) -> LostSummary:
         at_end=_percent([r.get("lost", {}).get("lost_at_end", True) for r in rows]),
         wrong=100 * _mean(known, "lost_share"),
         sure=100 * _mean(known, "sure_and_wrong"),
-        told=_percent([told_in_time(loss) for loss in losses]),
+        told=_percent([told_in_time(loss) for loss in losses if had_time(loss)]),
         notice=median(told).value,
         found=100 * len(ended) / len(losses) if losses else math.nan,
         recover=median(ended).value,

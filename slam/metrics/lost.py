@@ -38,11 +38,13 @@ class Loss(NamedTuple):
     begin  s, of the first scan with a wrong pose
     end    s, of the first scan from which on the pose was right; None: never in the recording
     told   s, of the first scan during the loss at which the SLAM told; None: it did not
+    last   s, of the last scan of the recording
     """
 
     begin: float
     end: float | None
     told: float | None
+    last: float = math.inf
 
 
 class Reliability(NamedTuple):
@@ -161,7 +163,7 @@ def losses(times: Array, wrong: Bools, alarm: Bools) -> list[Loss]:
         told = np.flatnonzero(alarm[first : last + 1])
         end = float(times[last + 1]) if last + 1 < len(times) else None
         when = float(times[first + told[0]]) if len(told) else None
-        found.append(Loss(float(times[first]), end, when))
+        found.append(Loss(float(times[first]), end, when, float(times[-1])))
     return found
 
 
@@ -251,6 +253,11 @@ def told_in_time(loss: Loss) -> bool:
     return any(
         when is not None and when - loss.begin <= TOLD_IN_TIME for when in (loss.told, loss.end)
     )
+
+
+def had_time(loss: Loss) -> bool:
+    """Whether a loss began so long before the end that it could be told in time."""
+    return loss.last - loss.begin >= TOLD_IN_TIME
 
 
 def check_probabilities(lost: Array, count: int) -> None:

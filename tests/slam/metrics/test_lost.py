@@ -15,6 +15,7 @@ from slam.metrics.lost import (
     auroc_of_counts,
     calibration_error,
     false_alarms,
+    had_time,
     is_wrong,
     losses,
     may_be_drawn,
@@ -49,26 +50,26 @@ def test_a_pose_is_wrong_by_the_limits_of_the_interface():
 
 def test_a_loss_is_told_by_the_first_alarm_in_it():
     found = losses(TIMES, flags((20, 50)), flags((5, 10), (27, 30), (60, 70)))
-    assert found == [Loss(2.0, 5.0, 2.7)]
+    assert found == [Loss(2.0, 5.0, 2.7, 9.9)]
 
 
 def test_an_alarm_before_the_loss_tells_it_at_once():
-    assert losses(TIMES, flags((20, 50)), flags((15, 22))) == [Loss(2.0, 5.0, 2.0)]
+    assert losses(TIMES, flags((20, 50)), flags((15, 22))) == [Loss(2.0, 5.0, 2.0, 9.9)]
 
 
 def test_losses_that_are_not_told_or_never_end():
     found = losses(TIMES, flags((0, 10), (90, 100)), flags((40, 50), (95, 96)))
-    assert found == [Loss(0.0, 1.0, None), Loss(9.0, None, 9.5)]
+    assert found == [Loss(0.0, 1.0, None, 9.9), Loss(9.0, None, 9.5, 9.9)]
 
 
 def test_short_times_of_right_poses_do_not_end_a_loss():
     """19 scans from the last wrong pose to the next, 1.9 s; then 20 scans, 2 s."""
-    assert losses(TIMES, flags((10, 20), (38, 40)), flags()) == [Loss(1.0, 4.0, None)]
+    assert losses(TIMES, flags((10, 20), (38, 40)), flags()) == [Loss(1.0, 4.0, None, 9.9)]
     assert len(losses(TIMES, flags((10, 20), (39, 41)), flags())) == 2
 
 
 def test_scans_that_follow_one_another_slowly_are_one_loss():
-    assert losses(10 * TIMES, flags((10, 14)), flags()) == [Loss(10.0, 14.0, None)]
+    assert losses(10 * TIMES, flags((10, 14)), flags()) == [Loss(10.0, 14.0, None, 99.0)]
 
 
 @pytest.mark.parametrize(
@@ -76,6 +77,12 @@ def test_scans_that_follow_one_another_slowly_are_one_loss():
 )
 def test_told_in_time_is_within_five_seconds(told, in_time):
     assert told_in_time(Loss(1.0, None, told)) is in_time
+
+
+def test_a_loss_just_before_the_end_could_not_be_told_in_time():
+    early, late = losses(TIMES, flags((0, 10), (60, 100)), flags())
+    assert had_time(early)
+    assert not had_time(late)
 
 
 def test_what_a_slam_may_have_withheld_is_no_reference():
@@ -173,10 +180,10 @@ def test_all_scores_of_a_run():
     assert found.brier == pytest.approx((10 * 1 + 20 * 0.01 + 10 * 0.64) / 100)
     assert found.false_alarms == 1
     assert found.hours_right == pytest.approx((9.9 - 3.0) / 3600)
-    assert found.losses == [Loss(3.0, 6.0, 4.0)]
+    assert found.losses == [Loss(3.0, 6.0, 4.0, 9.9)]
     assert found.auroc == pytest.approx((20 * 70 + 10 * 60 / 2) / (30 * 70))
     plain = json.loads(json.dumps(found.as_dict(), allow_nan=False))
-    assert plain["losses"] == [{"begin": 3.0, "end": 6.0, "told": 4.0}]
+    assert plain["losses"] == [{"begin": 3.0, "end": 6.0, "told": 4.0, "last": 9.9}]
     assert plain["reliability"]["scans"] == found.reliability.scans
 
 
