@@ -11,6 +11,7 @@ from slam.recovery.surprise import Surprise
 LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
 JUMP_RATE = 0.3  # the same if the scans are not continuous
 JUMP, USUAL_FACTOR = 0.12, 4.0  # a change of the scan by more, and by a multiple of the usual one
+TURN = 0.12  # share of the echoes that the map explained in one scan, and contradicts in the next
 RETURN_RATE = 1e-3  # probability that a lost robot is right by chance at the next keyframe
 EXPLAINED_WEIGHT, CONTRADICTED_WEIGHT = -3.2, 5.9  # nats, fitted by logistic regression
 CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
@@ -55,6 +56,8 @@ class LostBelief:
         self.spread, self.contradicted_spread = LEAST_SPREAD, 0.0
         self._change = 0.0
         self._changes = Surprise(JUMP)
+        self._before: Agreement | None = None  # of the last keyframe
+        self._turns = Surprise(TURN)
         self._score = 0.0  # usual mean log-likelihood per beam
         self._recent: deque[float] = deque([-math.inf], RECENT)  # of the last keyframes
         self.jumped = False
@@ -69,20 +72,32 @@ class LostBelief:
             / math.sqrt(self.contradicted + CONTRADICTED_SPREAD)
         )
 
-    def update(self, agreement: Agreement, change: float, sudden: bool = False) -> None:
+    def update(
+        self, agreement: Agreement, change: float, sudden: bool = False, continuous: bool = True
+    ) -> None:
         """Update the probability by a keyframe.
 
-        change  of the scan since the keyframe before (see `continuity.change`)
-        sudden  whether it does not follow from the keyframes before for another reason
+        change      of the scan since the keyframe before (see `continuity.change`)
+        sudden      whether it does not follow from the keyframes before for another reason
+        continuous  whether it sees much the same as the one before
         """
         known = self._learned >= MIN_LEARNED
         changed = self._changes.surprising(change, USUAL_FACTOR * self._change)
-        self.jumped = (changed or sudden) and known
+        turned = self._turns.surprising(self._turned(agreement)) and continuous
+        self.jumped = (changed or turned or sudden) and known
         loss = JUMP_RATE if self.jumped else LOSS_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)
         ratio = math.exp(min(max(evidence, -MAX_EVIDENCE), MAX_EVIDENCE))
         self.probability = before * ratio / (before * ratio + 1.0 - before) if known else LOSS_RATE
+
+    def _turned(self, agreement: Agreement) -> float:
+        """By how much the map explains less and contradicts more than at the keyframe before."""
+        before, self._before = self._before, agreement
+        if before is None:
+            return 0.0
+        less = before.explained - agreement.explained
+        return min(less, agreement.contradicted - before.contradicted)
 
     def learn(self, agreement: Agreement, score: float, change: float) -> None:
         """Learn what is usual from a keyframe at a pose that is not doubted."""
@@ -127,6 +142,7 @@ class LostBelief:
     def dismiss(self) -> None:
         """The last change of the scan meant nothing."""
         self._changes.dismiss()
+        self._turns.dismiss()
 
     def set(self, probability: float) -> None:
         """Set the probability, after a search of the whole map."""

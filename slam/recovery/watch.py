@@ -166,7 +166,8 @@ class Watch:
         waits = match.continuous and self.belief.hardly_agrees(agreement)
         self._disagreeing = self._disagreeing + 1 if waits else 0
         startled = self._startled and self.belief.contradicts_more(agreement)
-        self.belief.update(agreement, changed, self.odometry.sudden or startled)
+        sudden = self.odometry.sudden or startled
+        self.belief.update(agreement, changed, sudden, match.continuous)
         self._startled = False
         self._rivals.keyframe()
         self._dropped *= FORGETTING
