@@ -11,7 +11,7 @@ from slam.recovery.surprise import Surprise
 LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
 JUMP_RATE = 0.3  # the same if the scans are not continuous
 JUMP, USUAL_FACTOR = 0.12, 4.0  # a change of the scan by more, and by a multiple of the usual one
-TURN = 0.12  # share of the echoes that the map explained in one scan, and contradicts in the next
+TURNED = 0.12  # share of the echoes that the map explained in one scan, and contradicts in the next
 RETURN_RATE = 1e-3  # probability that a lost robot is right by chance at the next keyframe
 EXPLAINED_WEIGHT, CONTRADICTED_WEIGHT = -3.2, 5.9  # nats, fitted by logistic regression
 CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
@@ -57,7 +57,7 @@ class LostBelief:
         self._change = 0.0
         self._changes = Surprise(JUMP)
         self._before: Agreement | None = None  # of the last keyframe
-        self._turns = Surprise(TURN)
+        self._turns = Surprise(TURNED)
         self._score = 0.0  # usual mean log-likelihood per beam
         self._recent: deque[float] = deque([-math.inf], RECENT)  # of the last keyframes
         self.jumped = False
