@@ -86,7 +86,7 @@ def _divided(batch: Info, n: int) -> list[Info]:
 
 
 def _plain(rows: NDArray[Any]) -> Sequence[Any]:
-    """Rows of numbers as Python's own; others as they are."""
-    if rows.ndim == 1 and rows.dtype != object:
+    """The rows; numbers are Python's own."""
+    if isinstance(rows, np.ndarray) and rows.ndim == 1 and rows.dtype != object:
         return rows.tolist()
     return [row.item() if isinstance(row, np.generic) else row for row in rows]

@@ -20,7 +20,7 @@ from agents.training.event_log import event_logger
 from agents.training.policy_file import restore
 from agents.training.segments import BEST, CHECKPOINT, PROGRESS, Segments
 from agents.training.settings import arguments
-from agents.training.torch_setup import Threads, keep_freed_memory, use_channels_last
+from agents.training.torch_setup import configure_torch, use_channels_last
 from agents.training.training_folder import CONFIG, find_checkpoint, write_config
 from agents.training.workers import Workers
 from agents.vec_env import NativeVecEnv
@@ -89,7 +89,7 @@ def train(
     workers  processes that share the environments; the policy does not depend on it
     report   is called with each line of `progress.jsonl`
     """
-    keep_freed_memory()
+    configure_torch()
     before = random.getstate(), np.random.get_state(), torch.get_rng_state()  # noqa: NPY002
     kind, plain = ALGORITHMS[training.algorithm], json.loads(json.dumps(asdict(training)))
     env = VecMonitor(_environments(training, workers))
@@ -107,7 +107,7 @@ def train(
         steps = training.segment * training.rollout
         segments = Segments(folder, training.seed, steps, asdict(training), report)
         if left > 0:
-            model.learn(left, [Threads(), segments], reset_num_timesteps=checkpoint is None)
+            model.learn(left, segments, reset_num_timesteps=checkpoint is None)
         return model
     finally:
         env.close()

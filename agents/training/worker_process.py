@@ -40,8 +40,7 @@ def serve(
 ) -> None:  # fmt: skip
     """A worker: executes commands until it is closed or its parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
-    if hasattr(os, "SCHED_BATCH"):
-        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    _be_patient()
     blocks = {key: Block(shape, dtype, name) for key, (name, shape, dtype) in specs.items()}
     worlds = SameStepWorlds.make(id, n, **cloudpickle.loads(parameters))
     with contextlib.suppress(EOFError, OSError):
@@ -56,6 +55,14 @@ def serve(
                 pipe.send((None, answer))
             except Exception as error:
                 pipe.send((error, None))
+
+
+def _be_patient() -> None:
+    """Let a worker that wakes not interrupt a process that computes: the parent wakes the workers
+    one after the other, and the first would keep it from waking the second."""
+    with contextlib.suppress(AttributeError, OSError):  # not on Linux, or not allowed
+        if os.sched_getscheduler(0) == os.SCHED_OTHER:
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def _write(observation: Any, blocks: dict[str, Block], rows: slice) -> None:

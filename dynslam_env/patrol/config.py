@@ -20,7 +20,8 @@ from slam.errors import InputError
 from slam.validation import instance, positive, whole_number
 
 NO_TASK = Task(reward={}, ends=())  # the patrol has its own reward, and ends by time only
-LOOK_EVERY = 2  # control steps between two scans of the dynamic map: with four, it is late
+LOOK_EVERY = 2  # control steps at most between two scans of the dynamic map: with 4, `lookout` errs
+# by 0.18 instead of 0.13 (Brier score of the doors)
 
 
 class PatrolKeywords(PlaceKeywords, total=False):
@@ -44,7 +45,7 @@ class PatrolConfig:
     turn        rad/s that an action of 1 stands for
     hold        control steps of 0.1 s for which an action is held
     scan_every  control steps between two scans given to the SLAM; `hold` is a multiple of it. The
-                dynamic map takes these, and at least each second one
+                dynamic map takes a scan at least every second control step
     memory      makes the dynamic map of an episode: `DynamicMap`, or `BeliefMap`, or a function
     reward      weights of the reward
     """

@@ -85,7 +85,7 @@ class DoorPatrolEnv(gym.Env[Observation, NDArray[np.float32]]):
     | `reward`      | `RewardWeights()` | weights of the reward                                    |
     | `speed`, `turn` | 0.8 m/s, 1.5 rad/s | velocities of an action of 1                          |
     | `hold`        | 4          | control steps (0.1 s) for which an action is held               |
-    | `scan_every`  | 2          | control steps between two scans given to the SLAM; the dynamic map takes at least each second scan |
+    | `scan_every`  | 2          | control steps between two scans given to the SLAM; the dynamic map takes one at least every second control step |
     | `memory`      | `DynamicMap` | makes the dynamic map of an episode, such as `BeliefMap`      |
     | `score_every` | 0          | control steps between two scorings of the SLAM's map, a multiple of `hold`; 0: never. `FinalScores(env)` adds those of the last step |
 

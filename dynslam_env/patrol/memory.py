@@ -192,31 +192,31 @@ def _predicted(i, now, occupied, times, counts, last, prior):
 
 @kernel(error_model="numpy")
 def _entropy(cells, now, occupied, times, counts, last, prior):
-    """Sum of the entropies of cells, bits. Most cells are as likely as the one before: its entropy
-    is kept."""
-    bits, known, its = 0.0, -1.0, 0.0
+    """Sum of the entropies of cells, bits. Most cells are as likely to be occupied as the one
+    before, and have its entropy."""
+    bits, last_h, entropy = 0.0, -1.0, 0.0
     for k in range(len(cells)):
         h = _predicted(np.uint64(cells[k]), now, occupied, times, counts, last, prior)
-        if h != known:
-            known, its = h, 0.0
+        if h != last_h:
+            last_h, entropy = h, 0.0
             if 1e-6 < h < 1.0 - 1e-6:
-                its = h * np.log2(h) + (1.0 - h) * np.log2(1.0 - h)
-        bits -= its
+                entropy = h * np.log2(h) + (1.0 - h) * np.log2(1.0 - h)
+        bits -= entropy
     return bits
 
 
 @kernel(error_model="numpy")
 def _freshness(now, echoed, times, counts, last):
     total, words = 0.0, echoed.view(np.uint64)
-    known, left = np.float32(np.nan), 0.0  # cells of one scan follow each other
+    last_time, left = np.float32(np.nan), 0.0  # cells of one scan follow each other
     for word in range(len(words)):
         for i in range(WORD * word, WORD * (word + 1) if words[word] else 0):
             if echoed[i]:
                 weight = STATIC_WEIGHT
                 if counts[i, 0] or counts[i, 1]:
                     weight += min(times[i, 0], times[i, 1], FULL_WEIGHT_TIME) / FULL_WEIGHT_TIME
-                if last[i] != known:
-                    known, left = last[i], np.exp((last[i] - now) / FRESHNESS_SCALE)
+                if last[i] != last_time:
+                    last_time, left = last[i], np.exp((last[i] - now) / FRESHNESS_SCALE)
                 total += weight * left
     return total
 

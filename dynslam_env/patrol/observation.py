@@ -112,12 +112,12 @@ def _draw(
     rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
     left, low, side = origin[0], origin[1], image.shape[1]
     ahead, beside = _sample_lines(pose, side)
-    dated, shade = 0.0, np.uint8(0)  # the age before this one, and how it is drawn
+    last_age, shade = 0.0, np.uint8(0)  # and how it is drawn
     for row in range(side):
         for col in range(side):
             most, seen, oldest, restless = 0.0, 0, 0.0, 0.0
             for part in range(4):
-                x = (ahead[row, part & 1, 0] - beside[col, part >> 1, 0] - left) * scale
+                x = (ahead[row, part & 1, 0] + beside[col, part >> 1, 0] - left) * scale
                 y = (ahead[row, part & 1, 1] + beside[col, part >> 1, 1] - low) * scale
                 if not (0.0 <= x < cols and 0.0 <= y < rows):
                     continue
@@ -141,8 +141,8 @@ def _draw(
                 image[0, row, col], image[1, row, col] = 128, 0
                 image[2, row, col], image[3, row, col] = 255, 0
                 continue
-            if oldest != dated:
-                dated, shade = oldest, np.uint8(255.0 * (1.0 - np.exp(-oldest / AGE_SCALE)))
+            if oldest != last_age:
+                last_age, shade = oldest, np.uint8(255.0 * (1.0 - np.exp(-oldest / AGE_SCALE)))
             image[0, row, col], image[1, row, col] = np.uint8(255.0 * most), np.uint8(63.75 * seen)
             image[2, row, col] = shade
             image[3, row, col] = np.uint8(255.0 * min(restless / MAX_FLIP_RATE, 1.0))
@@ -150,13 +150,13 @@ def _draw(
 
 @kernel
 def _sample_lines(pose, side):
-    """(side, 2, 2) x and y, m, in the world, of the two samples of each row of pixels, and what the
-    two of each column add to them (x: less)."""
+    """(side, 2, 2) x and y, m, world, of the two samples in each row of pixels, ahead of the robot,
+    and what the two samples of each column add to them."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     ahead, beside = np.empty((side, 2, 2)), np.empty((side, 2, 2))
     for k in range(side):
         for half in range(2):
             at = ((side - 1) / 2 - k + 0.5 * half - 0.25) * PIXEL_SIZE
             ahead[k, half, 0], ahead[k, half, 1] = pose[0] + c * at, pose[1] + s * at
-            beside[k, half, 0], beside[k, half, 1] = s * at, c * at
+            beside[k, half, 0], beside[k, half, 1] = -s * at, c * at
     return ahead, beside

@@ -11,10 +11,11 @@ from dynslam_env.patrol.memory import DynamicMap
 from dynslam_env.patrol.observation import observe
 from dynslam_env.patrol.rewards import RewardTerms, pose_bits
 from slam.geometry import Pose2
-from slam.interface import Estimate
+from slam.interface import LOST_DISTANCE, LOST_TURN, Estimate
 from slam.scan import Scan
 
-MAX_ERROR = 0.3  # m: more is no error of the odometry between two matches
+MAX_ERROR = LOST_DISTANCE, 2.0 * LOST_TURN  # m, rad: more is no error of the odometry between two
+# matches; the SLAM has moved the pose to another place, or scans are missing
 
 
 class Patroller:
@@ -33,7 +34,7 @@ class Patroller:
         self._pose_bits = pose_bits(first.covariance)
         self.time = self._looked = scan.time
         self._velocity, self._moved = np.zeros(2), Pose2()
-        self._skipped: list[tuple[Scan, Pose2]] = []  # and the odometry to it, since the last match
+        self._skipped: list[tuple[Scan, Pose2]] = []  # since the last match, and the odometry to it
         self._information, self._distance, self._contacts, self._control_steps = 0.0, 0.0, 0, 0
 
     def move(self, displacement: Pose2, collided: bool) -> None:
@@ -44,7 +45,8 @@ class Patroller:
         self._control_steps += 1
 
     def skip(self, scan: Scan) -> None:
-        """Add a scan that the SLAM does not take: the dynamic map sees it with the next one."""
+        """Keep a scan that the SLAM does not take: `look` adds it to the dynamic map once the next
+        pose is known."""
         self._skipped.append((scan, self._moved))
 
     def look(self, estimate: Estimate, scan: Scan) -> None:
@@ -56,9 +58,11 @@ class Patroller:
         self.estimate, self._looked, self._moved = estimate, scan.time, Pose2()
 
     def _look_at_skipped(self, error: Pose2, time: float) -> None:
-        """Look at the scans since the last match: what the odometry is off by at `time`, s, grew
-        from 0. A pose that was set elsewhere tells nothing of them."""
-        if math.hypot(error.x, error.y) < MAX_ERROR:
+        """Add the skipped scans to the map. Their poses follow the odometry, whose `error` until
+        `time`, s, is spread over the time since the last match. They are left out if it is large.
+        """
+        far, turned = MAX_ERROR
+        if math.hypot(error.x, error.y) < far and abs(error.theta) < turned:
             for scan, moved in self._skipped:
                 share = (scan.time - self._looked) / (time - self._looked)
                 grown = Pose2(*(share * part for part in error))

@@ -97,7 +97,7 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
         batch, patrol_config = self._batch, self.patrol_config
         commands = patrol_config.commands(commands, self.world_config.robot)
         patrols = [(i, self._patrols[i]) for i in which.tolist()]
-        rewards, taken = np.zeros(self.num_envs), dict[int, Scan]()
+        rewards, arrived = np.zeros(self.num_envs), dict[int, Scan]()
         for k in range(1, patrol_config.hold + 1):
             batch.step(which, commands)
             motions, collided = batch.displacements.tolist(), batch.collided.tolist()
@@ -105,17 +105,17 @@ class DoorPatrolVectorEnv(DoorWorldVectorEnv):
                 patrol.move(Pose2(*motions[i]), collided[i])
             if not patrol_config.looked_at(k):
                 continue
-            taken = {i: self._scan(i) for i, _ in patrols if batch.scan_arrived(i)}
+            arrived = {i: self._scan(i) for i, _ in patrols if batch.scan_arrived(i)}
             if patrol_config.matched(k):
                 poses = batch.drive.poses.tolist()
-                found = [self._patrols[i].locate(s, Pose2(*poses[i])) for i, s in taken.items()]
-                for (i, scan), estimate in zip(taken.items(), found, strict=True):
+                found = [self._patrols[i].locate(s, Pose2(*poses[i])) for i, s in arrived.items()]
+                for (i, scan), estimate in zip(arrived.items(), found, strict=True):
                     self._patrols[i].robot.look(estimate, scan)
             else:
-                for i, scan in taken.items():
+                for i, scan in arrived.items():
                     self._patrols[i].robot.skip(scan)
-        for i, patrol in patrols:  # `hold` is a multiple of `scan_every`: the last scan was taken
-            patrol.scan = taken[i] if i in taken else self._scan(i)
+        for i, patrol in patrols:  # `arrived` is of the last control step
+            patrol.scan = arrived[i] if i in arrived else self._scan(i)
             gains = patrol.robot.gains(batch.worlds[i].time)
             terms = patrol_config.reward.terms(gains)
             rewards[i], self._touched[i] = sum(terms.values()), gains.collision

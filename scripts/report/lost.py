@@ -124,7 +124,7 @@ COLUMNS = (
     ("lost at the end, %", 0),
     ("wrong, % of scans", 1),
     ("sure and wrong, % of scans", 1),
-    (f"told or corrected within {TOLD_IN_TIME:g} s, % of losses", 0),
+    (f"told or corrected within {TOLD_IN_TIME:g} s, % of losses that left the time", 0),
     ("time to notice, s", 1),
     ("found again, % of losses", 0),
     ("time to recover, s", 1),

@@ -79,22 +79,23 @@ def _step_rows(env: Any, rng: np.random.Generator) -> list[Result]:
 
 def _learning_rows() -> list[Result]:
     """Two rollouts of PPO as `dynslam train` makes them, with one process and with two."""
+    import agents.training  # noqa: F401, I001 - first: it tells torch how to wait
     from stable_baselines3 import PPO
 
     from agents.training.settings import arguments, read_settings
-    from agents.training.torch_setup import Threads, keep_freed_memory, use_channels_last
+    from agents.training.torch_setup import configure_torch, use_channels_last
     from agents.training.workers import Workers
 
-    keep_freed_memory()
+    configure_torch()
     settings, rows = read_settings("ppo", "DoorPatrol-v0"), []
     for workers in (1, 2):
         env = Workers("DoorPatrol-v0", settings["n_envs"], workers, {})
         model = PPO(settings["policy"], env, seed=0, device="cpu", **arguments(settings))
         use_channels_last(model)
         rollout = settings["n_envs"] * settings["n_steps"]
-        model.learn(rollout, Threads())  # everything is compiled
+        model.learn(rollout)  # everything is compiled
         start = time.perf_counter()
-        model.learn(2 * rollout, Threads())
+        model.learn(2 * rollout)
         each = 1e6 * (time.perf_counter() - start) / (2 * rollout)
         env.close()
         processes = "one process" if workers == 1 else f"{workers} processes"

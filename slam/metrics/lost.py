@@ -38,13 +38,13 @@ class Loss(NamedTuple):
     begin  s, of the first scan with a wrong pose
     end    s, of the first scan from which on the pose was right; None: never in the recording
     told   s, of the first scan during the loss at which the SLAM told; None: it did not
-    last   s, of the last scan of the recording
+    until  s, of the last scan of the recording; inf: not known (results before 27 November 2026)
     """
 
     begin: float
     end: float | None
     told: float | None
-    last: float = math.inf
+    until: float = math.inf
 
 
 class Reliability(NamedTuple):
@@ -257,7 +257,7 @@ def told_in_time(loss: Loss) -> bool:
 
 def had_time(loss: Loss) -> bool:
     """Whether a loss began so long before the end that it could be told in time."""
-    return loss.last - loss.begin >= TOLD_IN_TIME
+    return loss.until - loss.begin >= TOLD_IN_TIME
 
 
 def check_probabilities(lost: Array, count: int) -> None:

@@ -17,6 +17,8 @@ KINDS = {
     "office": {"world": "office"},
     "crowd": {"world": "crowd"},
     "faulty": {"faults": [Gap(0.9, at=0.7), CarriedAway(distance=0.02, at=0.5), Slip(at=1.0)]},
+    "sparse": {"slam": "static-ml", "scan_every": 4,
+               "faults": [Gap(0.9, at=0.7), CarriedAway(distance=0.02, at=0.5), Slip(at=1.0)]},
     "other": {"slam": "static-ml", "hold": 3, "scan_every": 3,
               "reward": RewardWeights({"pose": 1.0}), "laser": Laser(beams=31, dropout=0.2),
               "robot": Robot(acceleration=5.0)},

@@ -60,6 +60,13 @@ def test_the_scores_of_a_group_by_hand():
     assert found.false_alarms == pytest.approx(2 / hours)
 
 
+def test_a_loss_that_left_no_time_is_not_one_that_was_not_told():
+    late = made("a", 0, spans((300, 400), (N - 40, N)), 0.9 * spans((310, 400)))
+    assert lost_summary([late]).told.value == 100.0
+    early = made("a", 0, spans((300, 400), (N - 60, N)), 0.9 * spans((310, 400)))
+    assert lost_summary([early]).told.value == 50.0
+
+
 def test_probabilities_are_judged_over_all_scans_together():
     told = RNG.random((4, N))
     told[:, 0] = 0.0  # the first pose is right: the others are compared with it

@@ -183,7 +183,7 @@ def test_all_scores_of_a_run():
     assert found.losses == [Loss(3.0, 6.0, 4.0, 9.9)]
     assert found.auroc == pytest.approx((20 * 70 + 10 * 60 / 2) / (30 * 70))
     plain = json.loads(json.dumps(found.as_dict(), allow_nan=False))
-    assert plain["losses"] == [{"begin": 3.0, "end": 6.0, "told": 4.0, "last": 9.9}]
+    assert plain["losses"] == [{"begin": 3.0, "end": 6.0, "told": 4.0, "until": 9.9}]
     assert plain["reliability"]["scans"] == found.reliability.scans
 
 
