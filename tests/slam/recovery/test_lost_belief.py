@@ -42,6 +42,21 @@ def test_a_scan_that_is_not_continuous_is_a_doubt_at_once(belief):
     assert after(belief, USUAL, 15) < 0.005
 
 
+@pytest.mark.parametrize("continuous", [True, False])
+def test_a_map_that_explained_a_scan_and_contradicts_the_next_is_a_doubt_at_once(
+    belief, continuous
+):
+    """Scans that are far apart see different parts of the map, which may be as different."""
+    belief.update(Agreement(0.75, 0.2), 0.0, continuous=continuous)
+    assert belief.jumped is continuous
+
+
+def test_a_map_that_is_ever_less_sure_is_none(belief):
+    for share in (0.85, 0.75, 0.65):
+        belief.update(Agreement(share, 0.95 - share), 0.0)
+        assert not belief.jumped
+
+
 def test_scans_that_always_change_are_usual():
     belief = LostBelief()
     after(belief, Agreement(0.7, 0.15), 60, change=0.3)
