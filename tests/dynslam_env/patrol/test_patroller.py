@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -54,7 +55,7 @@ def test_a_pose_that_was_set_elsewhere_tells_nothing_of_a_skipped_scan(elsewhere
 
 @pytest.mark.parametrize("scan_every", [1, 2, 4])
 def test_the_dynamic_map_takes_at_least_each_second_scan(scan_every):
-    env = gym.make("DoorPatrol-v0", scan_every=scan_every, memory=Noting, slam="odometry")
+    env: Any = gym.make("DoorPatrol-v0", scan_every=scan_every, memory=Noting, slam="odometry")
     env.reset(seed=1)
     for _ in range(3):
         env.step(np.array([0.5, 0.3], np.float32))
@@ -63,9 +64,10 @@ def test_the_dynamic_map_takes_at_least_each_second_scan(scan_every):
 
 
 def test_a_skipped_scan_lies_where_it_was_taken():
-    env = gym.make("DoorPatrol-v0", scan_every=4, memory=Noting, slam="static-ml")
+    env: Any = gym.make("DoorPatrol-v0", scan_every=4, memory=Noting, slam="static-ml")
     env.reset(seed=1)
-    patrol, truth = env.unwrapped, {}
+    patrol: Any = env.unwrapped
+    truth: dict[int, Pose2] = {}
     step = patrol.wrapped.step
 
     def noted(command):
