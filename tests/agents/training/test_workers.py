@@ -34,7 +34,9 @@ def alike(mine, theirs):
 @pytest.mark.skipif(not hasattr(os, "SCHED_BATCH"), reason="Linux only")
 def test_workers_do_not_interrupt_who_wakes_them(two):
     two.reset()  # they have begun
-    assert {os.sched_getscheduler(child.pid or 0) for child in active_children()} == {os.SCHED_BATCH}
+    assert {os.sched_getscheduler(child.pid or 0) for child in active_children()} == {
+        os.SCHED_BATCH
+    }
 
 
 def test_a_worker_works_where_that_is_not_allowed(monkeypatch):
