@@ -45,6 +45,7 @@ class LostBelief:
 
     probability  that the robot is lost
     jumped       whether the last scan was not continuous with the ones before
+    turned       whether only the map tells so, which explained one scan and contradicts the next
     explained    usual share of echoes that the map explains; contradicted: that it contradicts
     spread       usual deviation of the share of explained echoes from its mean;
                  contradicted_spread: of contradicted ones
@@ -60,7 +61,7 @@ class LostBelief:
         self._turns = Surprise(TURNED)
         self._score = 0.0  # usual mean log-likelihood per beam
         self._recent: deque[float] = deque([-math.inf], RECENT)  # of the last keyframes
-        self.jumped = False
+        self.jumped = self.turned = False
         self._learned = 0.0  # number of keyframes that the usual shares are the mean of
 
     def evidence(self, agreement: Agreement) -> float:
@@ -85,6 +86,7 @@ class LostBelief:
         changed = self._changes.surprising(change, USUAL_FACTOR * self._change)
         turned = self._turns.surprising(self._turned(agreement)) and continuous
         self.jumped = (changed or turned or sudden) and known
+        self.turned = turned and not (changed or sudden)
         loss = JUMP_RATE if self.jumped else LOSS_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)

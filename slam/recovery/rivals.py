@@ -30,6 +30,7 @@ class Proof(NamedTuple):
 
     gain          nats a beam by which it must explain a scan better
     explained     of the usual share of explained echoes, at least
+    later         the same of the scans after it was found
     spreads       usual deviations of that share by which it must explain more
     contradicted  share of the echoes, at most
     here          of the usual share, at most, that is explained at the believed place
@@ -38,15 +39,19 @@ class Proof(NamedTuple):
 
     gain: float
     explained: float
+    later: float
     spreads: float
     contradicted: float
     here: float
     candidates: int
 
 
-AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, 1.0, CANDIDATES)  # after a scan that was not continuous
+AFTER_JUMP = Proof(
+    0.04, 0.7, 0.0, 0.0, 0.2, 1.0, CANDIDATES
+)  # after a scan that was not continuous
 AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
-WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1)
+AFTER_TURN = AFTER_JUMP._replace(gain=0.08, explained=1.0, later=1.0, contradicted=0.05)
+WITHOUT_JUMP = Proof(0.12, 0.85, 0.0, 3.0, 0.12, 0.4, 1)
 NEARBY = AFTER_JUMP._replace(gain=0.1, explained=0.65)  # after a jump, within ...
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
 MISMATCHED = 0.3, 0.3, math.radians(15.0)  # m, m, rad, by which a match may have been wrong
@@ -233,7 +238,8 @@ class Rivals:
                 both = min(began.explained, place.agreement.explained)
                 suspect.plausible = led and check.as_usual(both)
             since = suspect.gain if suspect.plausible else 0.0
-            speaks = check.speaks_for(place, check.more) and began.speaks(since)
+            least = max(check.more, check.proof.later * check.usual)
+            speaks = check.speaks_for(place, least) and began.speaks(since)
             if speaks and (best is None or place.value > best.value):
                 best = place
         return best

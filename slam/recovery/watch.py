@@ -19,6 +19,7 @@ from slam.recovery.places import Surroundings, at
 from slam.recovery.rivals import (
     AFTER_CORRECTION,
     AFTER_JUMP,
+    AFTER_TURN,
     LEAST_USUAL,
     WITHOUT_JUMP,
     Check,
@@ -84,6 +85,7 @@ class Watch:
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
         self._torn = False  # whether that one changed by more than TORN
+        self._turned = False  # whether only the map told that it was not continuous
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -143,7 +145,7 @@ class Watch:
     def _trust(self) -> None:
         """No doubt is left."""
         self._jump, self._checks = None, 0
-        self._unsure = self._unexplained = self._torn = self._moved = False
+        self._unsure = self._unexplained = self._torn = self._turned = self._moved = False
         self._rivals.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -176,7 +178,7 @@ class Watch:
         if begins:
             self._jump = Keyframe(match.scan, pose)
             self._unexplained = self.belief.hardly_explains(agreement)
-            self._torn = changed > TORN
+            self._torn, self._turned = changed > TORN, self.belief.turned
         self._moved = self._moved or self.odometry.far
         if not self.doubted:
             self._trust()
@@ -232,7 +234,7 @@ class Watch:
         against = self._rivals.vote(check)
         if strange:
             self._rivals.votes = votes + 1
-        elif not against and not self._rivals.leading and self._agrees_enough(agreement):
+        elif not against and (self._turned or self._hardly_doubted(agreement)):
             return self._dismissed()
         elif not against:
             self._unsure = True
@@ -245,6 +247,8 @@ class Watch:
         """What is asked of another place."""
         if self._jump is None:
             return WITHOUT_JUMP
+        if self._turned:
+            return AFTER_TURN
         return AFTER_CORRECTION if self._moved else AFTER_JUMP
 
     def _agrees(self, agreement: Agreement) -> bool:
@@ -253,13 +257,14 @@ class Watch:
             return True
         return self._jump is None and agreement.explained > POOR * self.belief.explained
 
-    def _agrees_enough(self, agreement: Agreement) -> bool:
-        """Whether nothing speaks against the believed place: after a jump, the map contradicts no
-        more than usual, and explains not far less."""
+    def _hardly_doubted(self, agreement: Agreement) -> bool:
+        """Whether nothing speaks against the believed place: no other one leads and, after a jump,
+        the map contradicts no more than usual, and explains not far less."""
         belief = self.belief
         least = belief.explained - FAR_LESS_EXPLAINED * belief.spread
-        return self._jump is None or (
-            not self.belief.contradicts_more(agreement) and agreement.explained > least
+        return not self._rivals.leading and (
+            self._jump is None
+            or (not belief.contradicts_more(agreement) and agreement.explained > least)
         )
 
     def _contradicts_no_more(self, agreement: Agreement) -> bool:
