@@ -10,6 +10,7 @@ import pytest
 
 from agents import record_path
 from dynslam_env import CarriedAway, Gap, Loop, Odometry, OdometryScale, Slip
+from dynslam_env.faults.fault import Fault
 from slam import make
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.particle_filter import ParticleFilter
@@ -73,9 +74,14 @@ def test_it_says_that_it_was_carried_as_long_as_it_is_not_found(variant: str, se
     assert (lost[~wrong] <= 0.5).all()
 
 
-def carried(env: str, variant: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
+CARRIED = CarriedAway(at=(10.0, 20.0))
+
+
+def carried(
+    env: str, variant: str, seed: int, fault: Fault = CARRIED
+) -> tuple[np.ndarray, np.ndarray]:
     """(n,) whether the position is wrong, and `lost`, at every scan of a robot that was carried."""
-    faults = [OdometryScale(1.01), CarriedAway(at=(10.0, 20.0))]
+    faults = [OdometryScale(1.01), fault]
     steps = 500  # of 0.1 s
     episode = record_path(env, seed, odometry=CALIBRATED, faults=faults, max_episode_steps=steps)
     result = run(make(variant, true_start(episode)), episode)
@@ -106,6 +112,12 @@ def test_a_robot_that_was_carried_to_where_it_looks_alike_is_told(
     assert off.any()
     assert lost[off].max() > 0.5
     assert not off[-1]
+
+
+def test_new_ground_that_looks_like_old_ground_is_no_alarm_where_doors_move() -> None:
+    off, lost = carried("DoorLoop-v0", "static-ml", 368, Slip(0.4, at=(10.0, 20.0)))
+    assert not off.any()
+    assert lost.max() <= 0.5
 
 
 def test_a_laser_that_sees_nothing_during_a_doubt_is_no_error() -> None:
