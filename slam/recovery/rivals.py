@@ -30,28 +30,26 @@ class Proof(NamedTuple):
 
     gain          nats a beam by which it must explain a scan better
     explained     of the usual share of explained echoes, at least
-    later         the same of the scans after it was found
     spreads       usual deviations of that share by which it must explain more
     contradicted  share of the echoes, at most
     here          of the usual share, at most, that is explained at the believed place
     candidates    of a search
+    sure          whether half of the echoes that usually are not explained must be, too
     """
 
     gain: float
     explained: float
-    later: float
     spreads: float
     contradicted: float
     here: float
     candidates: int
+    sure: bool = False
 
 
-AFTER_JUMP = Proof(
-    0.04, 0.7, 0.0, 0.0, 0.2, 1.0, CANDIDATES
-)  # after a scan that was not continuous
+AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, 1.0, CANDIDATES)  # after a scan that was not continuous
 AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
-AFTER_TURN = AFTER_JUMP._replace(gain=0.08, explained=1.0, later=1.0, contradicted=0.05)
-WITHOUT_JUMP = Proof(0.12, 0.85, 0.0, 3.0, 0.12, 0.4, 1)
+AFTER_TURN = AFTER_JUMP._replace(gain=0.08, contradicted=0.1, sure=True)  # that only the map tells
+WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1)
 NEARBY = AFTER_JUMP._replace(gain=0.1, explained=0.65)  # after a jump, within ...
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
 MISMATCHED = 0.3, 0.3, math.radians(15.0)  # m, m, rad, by which a match may have been wrong
@@ -85,7 +83,8 @@ class Check(NamedTuple):
     def more(self) -> float:
         """The share of echoes that must be explained elsewhere, to be more than here."""
         more = max(MORE_EXPLAINED, self.proof.spreads * self.belief.spread)
-        return self.here.agreement.explained + more
+        sure = 0.5 + 0.5 * self.usual if self.proof.sure else 0.0
+        return max(self.here.agreement.explained + more, sure)
 
     @property
     def least(self) -> float:
@@ -238,8 +237,7 @@ class Rivals:
                 both = min(began.explained, place.agreement.explained)
                 suspect.plausible = led and check.as_usual(both)
             since = suspect.gain if suspect.plausible else 0.0
-            least = max(check.more, check.proof.later * check.usual)
-            speaks = check.speaks_for(place, least) and began.speaks(since)
+            speaks = check.speaks_for(place, check.more) and began.speaks(since)
             if speaks and (best is None or place.value > best.value):
                 best = place
         return best
