@@ -43,13 +43,13 @@ class Proof(NamedTuple):
     contradicted: float
     here: float
     candidates: int
-    sure: bool = False
+    sure: bool
 
 
-AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, 1.0, CANDIDATES)  # after a scan that was not continuous
+AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, 1.0, CANDIDATES, False)  # after a scan that changed at once
 AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
 AFTER_TURN = AFTER_JUMP._replace(gain=0.08, contradicted=0.1, sure=True)  # that only the map tells
-WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1)
+WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1, False)
 NEARBY = AFTER_JUMP._replace(gain=0.1, explained=0.65)  # after a jump, within ...
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
 MISMATCHED = 0.3, 0.3, math.radians(15.0)  # m, m, rad, by which a match may have been wrong
