@@ -142,9 +142,8 @@ class LostBelief:
         return agreement.explained < min(share * self.explained, least)
 
     def dismiss(self) -> None:
-        """The last change of the scan meant nothing."""
-        self._changes.dismiss()
-        self._turns.dismiss()
+        """The last change of the scan, or turn of the map's agreement, meant nothing."""
+        (self._turns if self.turned else self._changes).dismiss()
 
     def set(self, probability: float) -> None:
         """Set the probability, after a search of the whole map."""
