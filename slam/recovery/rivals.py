@@ -166,6 +166,13 @@ class Suspect:
     plausible: bool = False
 
 
+def best_around(endpoint: Endpoint, scan: Scan, here: Place) -> float:
+    """Log-likelihood of the likeliest place within SLIPPED of a place: where a loop closes with a
+    drift, the map shows the scan there."""
+    around = matched(endpoint, scan, best_near(endpoint, scan, here.pose, SLIPPED))
+    return max(here.value, around.value)
+
+
 class Rivals:
     """Searches the whole map for another place, and counts the scans that speak for it.
 

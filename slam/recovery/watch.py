@@ -25,6 +25,7 @@ from slam.recovery.rivals import (
     Check,
     Proof,
     Rivals,
+    best_around,
 )
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
@@ -227,6 +228,8 @@ class Watch:
             return self._dismissed()
         endpoint, frame = surroundings()
         here = at(endpoint, scan, frame @ pose)
+        if self._turned:
+            here = here._replace(value=best_around(endpoint, scan, here))
         strange = self._strange(agreement)
         jump = None if strange or self._jump is None else self._jump.seen_from(pose)
         votes = self._rivals.votes

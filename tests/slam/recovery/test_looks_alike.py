@@ -72,13 +72,13 @@ def test_a_graph_is_told_by_what_it_drew_long_before_that_it_was_carried() -> No
     assert carried.end - carried.begin < 60.0
 
 
-def test_a_robot_that_is_lost_on_new_ground_goes_on_there() -> None:
+def test_a_match_that_is_wrong_by_some_degrees_at_a_corner_before_new_ground_is_no_loss() -> None:
     episode = record_path("DoorLoop-v0", 5712, "moving", world=BLOCK, max_episode_steps=1700)
     result = run(make("dynamic-graph", true_start(episode)), episode)
     truth = episode.known_truth("a test").poses
-    assert result.lost.max() > 0.5  # at a corner, where a match was wrong by some degrees
-    assert 0.05 < result.lost[-1] < 0.5  # it was found at no place of the map
-    assert np.hypot(*(result.online[-1] - truth[-1])[:2]) < 2.0  # 36 m off a minute later
+    assert 0.2 < result.lost.max() < 0.5  # a doubt; once it was 36 m off a minute later
+    assert result.lost[-1] < 0.1
+    assert np.hypot(*(result.online - truth)[:, :2].T).max() < 0.5
 
 
 def test_a_map_that_is_drawn_beside_itself_where_a_loop_closes_is_corrected_at_once() -> None:
