@@ -86,7 +86,7 @@ class LostBelief:
         changed = self._changes.surprising(change, USUAL_FACTOR * self._change)
         turned = self._turns.surprising(self._turned(agreement)) and continuous
         self.jumped = (changed or turned or sudden) and known
-        self.turned = turned and not (changed or sudden)
+        self.turned = self.jumped and not (changed or sudden)
         loss = JUMP_RATE if self.jumped else LOSS_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)

@@ -166,11 +166,9 @@ class Suspect:
     plausible: bool = False
 
 
-def best_around(endpoint: Endpoint, scan: Scan, here: Place) -> float:
-    """Log-likelihood of the likeliest place within SLIPPED of a place: where a loop closes with a
-    drift, the map shows the scan there."""
-    around = matched(endpoint, scan, best_near(endpoint, scan, here.pose, SLIPPED))
-    return max(here.value, around.value)
+def around(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:
+    """The likeliest place within SLIPPED of a pose."""
+    return matched(endpoint, scan, best_near(endpoint, scan, pose, SLIPPED))
 
 
 class Rivals:
@@ -223,8 +221,7 @@ class Rivals:
         if check.jump is None or contradicted < LESS_CONTRADICTED:
             return None
         check = check._replace(proof=NEARBY)
-        start = best_near(check.endpoint, check.scan, check.here.pose, SLIPPED)
-        place = matched(check.endpoint, check.scan, start)
+        place = around(check.endpoint, check.scan, check.here.pose)
         if near(check.here.pose, place.pose, LOST_DISTANCE, LOST_TURN):
             return None
         less = contradicted - place.agreement.contradicted

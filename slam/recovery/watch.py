@@ -25,7 +25,7 @@ from slam.recovery.rivals import (
     Check,
     Proof,
     Rivals,
-    best_around,
+    around,
 )
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
@@ -39,10 +39,7 @@ MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
 MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
 WELL_KNOWN = 0.95  # usual share of explained echoes, above which the ground was all mapped before
-DISAGREES = (
-    0.8,
-    0.1,
-)  # it disagrees there if it explains less, and contradicts so many more than usual
+DISAGREES = 0.8, 0.1  # it disagrees there if it explains less, and contradicts so much more
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -228,8 +225,9 @@ class Watch:
             return self._dismissed()
         endpoint, frame = surroundings()
         here = at(endpoint, scan, frame @ pose)
-        if self._turned:
-            here = here._replace(value=best_around(endpoint, scan, here))
+        if self._turned:  # where a loop closes with a drift, the map shows the scan beside it
+            beside = around(endpoint, scan, here.pose)
+            here = here._replace(value=max(here.value, beside.value))
         strange = self._strange(agreement)
         jump = None if strange or self._jump is None else self._jump.seen_from(pose)
         votes = self._rivals.votes
