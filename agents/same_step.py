@@ -18,6 +18,8 @@ from slam.errors import InputError
 from slam.validation import instance
 
 Info = dict[str, Any]
+Step = tuple[NDArray[Any], NDArray[np.bool_], NDArray[np.bool_], Info]
+"""Rewards (n), which episodes are terminated (n) and truncated (n), infos of all worlds."""
 
 
 class SameStepWorlds:
@@ -48,37 +50,42 @@ class SameStepWorlds:
         mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
         return SameStepWorlds(gym.make_vec(id, num_envs, "sync", vector_kwargs=mode, **parameters))
 
-    def reset(self, seeds: Sequence[int | None]) -> tuple[Any, list[Info]]:
-        """Begin new episodes: observations, and the info of each world."""
-        observations, infos = self.env.reset(seed=list(seeds))
-        return observations, _divided(infos, self.env.num_envs)
+    def reset(self, seeds: Sequence[int | None]) -> tuple[Any, Info]:
+        """Begin new episodes: observations and infos of all worlds, see `infos_of_worlds`."""
+        return self.env.reset(seed=list(seeds))
 
-    def step(
-        self, actions: NDArray[Any]
-    ) -> tuple[Any, NDArray[np.float32], NDArray[np.bool_], list[Info], dict[int, Info]]:
-        """Step by actions (n, 2): observations, rewards (n), which episodes ended (n), the info of
-        each world, and by world the info of each new episode's reset.
-
-        The info of an ended episode holds its `terminal_observation`.
-        """
-        observations, rewards, terminated, truncated, batch = self.env.step(actions)
-        over, infos, fresh = terminated | truncated, [], {}
-        for i, info in enumerate(_divided(batch, self.env.num_envs)):
-            if over[i]:
-                fresh[i] = {k: v for k, v in info.items() if not k.startswith("final_")}
-                info = info["final_info"] | {"terminal_observation": info["final_obs"]}
-            info["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
-            infos.append(info)
-        return observations, rewards.astype(np.float32), over, infos, fresh
+    def step(self, actions: NDArray[Any]) -> tuple[Any, Step]:
+        """Step by actions (n, 2): observations, and what else came of it, see `results`."""
+        observations, *step = self.env.step(actions)
+        return observations, tuple(step)
 
 
-def _divided(batch: Info, n: int) -> list[Info]:
+def results(
+    step: Step,
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], list[Info], dict[int, Info]]:
+    """Rewards (n), which episodes ended (n), the info of each world, and by world the info of each
+    new episode's reset.
+
+    The info of an ended episode holds its `terminal_observation`.
+    """
+    rewards, terminated, truncated, batch = step
+    over, infos, fresh = terminated | truncated, [], {}
+    for i, info in enumerate(infos_of_worlds(batch, len(over))):
+        if over[i]:
+            fresh[i] = {k: v for k, v in info.items() if not k.startswith("final_")}
+            info = info["final_info"] | {"terminal_observation": info["final_obs"]}
+        info["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
+        infos.append(info)
+    return rewards.astype(np.float32), over, infos, fresh
+
+
+def infos_of_worlds(batch: Info, n: int) -> list[Info]:
     """The info of each of n worlds, as its single environment would give it."""
     infos: list[Info] = [{} for _ in range(n)]
     for key, rows in batch.items():
         if key.startswith("_"):
             continue
-        values = _divided(rows, n) if isinstance(rows, dict) else _plain(rows)
+        values = infos_of_worlds(rows, n) if isinstance(rows, dict) else _plain(rows)
         for info, valid, value in zip(infos, batch[f"_{key}"].tolist(), values, strict=True):
             if valid:
                 info[key] = value

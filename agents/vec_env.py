@@ -19,7 +19,7 @@ try:
 except ImportError as error:
     raise ImportError("agents.vec_env needs stable-baselines3: install dynslam[train]") from error
 
-from agents.same_step import SameStepWorlds
+from agents.same_step import SameStepWorlds, infos_of_worlds, results
 from slam.errors import InputError
 
 SHARED = "the worlds share one object, the vector environment `env`"
@@ -61,7 +61,8 @@ class NativeVecEnv(VecEnv):
         """Begin new episodes, with the seeds set by `seed()`, if any."""
         if any(self._options):
             raise InputError("options belong to a single world: reset through `env`")
-        observations, self.reset_infos = self._worlds.reset(self._seeds)
+        observations, infos = self._worlds.reset(self._seeds)
+        self.reset_infos = infos_of_worlds(infos, self.num_envs)
         self._reset_seeds()
         return observations
 
@@ -71,7 +72,8 @@ class NativeVecEnv(VecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Step all worlds; the info of an ended episode holds its `terminal_observation`."""
-        observations, rewards, over, infos, fresh = self._worlds.step(self._actions)
+        observations, step = self._worlds.step(self._actions)
+        rewards, over, infos, fresh = results(step)
         for i, info in fresh.items():
             self.reset_infos[i] = info
         return observations, rewards, over, infos

@@ -4,7 +4,6 @@ stable-baselines3."""
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
@@ -13,7 +12,7 @@ from typing import Any
 import cloudpickle
 import numpy as np
 
-from agents.same_step import Info, SameStepWorlds
+from agents.same_step import SameStepWorlds
 
 BlockSpec = tuple[str, tuple[int, ...], str]  # name, shape, type
 
@@ -40,7 +39,6 @@ def serve(
 ) -> None:  # fmt: skip
     """A worker: executes commands until it is closed or its parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
-    _be_patient()
     blocks = {key: Block(shape, dtype, name) for key, (name, shape, dtype) in specs.items()}
     worlds = SameStepWorlds.make(id, n, **cloudpickle.loads(parameters))
     with contextlib.suppress(EOFError, OSError):
@@ -49,38 +47,10 @@ def serve(
             if command == "close":
                 return
             try:
-                answer = _reset(worlds, given, blocks, rows) if command == "reset" else None
-                if command == "step":
-                    answer = _step(worlds, given, blocks, rows)
+                act = worlds.reset if command == "reset" else worlds.step
+                observations, answer = act(given)
+                for key, block in blocks.items():
+                    block.array[rows] = observations[key]
                 pipe.send((None, answer))
             except Exception as error:
                 pipe.send((error, None))
-
-
-def _be_patient() -> None:
-    """Let a worker that wakes not interrupt a process that computes: the parent wakes the workers
-    one after the other, and the first would keep it from waking the second."""
-    with contextlib.suppress(AttributeError, OSError):  # not on Linux, or not allowed
-        if os.sched_getscheduler(0) == os.SCHED_OTHER:
-            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-
-
-def _write(observation: Any, blocks: dict[str, Block], rows: slice) -> None:
-    for key, block in blocks.items():
-        block.array[rows] = observation[key]
-
-
-def _reset(
-    worlds: SameStepWorlds, seeds: list[Any], blocks: dict[str, Block], rows: slice
-) -> list[Info]:
-    observations, infos = worlds.reset(seeds)
-    _write(observations, blocks, rows)
-    return infos
-
-
-def _step(
-    worlds: SameStepWorlds, actions: Any, blocks: dict[str, Block], rows: slice
-) -> tuple[Any, ...]:
-    observations, rewards, over, infos, fresh = worlds.step(actions)
-    _write(observations, blocks, rows)
-    return rewards.tolist(), over.tolist(), infos, fresh

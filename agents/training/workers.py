@@ -20,7 +20,7 @@ from stable_baselines3.common.vec_env.base_vec_env import (
     VecEnvStepReturn,
 )
 
-from agents.same_step import SameStepWorlds
+from agents.same_step import SameStepWorlds, infos_of_worlds, results
 from agents.training.worker_process import Block, serve
 from agents.vec_env import SHARED
 from slam.errors import InputError
@@ -75,7 +75,8 @@ class Workers(VecEnv):
         if any(self._options):
             raise InputError(f"options belong to a single world: {SHARED}")
         self._send("reset", self._divided(self._seeds))
-        self.reset_infos = [info for infos in self._receive() for info in infos]
+        each = self._each
+        self.reset_infos = [one for all_ in self._receive() for one in infos_of_worlds(all_, each)]
         self._reset_seeds()
         return self._observations()
 
@@ -86,7 +87,8 @@ class Workers(VecEnv):
     def step_wait(self) -> VecEnvStepReturn:
         """Wait for them; see `NativeVecEnv.step_wait`."""
         rewards, over, infos = [], [], []
-        for k, (*mine, fresh) in enumerate(self._receive()):
+        for k, step in enumerate(self._receive()):
+            *mine, fresh = results(step)
             for all_, part in zip((rewards, over, infos), mine, strict=True):
                 all_.extend(part)
             for i, info in fresh.items():

@@ -8,7 +8,6 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from agents.training import worker_process
 from agents.training.workers import Workers
 from agents.vec_env import NativeVecEnv
 from slam import InputError
@@ -29,22 +28,6 @@ def alike(mine, theirs):
     """Two `VecEnvStepReturn` are equal to the bit."""
     for a, b in zip(mine, theirs, strict=True):
         same(tuple(a) if isinstance(a, list) else a, tuple(b) if isinstance(b, list) else b)
-
-
-@pytest.mark.skipif(not hasattr(os, "SCHED_BATCH"), reason="Linux only")
-def test_workers_do_not_interrupt_who_wakes_them(two):
-    two.reset()  # they have begun
-    assert {os.sched_getscheduler(child.pid or 0) for child in active_children()} == {
-        os.SCHED_BATCH
-    }
-
-
-def test_a_worker_works_where_that_is_not_allowed(monkeypatch):
-    def refused(*given):
-        raise PermissionError
-
-    monkeypatch.setattr(os, "sched_setscheduler", refused, raising=False)
-    worker_process._be_patient()
 
 
 def test_it_is_one_process_bit_for_bit(two):
