@@ -33,6 +33,7 @@ class Segments(BaseCallback):
     steps     of a segment; a multiple of the steps of a rollout
     training  its configuration, to be kept in the policies' files
     report    is called with each evaluation
+    counted   is called with the number of steps so far, at each of them
     """
 
     def __init__(
@@ -42,10 +43,11 @@ class Segments(BaseCallback):
         steps: int,
         training: Mapping[str, Any],
         report: Callable[[dict[str, Any]], None],
+        counted: Callable[[int], None],
     ):
         super().__init__()
         self._folder, self._seed, self._steps = folder, seed, steps
-        self._training, self._report = training, report
+        self._training, self._report, self._counted = training, report, counted
         before = read_progress(folder)
         self._began = time.perf_counter() - (before[-1]["seconds"] if before else 0.0)
 
@@ -56,6 +58,7 @@ class Segments(BaseCallback):
         return self.model
 
     def _on_step(self) -> bool:
+        self._counted(self.num_timesteps)
         return True
 
     def _on_rollout_start(self) -> None:
@@ -107,8 +110,8 @@ def read_progress(folder: Path) -> list[dict[str, Any]]:
 
 
 def evaluation(model: OnPolicyAlgorithm) -> dict[str, float]:
-    """Mean sum of rewards, of each reward term, and mean Brier score of the doors, over one
-    deterministic episode in each environment; the seeds are held out from training."""
+    """Mean sum of rewards, of each reward term, and mean Brier score of the doors over time, over
+    one deterministic episode in each environment; the seeds are held out from training."""
     env = model.get_env()
     assert env is not None
     env.seed(EVALUATION_SEED)
@@ -122,7 +125,8 @@ def evaluation(model: OnPolicyAlgorithm) -> dict[str, float]:
         for k in np.flatnonzero(running).tolist():
             for name, term in {"reward": float(rewards[k]), **infos[k]["reward_terms"]}.items():
                 sums[name] = sums.get(name, 0.0) + term / env.num_envs
-            briers[k] += infos[k]["door_brier"]
-        moments += running
+            steps = infos[k].get("steps", 1)  # of a goal; other decisions are all of one length
+            briers[k] += steps * infos[k]["door_brier"]
+            moments[k] += steps
         running &= ~start
     return {**sums, "door_brier": float((briers / moments).mean())}

@@ -80,7 +80,7 @@ class Training:
 
 def train(
     training: Training, folder: Path, *, resume: bool = False, workers: int = 1,
-    report: Report = lambda row: None,
+    report: Report = lambda row: None, counted: Callable[[int], None] = lambda count: None,
 ) -> OnPolicyAlgorithm:  # fmt: skip
     """Train in `folder`, which gets `config.json`, `progress.jsonl` (a line per evaluation),
     `checkpoint.zip`, `best.zip` and TensorBoard's files.
@@ -88,6 +88,7 @@ def train(
     resume   continue the interrupted training of this configuration, or begin it
     workers  processes that share the environments; the policy does not depend on it
     report   is called with each line of `progress.jsonl`
+    counted  is called with the number of steps so far, at each of them
     """
     configure_torch()
     before = random.getstate(), np.random.get_state(), torch.get_rng_state()  # noqa: NPY002
@@ -105,7 +106,7 @@ def train(
         write_config(plain, folder)  # after all checks of the input
         left = training.steps - model.num_timesteps
         steps = training.segment * training.rollout
-        segments = Segments(folder, training.seed, steps, asdict(training), report)
+        segments = Segments(folder, training.seed, steps, asdict(training), report, counted)
         if left > 0:
             model.learn(left, segments, reset_num_timesteps=checkpoint is None)
         return model

@@ -68,8 +68,8 @@ class _LeftColumn(ProgressColumn):
 
 
 class _Lines(Progress):
-    """Draws no bar, and writes a line of every task that is under way every LINE_EVERY s, the
-    first after FIRST_LINE."""
+    """Draws no bar, and writes a line of every task that has begun every LINE_EVERY s, the first
+    after FIRST_LINE."""
 
     def start(self) -> None:
         self._ended = threading.Event()
@@ -83,7 +83,7 @@ class _Lines(Progress):
         while not self._ended.wait(pause):
             pause = LINE_EVERY
             for task in self.tasks:
-                if not task.finished and task.total != 0:
+                if task.started and not task.finished and task.total != 0:
                     self.console.print(line(task), highlight=False, soft_wrap=True)
 
 

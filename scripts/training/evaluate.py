@@ -25,8 +25,8 @@ class EvaluateCommand:
     """DoorPatrol-v0: doors of 5 to 20 s. DoorPatrol-v1: doors of 60 to 400 s with habits, episodes
     of 600 s, and questions of the way, whose regret in s is scored too."""
     worlds: str = "corridor"
-    """corridor, loop, office, crowd, any other registered world, a world file (.json), or
-    FILE.py:NAME of your own, with commas between; all: every registered world."""
+    """corridor, loop, office, crowd, any other registered world, a world file (.json), a ROS map
+    (.yaml), or FILE.py:NAME of your own, with commas between; all: every registered world."""
     slam: str = "hmm-ml"
     """SLAM variants, with commas between."""
     episodes: int = 100

@@ -23,8 +23,9 @@ from ..console.progress import progress_bar
 from ..trials.jobs import file_name
 from .interruption import interrupted
 from .train import TrainCommand
-from .worlds import LONG_PATROL
+from .worlds import LONG_PATROL, worlds_option
 
+DEFAULT_SLAM, DEFAULT_WORKERS = "hmm-ml", 2
 PATROLS = (DoorPatrolEnv, DoorPatrolVectorEnv, DoorPatrolGoalsEnv)
 
 
@@ -40,14 +41,16 @@ def run_training(command: TrainCommand) -> int:
         from agents.training.train import Training, train
     except ImportError as error:
         raise InputError(f"training needs {error.name}: install dynslam[train]") from None
+    system = DEFAULT_SLAM if command.slam is None else command.slam
+    workers = DEFAULT_WORKERS if command.workers is None else command.workers
     one_of("algo", command.algo, ALGORITHMS)
-    slam.make(command.slam)
+    slam.make(system)
     find_world(world)
-    whole_number("workers", command.workers, 1)
+    whole_number("workers", workers, 1)
     _check_env(command.env)
     settings = read_settings(command.algo, command.env.rpartition(":")[2], command.hyperparameters)
     steps = _timesteps(settings) if command.steps is None else command.steps
-    parameters: dict[str, Any] = {"world": world, "slam": command.slam}
+    parameters: dict[str, Any] = {"world": world, "slam": system}
     if command.scan_every is not None:
         PatrolConfig(scan_every=command.scan_every)  # raises InputError for a wrong one
         parameters["scan_every"] = command.scan_every
@@ -57,20 +60,24 @@ def run_training(command: TrainCommand) -> int:
     with progress_bar() as bar:
         task = bar.add_task("training", total=steps)
 
+        def counted(count: int) -> None:
+            bar.update(task, completed=min(count, steps))
+
         def report(row: dict[str, Any]) -> None:
-            bar.update(task, completed=min(row["steps"], steps))
+            counted(row["steps"])
             bar.console.print(
                 f"{row['steps']:>9,} steps  reward {row['reward']:.2f}  "
                 f"Brier of doors {row['door_brier']:.3f}"
             )
 
         try:
-            train(training, out, resume=command.resume, workers=command.workers, report=report)
+            train(training, out, resume=command.resume, workers=workers, report=report,
+                  counted=counted)  # fmt: skip
         except KeyboardInterrupt:
             return interrupted()
     print(f"look at {out}")
     if command.env == "DoorPatrol-v0":
-        print(f"compare it: dynslam evaluate {out / 'best.zip'} nearest-frontier")
+        print(f"compare it: dynslam evaluate {out / 'best.zip'} lookout {worlds_option(world)}")
     return 0
 
 

@@ -16,7 +16,7 @@ from ..console.progress import progress_bar
 from ..trials.jobs import file_name
 from .interruption import interrupted
 from .train import TrainCommand
-from .worlds import LONG_PATROL
+from .worlds import LONG_PATROL, worlds_option
 
 DEFAULT_STEPS = 5_000_000  # decisions
 
@@ -29,8 +29,10 @@ def run_viewpoint_training(command: TrainCommand) -> int:
         raise InputError(f"training needs {error.name}: install dynslam[train]") from None
     if command.hyperparameters is not None or command.algo != "ppo":
         raise InputError(f"--env {LONG_PATROL} has one algorithm, and no --hyperparameters")
-    if command.scan_every is not None:
-        raise InputError(f"--env {LONG_PATROL} learns without a SLAM, and has no --scan-every")
+    for option in ("slam", "scan_every", "workers"):
+        if getattr(command, option) is not None:
+            name = option.replace("_", "-")
+            raise InputError(f"--env {LONG_PATROL} learns without a SLAM, and has no --{name}")
     name, steps = command.world or "office", command.steps or DEFAULT_STEPS
     find_world(name)
     whole_number("steps", DEFAULT_STEPS if command.steps is None else command.steps, 1)
@@ -43,11 +45,13 @@ def run_viewpoint_training(command: TrainCommand) -> int:
 
         def __init__(self, bar: Progress):
             self._bar = bar
-            self._drawn = bar.add_task("drawing floors", total=None)
+            self._drawn = bar.add_task("compiling kernels, or loading them", total=None)
             self._learned = bar.add_task("training", total=steps, start=False)
 
         def floors(self, count: int, total: int) -> None:
-            self._bar.update(self._drawn, completed=count, total=total)
+            self._bar.update(
+                self._drawn, description="drawing floors", completed=count, total=total
+            )
 
         def decisions(self, count: int) -> None:
             self._bar.update(self._learned, completed=min(count, steps))
@@ -66,5 +70,5 @@ def run_viewpoint_training(command: TrainCommand) -> int:
         except KeyboardInterrupt:
             return interrupted()
     print(f"compare it: dynslam evaluate {out / 'best.npz'} greedy --env {LONG_PATROL} "
-          "--worlds office --split test")  # fmt: skip
+          f"{worlds_option(name)}")  # fmt: skip
     return 0

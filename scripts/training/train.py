@@ -21,10 +21,10 @@ class TrainCommand:
     learns on true poses, without a SLAM, by the viewpoint tables of floors of the world, and of
     --steps, --seed, --world, --out and --resume alone."""
     world: str | None = None
-    """corridor, loop, office, crowd, any other registered world, a world file (.json), or
-    FILE.py:NAME of your own. Default: corridor; in DoorPatrol-v1 office."""
-    slam: str = "hmm-ml"
-    """SLAM variant of the patrol."""
+    """corridor, loop, office, crowd, any other registered world, a world file (.json), a ROS map
+    (.yaml), or FILE.py:NAME of your own. Default: corridor; in DoorPatrol-v1 office."""
+    slam: str | None = None
+    """SLAM variant of the patrol. Default: hmm-ml. Not in DoorPatrol-v1."""
     scan_every: int | None = None
     """Control steps between two scans given to the SLAM: 1, 2 or 4 of the 4 of a decision; 4 is the
     cheapest. Default: 2. Not in DoorPatrol-v1."""
@@ -33,11 +33,13 @@ class TrainCommand:
     seed: int = 0
     """Seed of all random numbers."""
     steps: int | None = None
-    """Steps of all environments together; by default the hyperparameters' n_timesteps."""
+    """Steps of all environments together, rounded up to whole rollouts (in DoorPatrol-v1 to
+    multiples of 163,840). Default: the hyperparameters' n_timesteps; in DoorPatrol-v1 5,000,000."""
     hyperparameters: Path | None = None
     """YAML as rl_zoo3 reads it; by default dynslam's own of the algorithm."""
-    workers: int = 2
-    """Processes that share the environments; the policy does not depend on it."""
+    workers: int | None = None
+    """Processes that share the environments; the policy does not depend on it. Default: 2. Not in
+    DoorPatrol-v1."""
     out: Path | None = None
     """Directory to write to; by default out/train/ENV-WORLD-ALGO-SEED."""
     resume: bool = False

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import shlex
 from pathlib import Path
+
+import numpy as np
 
 from dynslam_env.simulation.find_world import find_world
 from dynslam_env.simulation.registry import NAMED_WORLDS
@@ -40,6 +43,23 @@ def parse_worlds(text: str) -> list[str]:
     for name in listed:
         find_world(name)
     return listed
+
+
+def check_doors(world: str) -> None:
+    """Raises InputError for a world file, and for a map, without doors: nothing is to patrol."""
+    fixed = find_world(world) if world.endswith((".json", ".yaml", ".yml")) else None
+    if fixed is not None and not fixed.layout(np.random.default_rng(0)).doors:
+        raise InputError(
+            f"{world} has no doors, which agents are scored by; those of a map lie in "
+            f"doors.geojson beside it (dynslam map)"
+        )
+
+
+def worlds_option(world: str) -> str:
+    """The options of `dynslam evaluate` for a world that was trained on; of a registered one,
+    floors that no training saw."""
+    named = world in NAMED_WORLDS.names()
+    return f"--worlds {shlex.quote(world)}" + (" --split test" if named else "")
 
 
 def content_of(world: str) -> dict[str, str]:

@@ -394,3 +394,34 @@ def test_ppo_finds_the_door(tmp_path):
     assert trained > untrained + 5.0
     assert progress(tmp_path)[-1]["reward"] > untrained + 5.0
     assert segments.EVALUATION_SEED > 5006
+
+
+def test_an_evaluation_weighs_decisions_by_their_time():
+    """Decisions of 3 steps and of 1: errors of 0.4 and of 0."""
+
+    class Env:
+        num_envs = 1
+
+        def seed(self, seed):
+            assert seed == segments.EVALUATION_SEED
+
+        def reset(self):
+            self.left = 2
+            return np.zeros(1)
+
+        def step(self, actions):
+            self.left -= 1
+            told = {"reward_terms": {}, "door_brier": 0.4 * self.left, "steps": 1 + 2 * self.left}
+            return np.zeros(1), np.zeros(1), np.array([not self.left]), [told]
+
+    class Model:
+        env = Env()
+
+        def get_env(self):
+            return self.env
+
+        def predict(self, *given, **kind):
+            return np.zeros((1, 2)), None
+
+    model: Any = Model()
+    assert segments.evaluation(model)["door_brier"] == pytest.approx(0.3)

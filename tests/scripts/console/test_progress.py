@@ -52,6 +52,13 @@ def test_of_what_has_no_end_the_time_is_told(hurried, capfd):
     assert capfd.readouterr().err.splitlines()[0] == "report: 0 s"
 
 
+def test_nothing_is_told_of_what_has_not_begun(hurried, capfd):
+    with progress_bar() as bar:
+        bar.add_task("training", total=10, start=False)
+        time.sleep(0.25)
+    assert capfd.readouterr().err == ""
+
+
 def test_nothing_is_written_of_what_is_done_soon_or_after_the_end(hurried, capfd):
     with progress_bar() as bar:
         for _ in bar.track(range(3), description="short"):

@@ -1,6 +1,7 @@
 # pyright: reportMissingImports=false
 import json
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,13 @@ def test_a_row_for_each_agent_and_seed(done):
         assert row["duration"] == 8.0
         assert 0 < row["coverage"] < 1
         assert 0 <= row["door_brier"] <= 1
+
+
+def test_a_place_without_doors_is_refused(tmp_path, capsys):
+    path = tmp_path / "room.json"
+    replace(Corridor().layout(np.random.default_rng(0)), doors=()).save(path)
+    assert evaluate(tmp_path / "out", *SMALL, "--worlds", str(path)) == 2
+    assert "room.json has no doors, which agents are scored by" in capsys.readouterr().err
 
 
 def test_agents_are_judged_on_the_same_episodes(done):

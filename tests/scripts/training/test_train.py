@@ -9,6 +9,8 @@ pytest.importorskip("stable_baselines3")
 
 from dynslam_cli import main
 from dynslam_cli.training.patrol_jobs import Patrol
+from dynslam_cli.training.worlds import worlds_option
+from rich.progress import Progress
 
 TINY = """
 DoorPatrol-v0:
@@ -46,7 +48,7 @@ def lines(out: Path) -> list[dict]:
 def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
     out = tmp_path / "out"
     assert tiny() == 0
-    assert "compare it: dynslam evaluate" in capsys.readouterr().out
+    assert "best.zip lookout --worlds corridor --split test" in capsys.readouterr().out
     assert [row["steps"] for row in lines(out)] == [0, 32]
     for name in ("best.zip", "checkpoint.zip", "config.json"):
         assert (out / name).stat().st_size > 100
@@ -59,6 +61,24 @@ def test_a_training_writes_its_files_and_goes_on(tiny, tmp_path, capsys):
     assert [row["steps"] for row in lines(out)] == [0, 32, 64]
     row = Patrol("corridor", "odometry", str(out / "best.zip"), 7000, 3)().row
     assert row["error"] is None
+
+
+def test_the_steps_are_told_from_the_first_on(tiny, monkeypatch):
+    told = []
+    update = Progress.update
+
+    def noted(bar, task, **changes):
+        told.append(changes.get("completed"))
+        update(bar, task, **changes)
+
+    monkeypatch.setattr(Progress, "update", noted)
+    assert tiny() == 0
+    first, *steps, last = told  # of the two evaluations
+    assert (first, last) == (0, 32)
+    assert steps == list(range(2, 33, 2))
+    told.clear()
+    assert tiny("--resume", "--steps", "64") == 0
+    assert told[0] == 34
 
 
 def test_a_training_may_give_the_slam_one_scan_a_decision(tiny, tmp_path):
@@ -171,7 +191,7 @@ def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsy
     given = ["train", "--env", "DoorPatrol-v1", "--steps", "16", "--out", str(tmp_path / "out")]
     assert main.status(given) == 0
     told = capsys.readouterr()
-    assert "best.npz greedy --env DoorPatrol-v1" in told.out
+    assert "best.npz greedy --env DoorPatrol-v1 --worlds office --split test" in told.out
     assert "16 decisions  Brier of doors" in told.err
     rows = lines(tmp_path / "out")
     assert [row["steps"] for row in rows] == [0, 8, 16]
@@ -187,3 +207,18 @@ def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsy
     assert "one algorithm, and no --hyperparameters" in capsys.readouterr().err
     assert main.status([*given, "--scan-every", "4"]) == 2
     assert "learns without a SLAM, and has no --scan-every" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("slam", "hmm-ml"), ("scan-every", "2"), ("workers", "2")]
+)
+def test_viewpoints_are_learned_without_a_slam(tmp_path, capsys, option, value):
+    given = "--env", "DoorPatrol-v1", f"--{option}", value, "--out", str(tmp_path / "out")
+    assert main.status(["train", *given]) == 2
+    assert f"learns without a SLAM, and has no --{option}" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_options_of_a_world_that_was_trained_on():
+    assert worlds_option("loop") == "--worlds loop --split test"
+    assert worlds_option("my world.json") == "--worlds 'my world.json'"
