@@ -24,7 +24,8 @@ FALL = 0.04  # share of the echoes by which the overlap with earlier scans falls
 SUDDENLY_WORSE = 10.0  # nats by which a scan fits worse than the one before: the robot was carried,
 USUAL_FACTOR = 5.0  # and than usual,
 STEP_RATE = 0.05  # at which the usual step is learned,
-SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces that are new
+SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces that are new,
+FEW = 10.0  # and so many of them, which the scan before did not see: around a corner a few are new
 OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
@@ -95,7 +96,7 @@ class OdometryFailure:
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
         fall = self.fall(overlaps[:, 0].tolist())
-        self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL
+        self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL and self._new(overlaps) > FEW
         error = (np.abs(prediction.error(found)) / prediction.deviations).max()
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
         suspected = [sign for sign, value in signs if sign.surprising(value)]
@@ -129,6 +130,10 @@ class OdometryFailure:
         overlap; twice as much, since a corrected scan may overlap more than usual."""
         less = (self._overlap - overlaps[:, 0]) * overlaps[:, 1]
         return 2.0 * ECHO_EVIDENCE * float(less.max(initial=0.0))
+
+    def _new(self, overlaps: Array) -> float:
+        """The number of echoes, more than usual, that the scan before did not see."""
+        return float((self._overlap - overlaps[0, 0]) * overlaps[0, 1]) if len(overlaps) else 0.0
 
     def _suddenly(self, worse: float) -> bool:
         """Whether a match fits so much worse than the one before as is not usual."""

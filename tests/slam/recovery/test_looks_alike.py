@@ -1,15 +1,17 @@
 """A building whose corridors look alike: a robot is carried across it, or draws it twice."""
 
+import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from agents import record_path
-from dynslam_env import CarriedAway, Loop, Odometry, OdometryScale
+from dynslam_env import CarriedAway, Laser, Loop, Odometry, OdometryScale
 from slam import make
 from slam.benchmark.run import Run, run, true_start
-from slam.episode import Episode
+from slam.episode import Episode, Truth
 from slam.interface import LOST_DISTANCE
 from slam.metrics.lost import LostScores, score_lost
 
@@ -91,3 +93,23 @@ def test_a_map_that_is_drawn_beside_itself_where_a_loop_closes_is_corrected_at_o
     times = np.array([scan.time for scan in drive(5602).scans])[drift > 0.0]
     assert times == pytest.approx([drifted.end], abs=2.0)
     assert LOST_DISTANCE < drift.max() < 1.0
+
+
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-ml", "dynamic-graph"])
+def test_round_a_corner_into_new_ground_that_looks_alike_the_robot_is_not_lost(
+    variant: str,
+) -> None:
+    """A narrow laser sees much that is new at once, while the last passage of a loop looks like the
+    first one: the robot was taken there, 19 m away, and was sure."""
+    whole = record_path(
+        "DoorLoop-v0", 5043, "moving", 0.55, max_episode_steps=1050,
+        world=Loop(length=20.0, breadth=12.0, laps=2, furniture=10),
+        laser=Laser(120, math.radians(120), 12.0, sigma=0.015), odometry=Odometry(0.1, *[1e-4] * 4),
+        faults=[OdometryScale(1.1)],
+    )  # fmt: skip
+    truth, kept = whole.known_truth("a test"), slice(None, None, 4)
+    thinned = Truth(truth.poses[kept], truth.walls, truth.doors[kept])
+    episode = replace(whole, scans=whole.scans[kept], truth=thinned)
+    result = run(make(variant, true_start(episode)), episode)
+    assert np.hypot(*(result.online - thinned.poses)[:, :2].T).max() < 0.5
+    assert result.lost.max() < 0.5
