@@ -25,7 +25,8 @@ SUDDENLY_WORSE = 10.0  # nats by which a scan fits worse than the one before: th
 USUAL_FACTOR = 5.0  # and than usual,
 STEP_RATE = 0.05  # at which the usual step is learned,
 SLIGHT_FALL = 0.02  # if also so large a share of its echoes lies on surfaces that are new,
-FEW = 10.0  # and so many of them, which the scan before did not see: around a corner a few are new
+TURNS, FEW = math.radians(10.0), 10.0  # and, if the robot turned by more, so many of them, which
+# the scan before did not see: its beams end elsewhere on walls at a grazing angle
 OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
@@ -96,7 +97,9 @@ class OdometryFailure:
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
         fall = self.fall(overlaps[:, 0].tolist())
-        self.sudden = self._suddenly(worse) and fall > SLIGHT_FALL and self._new(overlaps) > FEW
+        few = FEW if abs(match.last.between(found).theta) > TURNS else 0.0
+        new = fall > SLIGHT_FALL and self._new(overlaps) > few
+        self.sudden = self._suddenly(worse) and new
         error = (np.abs(prediction.error(found)) / prediction.deviations).max()
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
         suspected = [sign for sign, value in signs if sign.surprising(value)]
