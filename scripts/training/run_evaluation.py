@@ -29,7 +29,7 @@ from .evaluate import EvaluateCommand
 from .patrol_jobs import SUITE, Patrol
 from .registered import pack_registered
 from .summary import print_summary
-from .worlds import PATROL_ENVS, check_doors, parse_worlds, steps_of
+from .worlds import PATROL_ENVS, parse_worlds, steps_of
 
 
 def run_evaluation(command: EvaluateCommand) -> int:
@@ -73,8 +73,6 @@ def patrols_of(command: EvaluateCommand, names: list[str]) -> list[Patrol]:
             f"your own is --worlds FILE.py:NAME"
         )
     worlds = parse_worlds(command.worlds)
-    for world in worlds:
-        check_doors(world)
     systems = parse_selection("variant", command.slam, slam.variants(), LIST_VARIANTS)
     whole_number("episodes", command.episodes, 1)
     whole_number("first", command.begin, 0)

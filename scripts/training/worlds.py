@@ -10,6 +10,8 @@ import numpy as np
 
 from dynslam_env.simulation.find_world import find_world
 from dynslam_env.simulation.registry import NAMED_WORLDS
+from dynslam_env.worlds.from_map import FromMap
+from dynslam_env.worlds.layout import Generator, Layout
 from slam.errors import InputError
 
 from ..console.selection import ALL
@@ -32,8 +34,8 @@ def steps_of(world: str, env: str) -> int:
 def parse_worlds(text: str) -> list[str]:
     """Names and files with commas between, each once; `all` registered names if that is all.
 
-    Raises InputError for an unknown name, with the nearest known ones, for a wrong file, and for
-    none.
+    Raises InputError for an unknown name, with the nearest known ones, for a wrong file or one of a
+    place without doors, and for none.
     """
     if text.strip() == ALL:
         return list(NAMED_WORLDS.names())
@@ -41,18 +43,8 @@ def parse_worlds(text: str) -> list[str]:
     if not listed:
         raise InputError(f"no world named; known: {', '.join([ALL, *NAMED_WORLDS.names()])}")
     for name in listed:
-        find_world(name)
+        _check_doors(name, find_world(name))
     return listed
-
-
-def check_doors(world: str) -> None:
-    """Raises InputError for a world file, and for a map, without doors: nothing is to patrol."""
-    fixed = find_world(world) if world.endswith((".json", ".yaml", ".yml")) else None
-    if fixed is not None and not fixed.layout(np.random.default_rng(0)).doors:
-        raise InputError(
-            f"{world} has no doors, which agents are scored by; those of a map lie in "
-            f"doors.geojson beside it (dynslam map)"
-        )
 
 
 def worlds_option(world: str) -> str:
@@ -68,3 +60,13 @@ def content_of(world: str) -> dict[str, str]:
     if world in NAMED_WORLDS.names() or not path.is_file():
         return {}
     return {"content": hashlib.sha256(path.read_bytes()).hexdigest()}
+
+
+def _check_doors(name: str, world: Generator) -> None:
+    """Raises InputError for a world file, and for a map, without doors: nothing is to patrol."""
+    fixed = isinstance(world, Layout | FromMap)
+    if fixed and not world.layout(np.random.default_rng(0)).doors:
+        raise InputError(
+            f"{name} has no doors, which agents are scored by; those of a map lie in "
+            f"doors.geojson beside it (dynslam map)"
+        )

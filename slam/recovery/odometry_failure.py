@@ -98,7 +98,7 @@ class OdometryFailure:
         overlaps = recent.overlaps(match, found)
         fall = self.fall(overlaps[:, 0].tolist())
         few = FEW if abs(match.last.between(found).theta) > TURNS else 0.0
-        new = fall > SLIGHT_FALL and self._new(overlaps) > few
+        new = fall > SLIGHT_FALL and self._new(overlaps)[0] > few
         self.sudden = self._suddenly(worse) and new
         error = (np.abs(prediction.error(found)) / prediction.deviations).max()
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
@@ -131,12 +131,11 @@ class OdometryFailure:
     def _provable(self, overlaps: Array) -> float:
         """Nats by which the last scans may speak for a correction, by how much less than usual they
         overlap; twice as much, since a corrected scan may overlap more than usual."""
-        less = (self._overlap - overlaps[:, 0]) * overlaps[:, 1]
-        return 2.0 * ECHO_EVIDENCE * float(less.max(initial=0.0))
+        return 2.0 * ECHO_EVIDENCE * float(self._new(overlaps).max(initial=0.0))
 
-    def _new(self, overlaps: Array) -> float:
-        """The number of echoes, more than usual, that the scan before did not see."""
-        return float((self._overlap - overlaps[0, 0]) * overlaps[0, 1]) if len(overlaps) else 0.0
+    def _new(self, overlaps: Array) -> Array:
+        """(k,) the number of echoes, more than usual, that each of the last scans did not see."""
+        return (self._overlap - overlaps[:, 0]) * overlaps[:, 1]
 
     def _suddenly(self, worse: float) -> bool:
         """Whether a match fits so much worse than the one before as is not usual."""

@@ -209,9 +209,7 @@ def test_viewpoints_are_trained_on_tables_of_floors(tmp_path, monkeypatch, capsy
     assert "learns without a SLAM, and has no --scan-every" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("option", "value"), [("slam", "hmm-ml"), ("scan-every", "2"), ("workers", "2")]
-)
+@pytest.mark.parametrize(("option", "value"), [("slam", "hmm-ml"), ("workers", "2")])
 def test_viewpoints_are_learned_without_a_slam(tmp_path, capsys, option, value):
     given = "--env", "DoorPatrol-v1", f"--{option}", value, "--out", str(tmp_path / "out")
     assert main.status(["train", *given]) == 2
