@@ -20,6 +20,9 @@ EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
 LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
+FEW = 8  # squares in a row, at least, that are added up
+U_0, U_1, U_2, U_3, U_4, U_5, U_6, U_7 = [np.uint64(k) for k in range(8)]
+U_FEW = np.uint64(FEW)  # unsigned: numba checks no index for its sign
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -64,8 +67,8 @@ def best_candidates(
             else:
                 _add_up(words, unknown, rows[t] + i, cols[t] + j + MARGIN, sums)
             if _largest(sums[0], sums[1], sums[2], sums[3]) > worst:
-                _keep_best(sums, standing, middle, window, excluded, (t, i, j), kept)
-                worst = values.min()
+                node = t, i, j
+                worst = _keep_best(sums, standing, middle, window, excluded, node, kept, worst)
     order = np.argsort(-values, kind="mergesort")
     return found[order[: (values > least).sum()]]
 
@@ -81,23 +84,32 @@ def _largest(a, b, c, d):
 
 
 @kernel
-def _keep(kept, turn, row, col, value):
+def _keep(kept, turn, row, col, value, worst):
     """Keep a candidate instead of the worst one, unless a better one is of the same place; worse
-    ones of the same place are dropped."""
+    ones of the same place are dropped. Returns the worst value that is kept then."""
     found, values, turns, radius, least = kept
-    for better in (True, False):  # none is dropped for a candidate that is not kept
-        for k in range(len(values)):
-            if found[k, 0] < 0 or (values[k] >= value) != better:
-                continue
-            apart = abs(turns[turn] - turns[found[k, 0]])
-            near = (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 <= radius
-            if near and min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN:
-                if better:
-                    return
-                found[k, 0], values[k] = -1, least
+    worse = False
+    for k in range(len(values)):
+        if _same_place(found, k, turns, turn, row, col, radius):
+            if values[k] >= value:  # none is dropped for a candidate that is not kept
+                return worst
+            worse = True
+    for k in range(len(values) if worse else 0):
+        if _same_place(found, k, turns, turn, row, col, radius):
+            found[k, 0], values[k] = -1, least
     slot = np.argmin(values)
     if value > values[slot]:
         found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value
+    return values.min()
+
+
+@kernel
+def _same_place(found, k, turns, turn, row, col, radius):
+    """Whether candidate k of those found is of the same place as another one."""
+    if (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 > radius or found[k, 0] < 0:
+        return False
+    apart = abs(turns[turn] - turns[found[k, 0]])
+    return min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN
 
 
 @kernel
@@ -166,7 +178,7 @@ def bounds_of(phases, beams, runs, n, window, unknown):
     rows, cols, box, _ = beams
     _, _, tall, broad = phases.shape
     high, wide = 2 * window[1] // SQUARE + 1, 2 * window[0] // SQUARE + 1
-    length, pitch, maxima, blank = wide, broad, phases.reshape(-1, broad), 0
+    length, pitch, maxima, blank = max(wide, FEW), broad, phases.reshape(-1, broad), 0
     least = (box[:, 2].min() - window[0]) // SQUARE
     most = (box[:, 3].max() - window[0]) // SQUARE
     padded_length = max(broad, broad - least, wide, wide + most)
@@ -178,12 +190,18 @@ def bounds_of(phases, beams, runs, n, window, unknown):
         maxima = padded
     bounds, values = np.empty((len(rows), n), np.uint16), maxima.ravel()
     sums = np.empty(high * length, np.uint16)
+    places = np.empty(rows.shape[1], np.uint64)
     for t in range(len(rows)):
         sums[:] = rows.shape[1] * unknown
+        inside = 0
         for k in range(rows.shape[1]):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
             phase = row % SQUARE * SQUARE + col % SQUARE
             row, col = row // SQUARE, col // SQUARE
+            if length == FEW and 0 <= row <= tall - high and 0 <= col <= broad - FEW:
+                places[inside] = (phase * tall + row) * broad + col
+                inside += 1
+                continue
             begin, end, left, right = max(-row, 0), min(tall - row, high), 0, 0
             if at_once:
                 right, end = max(end - begin, 0) * pitch, begin + 1
@@ -194,6 +212,10 @@ def bounds_of(phases, beams, runs, n, window, unknown):
                 source = np.uint64((blank + phase * tall + row + a) * pitch + col)
                 for b in range(left, right):  # in this loop: slices count references to arrays
                     sums[target + np.uint64(b)] += values[source + np.uint64(b)]
+        for a in range(np.uint64(high) if inside else U_0):
+            _add_eight(
+                sums[a * U_FEW : (a + U_1) * U_FEW], values[a * np.uint64(broad) :], places[:inside]
+            )
         for m in range(len(runs)):
             begin = np.uint64(runs[m, 0] * length + runs[m, 1])
             for b in range(np.uint64(runs[m, 2] - runs[m, 1])):
@@ -202,17 +224,36 @@ def bounds_of(phases, beams, runs, n, window, unknown):
 
 
 @kernel
-def _keep_best(sums, standing, middle, window, excluded, node, kept):
-    """Keep the candidates of a square, given by turn, row and column, that are good enough."""
+def _add_eight(sums, values, places):
+    """Add eight neighbouring values from each of the places on to eight sums."""
+    a, b, c, d = sums[U_0], sums[U_1], sums[U_2], sums[U_3]
+    e, f, g, h = sums[U_4], sums[U_5], sums[U_6], sums[U_7]
+    for place in places:
+        a += values[place]
+        b += values[place + U_1]
+        c += values[place + U_2]
+        d += values[place + U_3]
+        e += values[place + U_4]
+        f += values[place + U_5]
+        g += values[place + U_6]
+        h += values[place + U_7]
+    sums[U_0], sums[U_1], sums[U_2], sums[U_3] = a, b, c, d
+    sums[U_4], sums[U_5], sums[U_6], sums[U_7] = e, f, g, h
+
+
+@kernel
+def _keep_best(sums, standing, middle, window, excluded, node, kept, worst):
+    """Keep the candidates of a square, given by turn, row and column, that are better than the
+    `worst` one that is kept; returns the worst one then."""
     t, i, j = node
-    values = kept[1]
     for r in range(min(SQUARE, window[1] - i + 1)):
         for c in range(min(SQUARE, window[0] - j + 1)):
             value = np.int64((sums[r] >> np.uint64(LANE * c)) & LANE_MASK)
-            if value <= values.min() or not _stands(standing, 0, middle, i + r, j + c):
+            if value <= worst or not _stands(standing, 0, middle, i + r, j + c):
                 continue
             if not _is_excluded(excluded, t, i + r, j + c):
-                _keep(kept, t, i + r, j + c, value)
+                worst = _keep(kept, t, i + r, j + c, value, worst)
+    return worst
 
 
 @kernel

