@@ -120,7 +120,12 @@ class Scan:
     @cached_property
     def points(self) -> Array:
         """(hits, 2) end points of the beams with an echo, m, in the robot's frame."""
-        return _points(self.ranges, self.directions, self.hit, self.mount.x, self.mount.y)
+        least, most = self._number(self.min_range), self._number(self.max_range)
+        hit, points = _echoes(
+            self.ranges, self.directions, least, most, self.mount.x, self.mount.y
+        )  # both at once: nearly all scans are asked for both
+        vars(self).setdefault("hit", hit)
+        return points
 
     @cached_property
     def views(self) -> Array:
@@ -143,7 +148,9 @@ def _hit(ranges, least, most):
 
 
 @kernel
-def _points(ranges, directions, hit, x, y):
+def _echoes(ranges, directions, least, most, x, y):
+    """See `Scan.hit` and `Scan.points`."""
+    hit = _hit(ranges, least, most)
     points = np.empty((hit.sum(), 2))
     n = 0
     for k in range(len(ranges)):
@@ -151,7 +158,7 @@ def _points(ranges, directions, hit, x, y):
             points[n, 0] = directions[k, 0] * ranges[k] + x
             points[n, 1] = directions[k, 1] * ranges[k] + y
             n += 1
-    return points
+    return hit, points
 
 
 @kernel

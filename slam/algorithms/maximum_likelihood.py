@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
+from slam.algorithms.pose_covariance import MapUncertainty, carried, of_motion
 from slam.algorithms.second_start import NO_POSES, SecondStart
-from slam.geometry import Array, Pose2, turned
+from slam.geometry import Array, Pose2
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
@@ -200,9 +200,8 @@ class MaximumLikelihood:
         else:
             pose = self.search(Posterior(self.sensor_model, scan, prediction), self.rng)
             pose, likelihood, information, sharpness = self._registered(scan, prediction, pose)
-            before = self._carried(self.keyframe, prediction)
             covariance = self._map_uncertainty.matched(
-                before, pose, scan.points, sharpness * information
+                self.keyframe.covariance, prediction, pose, scan.points, sharpness * information
             )
             self._last_match = prediction, information
             estimate = Estimate(pose, covariance, likelihood / max(len(scan.points), 1), True)
@@ -220,7 +219,7 @@ class MaximumLikelihood:
                 outlined(scan), self._surfaces, self.map_model.cells, prediction, pose
             )
             if found is not None:
-                poses = np.array([pose, found[0]])
+                poses = np.array([[*pose], [*found[0]]])
                 before, after = self.sensor_model.log_likelihood(scan, poses).tolist()
                 if after >= before - MAX_LOSS:
                     return found[0], after, found[1], self.registration.sharpness
@@ -238,7 +237,7 @@ class MaximumLikelihood:
             covariance = estimate.covariance
             if pose is prediction.pose:
                 likelihood = float(self.sensor_model.log_likelihood(scan, np.array([pose]))[0])
-                covariance = self._carried(self.keyframe, prediction)
+                covariance = carried(self.keyframe.covariance, prediction)
             else:
                 wide = self.watch.odometry.wide.around(pose)
                 pose, likelihood, _, _ = self._registered(scan, wide, pose)
@@ -264,9 +263,7 @@ class MaximumLikelihood:
         if self._last_match is not None:
             prediction, information = self._last_match
             found = self.keyframe.pose.between(estimate.pose)
-            within = fused(prediction.covariance(), EXACT, information)
-            axes = turned(-self.keyframe.pose.theta)
-            within = axes @ within @ axes.T
+            within = of_motion(prediction, information, self.keyframe.pose.theta)
             self.motion_model.learn(self._since_keyframe.displacement, found, within)
         self._doubted.append((scan, estimate))
         if self.watch is not None and self.watch.lost:
@@ -362,7 +359,7 @@ class MaximumLikelihood:
     def _dead_reckoned(self) -> Estimate:
         """The last match moved by the odometry, with the covariance propagated."""
         prediction = self._prediction(self._matched, self._since_match.displacement)
-        covariance = self._carried(self._matched, prediction)
+        covariance = carried(self._matched.covariance, prediction)
         return self._matched._replace(
             pose=prediction.pose, covariance=covariance, matched=False, drift=0.0
         )
@@ -374,11 +371,6 @@ class MaximumLikelihood:
             self.motion_model.corrected(displacement),
             self.motion_model.deviations(displacement),
         )
-
-    def _carried(self, origin: Estimate, prediction: Prediction) -> Array:
-        """(3, 3) covariance of the predicted pose, before its scan is matched."""
-        x, y = prediction.pose.x - origin.pose.x, prediction.pose.y - origin.pose.y
-        return moved(origin.covariance, x, y, prediction.gaussian)
 
     @property
     def first_poses(self) -> Array:

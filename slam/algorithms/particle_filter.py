@@ -12,7 +12,7 @@ import numpy as np
 
 from slam.algorithms.maximum_likelihood import MATCHES, MaximumLikelihood
 from slam.algorithms.particle_paths import ParticlePaths
-from slam.algorithms.pose_covariance import MapUncertainty, moved
+from slam.algorithms.pose_covariance import MapUncertainty, carried
 from slam.algorithms.resampling import effective, normalised, systematic
 from slam.errors import InputError
 from slam.geometry import Array, Pose2, wrap_angle
@@ -210,8 +210,7 @@ class ParticleFilter:
         """The last match moved by the odometry, with the covariance propagated."""
         last = self._last
         prediction = Prediction(last.pose, *self._motion(self._since_match.displacement))
-        x, y = prediction.pose.x - last.pose.x, prediction.pose.y - last.pose.y
-        covariance = moved(last.covariance, x, y, prediction.gaussian)
+        covariance = carried(last.covariance, prediction)
         return last._replace(pose=prediction.pose, covariance=covariance, matched=False)
 
     def _keyframe(self, scan: Scan) -> Estimate:
@@ -287,7 +286,7 @@ class ParticleFilter:
             match = self._as_match(scan, peak)._replace(prediction=by_odometry.prediction)
             self.watch.judge(match, self._surroundings)
         if pose is by_odometry.prediction.pose:
-            self._covariance = self._carried(by_odometry.prediction)
+            self._covariance = carried(self._covariance, by_odometry.prediction)
         else:
             self._covariance = self._matched(scan, peak)
         return peak, motion
@@ -385,14 +384,9 @@ class ParticleFilter:
         """
         _, information = laplace(self.sensor_model, scan, peak.pose)
         information *= self.sensor_model.sharpness
-        before = self._carried(peak.prediction)
-        return self._map_uncertainty.matched(before, peak.pose, scan.points, information)
-
-    def _carried(self, predicted: Prediction) -> Array:
-        """(3, 3) covariance of the best particle's predicted pose, before its scan is matched."""
-        origin = self._poses[self._best]
-        x, y = predicted.pose.x - origin[0], predicted.pose.y - origin[1]
-        return moved(self._covariance, x, y, predicted.gaussian)
+        return self._map_uncertainty.matched(
+            self._covariance, peak.prediction, peak.pose, scan.points, information
+        )
 
     def _scatter(self) -> Array:
         """(3, 3) covariance of the particles about their mean."""

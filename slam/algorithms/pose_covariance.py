@@ -7,7 +7,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
-from slam.motion.gaussian import odometry_covariance
+from slam.motion.gaussian import Prediction, odometry_covariance
 from slam.search.laplace import positive
 
 LAST_KEYFRAMES = 8.0  # over which the error that a tile inherits from its keyframes is averaged;
@@ -36,16 +36,24 @@ class MapUncertainty:
         _settle(*pose, points, tiles.index, tiles.origin, tiles.resolution, self._drawn.values,
                 covariance)  # fmt: skip
 
-    def matched(self, predicted: Array, pose: Pose2, points: Array, information: Array) -> Array:
+    def matched(
+        self,
+        before: Array,
+        prediction: Prediction,
+        pose: Pose2,
+        points: Array,
+        information: Array,
+    ) -> Array:
         """(3, 3) covariance of a pose matched in the current map.
 
-        predicted    (3, 3) its covariance before the match
+        before       (3, 3) covariance where the prediction begins
         points       (n, 2) echoes of the scan, m, in the robot's frame
         information  (3, 3) of the match
         """
         tiles = self.tiles
         return _matched(*pose, points, tiles.index, tiles.origin, tiles.resolution,
-                        self._drawn.values, predicted, information)  # fmt: skip
+                        self._drawn.values, before, prediction.step, prediction.gaussian,
+                        information)  # fmt: skip
 
     def covariance(self, pose: Pose2, points: Array) -> Array:
         """(3, 3) covariance of the map's error for a match at `pose` with scan `points` (n, 2), m,
@@ -94,10 +102,12 @@ def _inherited(x, y, theta, points, index, origin, resolution, drawn):
 
 
 @kernel
-def _matched(x, y, theta, points, index, origin, resolution, drawn, predicted, information):
+def _matched(
+    x, y, theta, points, index, origin, resolution, drawn, before, step, gaussian, information
+):
     """See `MapUncertainty.matched`."""
     ground = _inherited(x, y, theta, points, index, origin, resolution, drawn)
-    return fused(predicted, ground, information)
+    return fused(_moved(before, step, gaussian), ground, information)
 
 
 @kernel
@@ -131,11 +141,29 @@ def _turned(covariance, x, y):
     return result
 
 
+def carried(covariance: Array, prediction: Prediction) -> Array:
+    """(3, 3) covariance of a predicted pose, by that where the prediction begins."""
+    return _moved(covariance, prediction.step, prediction.gaussian)
+
+
 @kernel
-def moved(covariance, x, y, gaussian):
-    """The covariance after a displacement (x, y), world, that a motion model predicts as of
-    `Prediction.gaussian`."""
-    return _turned(covariance, x, y) + odometry_covariance(*gaussian)
+def _moved(covariance, step, gaussian):
+    """See `carried`: the rest is `Prediction.step` and `Prediction.gaussian`."""
+    return _turned(covariance, step[0], step[1]) + odometry_covariance(*gaussian)
+
+
+def of_motion(prediction: Prediction, information: Array, theta: float) -> Array:
+    """(3, 3) covariance of a motion by the odometry and a match with `information`, seen from the
+    heading `theta` at its begin."""
+    return _of_motion(prediction.gaussian, information, theta)
+
+
+@kernel
+def _of_motion(gaussian, information, theta):
+    within = fused(odometry_covariance(*gaussian), np.zeros((3, 3)), information)
+    c, s = np.cos(theta), np.sin(theta)
+    axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return axes @ within @ axes.T
 
 
 @kernel

@@ -56,11 +56,11 @@ def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidenc
     one = np.float32(1.0)
     changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
-        i = cells[k]
+        i = np.uint64(cells[k])  # numba checks no index for its sign
         sum_ = log_odds[i] + (hit_evidence if hit[k] else free_evidence)
         log_odds[i] = min(max(sum_, -limit), limit)
         if hit[k] or log_odds[i] > NO_DOUBT:
             occupied[i] = one / (one + np.exp(-log_odds[i]))
-            changed[n] = i
+            changed[n] = cells[k]
             n += 1
     return changed[:n]

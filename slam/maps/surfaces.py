@@ -49,7 +49,7 @@ class Surfaces:
         """Add the echoes of a scan taken at `pose`; those in no allocated tile are ignored."""
         self._reserve(len(outline.points))
         tiles = self.tiles
-        self._used = _add(*outline, np.array(pose), tiles.index, *tiles.origin,
+        self._used = _add(*outline, tuple(pose), tiles.index, *tiles.origin,
                           1 / tiles.resolution, self.first.flat, self.table, self.next,
                           self._used)  # fmt: skip
 

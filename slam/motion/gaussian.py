@@ -76,14 +76,17 @@ class Prediction:
     are Gaussian and independent: x, y in m and theta in rad, in the frame of the predicted pose.
 
     pose        where the odometry leads
+    step        m, x and y from the origin to there, world
     deviations  (3,) of the errors
     """
 
     def __init__(self, origin: Pose2, displacement: Pose2, deviations: Array):
         self.pose = origin @ displacement
+        self.step = self.pose.x - origin.x, self.pose.y - origin.y
         self.deviations = deviations
+        x, y, theta = self.pose  # a list: numpy reads other sequences item by item
         c, s = math.cos(displacement.theta), math.sin(displacement.theta)
-        self._centre = np.array(self.pose)
+        self._centre = np.array([x, y, theta])
         self._moved = np.array(
             [c * displacement.x + s * displacement.y, c * displacement.y - s * displacement.x]
         )
@@ -94,7 +97,11 @@ class Prediction:
 
     def error(self, pose: Pose2) -> Array:
         """(3,) the error that results in a pose."""
-        return np.array(_error(np.array(pose), self._centre, self._moved))
+        return np.array(_error(tuple(pose), self._centre, self._moved))
+
+    def deviating(self, pose: Pose2) -> tuple[float, float, float]:
+        """The error that results in a pose, in standard deviations."""
+        return _deviating(tuple(pose), *self.gaussian)
 
     def within(self, deviations: float) -> tuple[float, float]:
         """m and rad of so many standard deviations."""
@@ -152,12 +159,18 @@ def _error(pose, centre, moved):
 
 
 @kernel
+def _deviating(pose, centre, moved, deviations):
+    """See `Prediction.deviating`; the rest is `Prediction.gaussian`."""
+    x, y, theta = _error(pose, centre, moved)
+    return x / deviations[0], y / deviations[1], theta / deviations[2]
+
+
+@kernel
 def log_density(poses, centre, moved, deviations):
     """See `Prediction.log_density`; the rest is `Prediction.gaussian`."""
     result = np.empty(len(poses))
     for n in range(len(poses)):
-        x, y, theta = _error(poses[n], centre, moved)
-        x, y, theta = x / deviations[0], y / deviations[1], theta / deviations[2]
+        x, y, theta = _deviating(poses[n], centre, moved, deviations)
         result[n] = -0.5 * (x * x + y * y + theta * theta)
     return result
 

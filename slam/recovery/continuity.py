@@ -34,13 +34,13 @@ class Sight(NamedTuple):
     pieces  (n, 2) m, the surfaces, in the robot's frame: see `Scan.pieces`
     angles  (beams,) rad, ascending
     free    (beams,) m, that is free in each direction and NEIGHBOURS to each side
-    mount   pose of the sensor on the robot
+    robot   its pose from the sensor
     """
 
     pieces: Array
     angles: Array
     free: Array
-    mount: Pose2
+    robot: Pose2
 
 
 class Recent:
@@ -66,12 +66,12 @@ class Recent:
         step = match.last.between(match.estimate.pose)
         changed = self.change(match.scan, step)
         self._last = self._sight(match.scan)
-        self._keep(match.scan, step)
+        self._keep(match.scan, self._last.robot, step)
         return changed
 
-    def _keep(self, scan: Scan, step: Pose2) -> None:
+    def _keep(self, scan: Scan, robot: Pose2, step: Pose2) -> None:
         """Write a scan, `step` after the one before, to the rows that `_overlaps` reads: its echoes
-        in the sensor's frame, by ascending angle."""
+        in the sensor's frame, in which the `robot` stands, by ascending angle."""
         echoes = len(scan.points)
         if echoes > self._bearings.shape[1]:
             more = echoes - self._bearings.shape[1]
@@ -79,7 +79,6 @@ class Recent:
             self._bearings = np.pad(self._bearings, ((0, 0), (0, more)))
         row = self._newest = (self._newest + 1) % RECENT
         self._number = min(self._number + 1, RECENT)
-        robot = scan.mount.inverse()
         angles = scan.angles.copy()  # writable: kernels are compiled for one kind
         first, last = _write(scan.points, angles, scan.hit, robot, self._outlines[row],
                              self._bearings[row])  # fmt: skip
@@ -106,9 +105,9 @@ class Recent:
 
 def sight(scan: Scan) -> Sight:
     """What the scan saw."""
-    free = _free(scan.ranges, scan.hit, scan.no_echo, scan.max_range)
-    angles, free = _ascending(scan.angles.copy(), free)  # writable: see `Recent._keep`
-    return Sight(scan.pieces, angles, free, scan.mount)
+    pieces, angles = scan.pieces, scan.angles.copy()  # writable: see `Recent._keep`
+    angles, free = _ascending(angles, scan.ranges, scan.hit, scan.no_echo, scan.max_range)
+    return Sight(pieces, angles, free, scan.mount.inverse())
 
 
 def change(before: Sight, after: Sight, displacement: Pose2) -> float:
@@ -124,15 +123,14 @@ def change(before: Sight, after: Sight, displacement: Pose2) -> float:
 
 def _share(seen: Sight, other: Sight, displacement: Pose2) -> float:
     """Share of the echoes of `other` in the free space of `seen`, `displacement` before."""
-    sensor = seen.mount.inverse() @ displacement
-    free, known = _counts(seen.angles, seen.free, other.pieces, sensor.x, sensor.y, sensor.theta)
+    free, known = _counts(seen.angles, seen.free, other.pieces, *(seen.robot @ displacement))
     return free / known if known >= MIN_POINTS else 0.0
 
 
 @kernel
-def _ascending(angles, free):
+def _ascending(angles, ranges, hit, no_echo, max_range):
     """The angles of the beams, and what is free there, by ascending angle."""
-    step = -1 if _descend(angles) else 1
+    free, step = _free(ranges, hit, no_echo, max_range), -1 if _descend(angles) else 1
     return angles[::step].copy(), free[::step].copy()
 
 

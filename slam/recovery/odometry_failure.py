@@ -100,7 +100,7 @@ class OdometryFailure:
         few = FEW if abs(match.last.between(found).theta) > TURNS else 0.0
         new = fall > SLIGHT_FALL and self._new(overlaps)[0] > few
         self.sudden = self._suddenly(worse) and new
-        error = (np.abs(prediction.error(found)) / prediction.deviations).max()
+        error = max(abs(deviation) for deviation in prediction.deviating(found))
         signs = (self._fits, worse), (self._falls, fall), (self._errors, error)
         suspected = [sign for sign, value in signs if sign.surprising(value)]
         if not suspected:
@@ -190,7 +190,7 @@ class OdometryFailure:
     def _after_gap(self, match: Match) -> Pose2:
         """The pose of the match, or the predicted one: the scan may see new ground."""
         found, prediction = match.estimate.pose, match.prediction
-        far = np.linalg.norm(prediction.error(found) / prediction.deviations) > FAR
+        far = math.hypot(*prediction.deviating(found)) > FAR
         least = (FAR_EXPLAINED if far else LEAST_EXPLAINED) * self._belief.explained
         seen = match.agreement(found).explained > least
         return prediction.pose if match.after_gap and not seen else found

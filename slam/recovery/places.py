@@ -185,8 +185,8 @@ def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:
 
 def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
     """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
-    apart = one.between(other)
-    return math.hypot(apart.x, apart.y) <= distance and abs(apart.theta) <= turn
+    apart = abs(math.remainder(other.theta - one.theta, math.tau))
+    return apart <= turn and math.dist(one[:2], other[:2]) <= distance
 
 
 def same_place(one: Pose2, other: Pose2) -> bool:

@@ -46,8 +46,8 @@ def mark_stale(
     unknown = np.float32(h_level[0] - 0.5) / np.float32(255.0)
     blocks = np.empty((max(len(changed), 64), 2), np.int32)
     n = 0
-    for cell in changed:
-        margin = 0
+    for k in range(len(changed)):
+        margin, cell = 0, np.uint64(changed[k])
         if count[cell]:
             h = min(max(np.int64(occupied[cell] * np.float32(255.0) + HALF), H_MIN), H_MAX)
             dx, dy = max(offset[cell, 0] >> 8, -127), max(offset[cell, 1] >> 8, -127)
@@ -67,12 +67,11 @@ def mark_stale(
             if h == h_level[cell]:
                 continue
             h_level[cell] = h
-        slot = cell >> (2 * SHIFT)
-        within = (((cell >> SHIFT) & MASK) // BLOCK) * BLOCKS + (cell & MASK) // BLOCK
-        if margin == 0 and stale[slot, within]:
+        slot, i, j = changed[k] >> (2 * SHIFT), (changed[k] >> SHIFT) & MASK, changed[k] & MASK
+        if margin == 0 and stale[slot, (i // BLOCK) * BLOCKS + j // BLOCK]:
             continue  # as most cells that beams crossed
-        row = ((places[slot, 0] - corner[0]) << SHIFT) + ((cell >> SHIFT) & MASK)
-        col = ((places[slot, 1] - corner[1]) << SHIFT) + (cell & MASK)
+        row = ((places[slot, 0] - corner[0]) << SHIFT) + i
+        col = ((places[slot, 1] - corner[1]) << SHIFT) + j
         for r in range((row - margin) // BLOCK, (row + margin) // BLOCK + 1):
             for c in range((col - margin) // BLOCK, (col + margin) // BLOCK + 1):
                 tile = index[r // BLOCKS, c // BLOCKS]

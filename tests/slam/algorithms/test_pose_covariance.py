@@ -3,27 +3,39 @@ import math
 import numpy as np
 
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
-from slam.algorithms.pose_covariance import MapUncertainty, fused, moved
-from slam.geometry import Pose2
+from slam.algorithms.pose_covariance import MapUncertainty, carried, fused, of_motion
+from slam.geometry import Pose2, turned
 from slam.maps.tiles import AREA, Tiles
 from slam.motion.gaussian import Prediction
 from slam.scan import Scan
 
 SOME = np.diag([0.01, 0.02, 0.001])
-EXACT = np.zeros(3), np.zeros(2), np.zeros(3)  # a prediction without an error
 ANGLES = np.linspace(-np.pi / 2, np.pi / 2, 91)
+
+
+def exact(x: float, y: float) -> Prediction:
+    """A prediction without an error."""
+    return Prediction(Pose2(), Pose2(x, y, 0.0), np.zeros(3))
 
 
 def test_a_lever_turns_an_error_of_the_heading_into_one_of_the_place() -> None:
     drawn = np.random.default_rng(0).multivariate_normal(np.zeros(3), SOME, 200_000)
     ends = drawn + np.column_stack([-2.0 * drawn[:, 2], 3.0 * drawn[:, 2], np.zeros(len(drawn))])
-    np.testing.assert_allclose(moved(SOME, 3.0, 2.0, EXACT), np.cov(ends.T), atol=2e-4)
+    np.testing.assert_allclose(carried(SOME, exact(3.0, 2.0)), np.cov(ends.T), atol=2e-4)
 
 
 def test_errors_of_the_odometry_are_added() -> None:
     prediction = Prediction(Pose2(1.0, 2.0, 0.5), Pose2(0.3, 0.0, 0.1), np.array([0.1, 0.2, 0.3]))
-    added = moved(SOME, 0.0, 0.0, prediction.gaussian) - SOME
+    added = carried(SOME, prediction) - carried(SOME, exact(*prediction.step))
     np.testing.assert_allclose(added, prediction.covariance(), atol=1e-12)
+
+
+def test_a_motion_is_seen_from_its_begin() -> None:
+    prediction = Prediction(Pose2(1.0, 2.0, 0.5), Pose2(0.3, 0.0, 0.1), np.array([0.1, 0.2, 0.3]))
+    information, turn = np.diag([400.0, 100.0, 5000.0]), turned(-0.5)
+    world = np.linalg.inv(np.linalg.inv(prediction.covariance()) + information)
+    found = of_motion(prediction, information, 0.5)
+    np.testing.assert_allclose(found, turn @ world @ turn.T)
 
 
 def test_in_an_exact_map_a_match_is_bayes_rule() -> None:
@@ -63,7 +75,7 @@ def two_tiles() -> tuple[Tiles, MapUncertainty]:
 def test_tiles_remember_who_drew_them() -> None:
     _, ground = two_tiles()
     np.testing.assert_allclose(ground.covariance(ORIGIN, NEAR), SOME)
-    inherited = moved(3 * SOME, -1.0, 0.0, EXACT)
+    inherited = carried(3 * SOME, exact(-1.0, 0.0))
     np.testing.assert_allclose(ground.covariance(ORIGIN, FAR), inherited)
     both = ground.covariance(ORIGIN, np.vstack([NEAR, FAR]))
     np.testing.assert_allclose(both, (SOME + inherited) / 2)
