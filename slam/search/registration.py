@@ -13,7 +13,7 @@ from slam.kernel import kernel
 from slam.maps.cells import Cells
 from slam.maps.outline import NOTHING, Outline
 from slam.maps.surfaces import COUNT, NONE, SAME, TX, TY, Surfaces, X, Y
-from slam.maps.tiles import SHIFT
+from slam.maps.tiles import MASK, SHIFT, TILE
 from slam.motion.gaussian import Prediction, add_slope
 from slam.search.gauss_newton import newton_step
 from slam.sensor_models.blocks import cell_at
@@ -197,9 +197,13 @@ def _pair(outline: Outline, pose, where: SurfaceMap, model: EchoModel, pairs):
         tx = c * tangents[k, 0] - s * tangents[k, 1]
         ty = s * tangents[k, 0] + c * tangents[k, 1]
         total = nx = ny = off = mean = best = 0.0
-        for i in range(row - AROUND, row + AROUND + 1):
-            for j in range(col - AROUND, col + AROUND + 1):
-                cell = np.uint64(cell_at(index, i, j))
+        inside = AROUND <= row & MASK <= MASK - AROUND and AROUND <= col & MASK <= MASK - AROUND
+        here = np.uint64(cell_at(index, row, col))
+        for i in range(-AROUND, AROUND + 1):
+            for j in range(-AROUND, AROUND + 1):
+                cell = here + np.uint64(i * TILE + j)
+                if not inside:
+                    cell = np.uint64(cell_at(index, row + i, col + j))
                 surface = np.uint64(first[cell])
                 while surface != NONE:
                     dx, dy = x - table[surface, X], y - table[surface, Y]
