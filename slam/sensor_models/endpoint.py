@@ -73,7 +73,7 @@ class Endpoint:
         )  # fmt: skip
         field.refresh(
             blocks, self._stale.values, tiles.index, self._h_level.flat, self._centroid.flat,
-            self._field.flat, self._radius, *self._model,
+            self._field.flat, *self._model,
         )  # fmt: skip
         self.refreshed = blocks
         self.rewritten(blocks)

@@ -88,7 +88,7 @@ def mark_stale(
 
 
 @kernel
-def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log_h, table):
+def refresh(blocks, stale, index, h_level, centroid, field, falloff, log_h, table):
     """Compute log(z_hit F + z_rand) at the centres of the cells of the blocks.
 
     A cell with an echo is occupied at the centroid of its echoes only, and free elsewhere.
@@ -97,10 +97,11 @@ def refresh(blocks, stale, index, h_level, centroid, field, radius, falloff, log
     log_h    (256,) log h by its quantised level
     table    (n,) log(z_hit F + z_rand), evenly spaced in log F from its maximum to its minimum
     """
-    sources = np.empty(((BLOCK + 2 * radius) ** 2, 3), np.float32)
     best, aside = np.empty(BLOCK * BLOCK, np.float32), np.empty(BLOCK, np.float32)
     top, steps = log_h[255], np.float32((len(table) - 1) / (log_h[255] - log_h[0]))
     reach = np.sqrt((top - log_h[0]) / falloff)  # cells, beyond which no echo counts
+    radius = np.int64(reach + HALF)  # the same, from the cell of the echo
+    sources = np.empty(((BLOCK + 2 * radius) ** 2, 3), np.float32)
     words = centroid.reshape(-1).view(np.uint64)
     for k in range(len(blocks)):
         row, col = blocks[k, 0] * BLOCK, blocks[k, 1] * BLOCK
