@@ -124,21 +124,21 @@ def refresh(blocks, stale, index, h_level, centroid, field, falloff, log_h, tabl
                         sources[n, 2] = r - row + centroid[cell, U_1] / np.float32(256.0)
                         n += -reach < sources[n, 1] < BLOCK - 1 + reach
                     cell += U_1
-        first = cell_at(index, row, col)
-        for r in range(BLOCK):
-            for c in range(BLOCK):
-                cell = first + r * TILE + c
-                free = centroid[cell, 0] == NO_CENTROID
-                best[r * BLOCK + c] = log_h[h_level[cell] if free else np.uint8(0)]
+        first = np.uint64(cell_at(index, row, col))
+        for r in range(U_BLOCK):
+            for c in range(U_BLOCK):
+                cell = first + r * U_TILE + c
+                free = centroid[cell, U_0] == NO_CENTROID
+                best[r * U_BLOCK + c] = log_h[h_level[cell] if free else np.uint8(0)]
         for m in range(n):
             for c in range(BLOCK):
                 dx = sources[m, 1] - np.float32(c)
                 aside[c] = sources[m, 0] - falloff * (dx * dx)
             _raise(best, aside, sources[m, 2], falloff, reach)
-        for r in range(BLOCK):
-            for c in range(BLOCK):
-                place = np.int64((top - best[r * BLOCK + c]) * steps + HALF)
-                field[first + r * TILE + c] = table[place]
+        for r in range(U_BLOCK):
+            for c in range(U_BLOCK):
+                place = np.int64((top - best[r * U_BLOCK + c]) * steps + HALF)
+                field[first + r * U_TILE + c] = table[np.uint64(place)]
 
 
 @kernel
