@@ -31,7 +31,6 @@ from slam.recovery.watch import Watch
 from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.laplace import laplace
-from slam.sensor_models.blocks import blocks_of
 from slam.sensor_models.endpoint import Endpoint
 from slam.validation import positive_number, whole_number
 
@@ -192,7 +191,7 @@ class ParticleFilter:
         self._integrate(scan, pose)
         if isinstance(self.sensor_model, Endpoint):
             self._field = self.sensor_model.of_layer(self.sensor_model.field())
-            self._field.levels = 1  # the finest: coarser ones are kept for one map only
+            self._field.levels = 1  # the finest
         self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
         self._note(scan, np.arange(self.particles))
         self._last = Estimate(pose, np.zeros((3, 3)), 0.0, True)
@@ -247,6 +246,8 @@ class ParticleFilter:
     def _integrate(self, scan: Scan, pose: Pose2) -> None:
         """Integrate the scan in the current map, at `pose`."""
         self.sensor_model.refresh(self.map_model, self.map_model.integrate(scan, pose))
+        if isinstance(self.sensor_model, Endpoint):
+            self._field.rewritten(self.sensor_model.refreshed)
         self._map_uncertainty.settle(pose, self._covariance, scan.points)
 
     def _propose(self, scan: Scan) -> float:
@@ -307,9 +308,7 @@ class ParticleFilter:
         self._waiting.clear()
         front = MaximumLikelihood(rng=self.rng, motion_model=self.motion_model, search=self.search)
         believed, lost = Pose2.of(self._poses[self._best]), watch.belief.probability
-        tiles = self._best_cells().tiles
-        self._field.rewritten(blocks_of(tiles, tiles.current.slots))
-        self._field.field(1)  # up to date until particles map again
+        self._best_cells()
         self.astray = Astray(front, self._surroundings(), believed, lost, watch.demands)
 
     def _wander(self, astray: Astray, displacement: Pose2, scan: Scan) -> Estimate:

@@ -11,10 +11,10 @@ import math
 import numpy as np
 
 from slam.kernel import kernel
+from slam.sensor_models.pyramid import MAX_UNITS
 
 SQUARE = 4  # candidates along the side of the squares that share a bound
 OTHER_TURN = math.radians(20.0)  # rad: two poses farther apart are different places
-MAX_UNITS = 255  # of the field's span, uint8
 LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)

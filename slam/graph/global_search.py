@@ -11,7 +11,6 @@ from slam.geometry import Array, Pose2, wrap_angle
 from slam.graph.branch_and_bound import (
     LANE,
     MARGIN,
-    MAX_UNITS,
     OTHER_TURN,
     SQUARE,
     best_candidates,
@@ -19,6 +18,7 @@ from slam.graph.branch_and_bound import (
 from slam.kernel import kernel
 from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.pyramid import MAX_UNITS, in_units, scale_of
 
 CANDIDATE_CELL = 2  # cells of the map between neighbouring candidates
 KNOWN_CELL = 4  # the same, where the place is known
@@ -59,14 +59,17 @@ class GlobalSearch:
         side = tiles.resolution * TILE
         first, last = _tiles(tiles, region)
         index = np.ascontiguousarray(tiles.index[first[1] : last[1], first[0] : last[0]])
-        width = KNOWN_CELL if known else CANDIDATE_CELL
-        cells, every = _coarse(index, endpoint.field().values, width, self._pad,
-                               np.float32(endpoint.unknown), unknown, np.float32(self._low),
-                               np.float32(1 / self._unit), known)  # fmt: skip
+        width, self._standing = CANDIDATE_CELL, ANYWHERE
+        if known:
+            width, scale = KNOWN_CELL, scale_of(self._low, endpoint.top)
+            cells, every = _coarse(index, endpoint.field().values, width, self._pad,
+                                   np.float32(endpoint.unknown), unknown, scale)  # fmt: skip
+            self._standing = _squares(every < free)
+        else:
+            cells = _side_by_side(index, endpoint.maxima.values, self._pad, unknown)
         cells = _widened(cells) if widened else cells
         self._words = _words(cells, self._unknown)
         self._phases = _phases(_square_maxima(cells, self._unknown), self._unknown)
-        self._standing = _squares(every < free) if known else ANYWHERE
         self._origin = np.array(tiles.origin) + first * side
         self._cell = width * tiles.resolution
         self.centre = Pose2.of([*(self._origin + (last - first) * side / 2), 0.0])
@@ -146,51 +149,63 @@ def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray
 
 
 @kernel
-def _coarse(index, field, width, pad, unknown, fill, low, scale, apart):
+def _side_by_side(index, maxima, pad, fill):
+    """(rows, cols) the maxima of all tiles, padded by `pad` cells of value `fill`, as are tiles
+    that are not in use."""
+    side = TILE // CANDIDATE_CELL
+    shape = index.shape[0] * side + 2 * pad, index.shape[1] * side + 2 * pad
+    cells = np.full(shape, fill, np.uint8)
+    for i, j in np.ndindex(index.shape):
+        slot = index[i, j]
+        for r in range(side if slot else 0):
+            row, col, begin = pad + i * side + r, pad + j * side, r * side
+            cells[row, col : col + side] = maxima[slot, begin : begin + side]
+    return cells
+
+
+@kernel
+def _coarse(index, field, width, pad, unknown, fill, scale):
     """The field in cells `width` times as wide, each with the maximum of the field in it, in units
-    of its span, padded by `pad` unknown cells; first without the unknown cells, if these are to be
-    kept `apart`, then with them.
+    of its span, padded by `pad` unknown cells; first without the unknown cells, then with them.
 
     unknown  the field's value in unknown cells; `fill`: the same in units
-    low      the field's minimum; `scale`: units by value
+    scale    see `in_units`
     """
     side = TILE // width
     shape = index.shape[0] * side + 2 * pad, index.shape[1] * side + 2 * pad
-    every = np.full(shape, fill, np.uint8)
-    known = np.zeros(shape, np.uint8) if apart else every
+    every, known = np.full(shape, fill, np.uint8), np.zeros(shape, np.uint8)
     explaining, top = np.empty(TILE, np.float32), np.empty(TILE, np.float32)
     for i, j in np.ndindex(index.shape):
         slot = np.uint64(index[i, j])
         if slot == 0:
             continue
         for r in range(side):
-            explaining[:] = top[:] = low
+            explaining[:] = top[:] = scale[0]
             for a in range(width):
                 begin = np.uint64((width * r + a) * TILE)
                 for k in range(TILE):
                     value = field[slot, begin + np.uint64(k)]
                     top[k] = value if value > top[k] else top[k]
-                for k in range(TILE if apart else 0):
+                for k in range(TILE):
                     value = field[slot, begin + np.uint64(k)]
                     more = value > explaining[k] and value != unknown
                     explaining[k] = value if more else explaining[k]
             row, col = pad + i * side + r, pad + j * side
-            _write_units(every[row, col : col + side], top, width, low, scale)
-            if apart:
-                _write_units(known[row, col : col + side], explaining, width, low, scale)
+            _write_units(every[row, col : col + side], top, width, scale)
+            _write_units(known[row, col : col + side], explaining, width, scale)
     return known, every
 
 
 @kernel
-def _write_units(cells, values, width, low, scale):
-    """Write the maximum of each `width` values of the field, in units, rounded up."""
+def _write_units(cells, values, width, scale):
+    """Write the maximum of each `width` values of the field, in units."""
     for c in range(len(cells)):
         most = values[np.uint64(c * width)]
         for k in range(1, width):
             most = max(most, values[np.uint64(c * width + k)])
         values[np.uint64(c)] = most
     for c in range(len(cells)):
-        cells[c] = np.uint8(min(np.ceil((values[c] - low) * scale), np.float32(MAX_UNITS)))
+        cells[c] = in_units(values[c], *scale)
 
 
 def _widened(cells: np.ndarray) -> np.ndarray:

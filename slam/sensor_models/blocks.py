@@ -12,31 +12,30 @@ BLOCKS = TILE // BLOCK  # blocks along the side of a tile
 
 
 class DirtyBlocks:
-    """The set of blocks that have changed since the last `pop`.
-
-    For the tiles of a single map: blocks are identified by slot, which may belong to another map
-    (`Tiles.fork`) by the time of `pop`.
-    """
+    """The set of blocks that have changed since the last `pop`: in the tiles of all maps, as a copy
+    of a tile (`Tiles.unshare`) is as dirty as the tile. At first all blocks are in it."""
 
     def __init__(self, tiles: Tiles):
         self._tiles = tiles
         self._marked = tiles.layer(np.bool_, shape=(BLOCKS**2,))
-        self._ids: list[np.ndarray] = []
+        self._marked.values[1:] = True
+        self._any = True
 
     def add(self, blocks: np.ndarray) -> None:
-        """Add blocks (n, 2), each given by its row and column in `Tiles.index`, in blocks."""
-        if len(blocks):
-            self._ids.append(_new(blocks, self._tiles.index, self._marked.flat))
+        """Add blocks (n, 2) of the current map, by row and column in `Tiles.index`, in blocks."""
+        _mark(blocks, self._tiles.index, self._marked.values)
+        self._any = True
 
     def pop(self) -> np.ndarray:
-        """(n, 2) all of them, each once, as given to `add`; the set is empty afterwards."""
-        ids = np.concatenate(self._ids)
-        self._ids = []
+        """(n,) the id of the first cell of each of them; the set is empty afterwards."""
+        ids = np.flatnonzero(self._marked.values)
         self._marked.flat[ids] = False
-        return _places(ids, self._tiles.places, self._tiles.corner)
+        self._any = False
+        slots, (rows, cols) = ids // BLOCKS**2, divmod(ids % BLOCKS**2, BLOCKS)
+        return slots * AREA + rows * (BLOCK * TILE) + cols * BLOCK
 
     def __bool__(self) -> bool:
-        return any(len(ids) for ids in self._ids)
+        return self._any
 
 
 def blocks_of(tiles: Tiles, slots: np.ndarray) -> np.ndarray:
@@ -47,27 +46,12 @@ def blocks_of(tiles: Tiles, slots: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _places(ids, places, corner):
-    """(n, 2) row and column in `Tiles.index`, in blocks."""
-    blocks = np.empty((len(ids), 2), np.int64)
-    for k in range(len(ids)):
-        slot, within = ids[k] // BLOCKS**2, ids[k] % BLOCKS**2
-        blocks[k, 0] = (places[slot, 0] - corner[0]) * BLOCKS + within // BLOCKS
-        blocks[k, 1] = (places[slot, 1] - corner[1]) * BLOCKS + within % BLOCKS
-    return blocks
-
-
-@kernel
-def _new(blocks, index, marked):
-    """The ids, slot * BLOCKS^2 + number in the tile, of the blocks that are not marked yet."""
-    ids, n = np.empty(len(blocks), np.int64), 0
-    for row, col in blocks:
+def _mark(blocks, index, marked):
+    """Mark the blocks, (slots, BLOCKS^2)."""
+    for k in range(len(blocks)):
+        row, col = blocks[k, 0], blocks[k, 1]
         slot = index[row // BLOCKS, col // BLOCKS]
-        block = slot * BLOCKS**2 + (row % BLOCKS) * BLOCKS + col % BLOCKS
-        ids[n] = block
-        n += not marked[block]
-        marked[block] = True
-    return ids[:n].copy()
+        marked[slot, (row % BLOCKS) * BLOCKS + col % BLOCKS] = True
 
 
 @kernel

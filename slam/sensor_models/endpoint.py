@@ -16,7 +16,7 @@ from slam.maps.tiles import AREA, Layer, Tiles
 from slam.scan import Scan
 from slam.sensor_models import field
 from slam.sensor_models.blocks import BLOCKS
-from slam.sensor_models.pyramid import LEVELS, Means
+from slam.sensor_models.pyramid import LEVELS, Pyramid
 from slam.validation import positive
 
 ROUNDING = 1e-6
@@ -59,6 +59,7 @@ class Endpoint:
         positive(self, "beta", "sigma", "z_hit", "z_rand")
         self.sharpness = SHARPNESS / beta
         self._map_model: MapModel | None = None
+        self._coarser: Pyramid | None = None  # from the first time on that it is asked for
 
     def refresh(self, map_model: MapModel, changed: np.ndarray) -> None:
         """Update the field around the `changed` cells (ids) of the map; a new map's are all."""
@@ -80,8 +81,8 @@ class Endpoint:
 
     def rewritten(self, blocks: np.ndarray) -> None:
         """The field of these blocks (n, 2) has changed: coarser ones are not up to date."""
-        if self._means is not None:
-            self._means.dirty.add(blocks)
+        if self._coarser is not None:
+            self._coarser.dirty.add(blocks)
 
     def of_layer(self, layer: Layer) -> Endpoint:
         """The same model of another field of the same tiles, which no map refreshes."""
@@ -116,17 +117,24 @@ class Endpoint:
         self.top = max(high, self.unknown)
         self.nothing, self.free = low, math.log(self.z_hit * CONTRADICTED_F + self.z_rand)
         self._explained = math.log(self.z_hit * EXPLAINED_F + self.z_rand)
-        self._means: Means | None = None
+        self._coarser = None
         self.refreshed = np.empty((0, 2), np.int32)
 
     def field(self, level: int = 0) -> Layer:
-        """The field of cells 1 << level times as wide as the map's. Coarser ones are computed from
-        the first call on."""
-        if level == 0:
-            return self._field
-        if self._means is None:
-            self._means = Means(self.tiles, self._field, self.unknown)
-        return self._means.level(level)
+        """The field of cells 1 << level times as wide as the map's."""
+        return self._field if level == 0 else self._pyramid.level(level)
+
+    @property
+    def maxima(self) -> Layer:
+        """The maxima of the field over squares of 2 x 2 cells, see `pyramid.in_units`."""
+        return self._pyramid.maxima
+
+    @property
+    def _pyramid(self) -> Pyramid:
+        if self._coarser is None:
+            span = self.nothing, self.top
+            self._coarser = Pyramid(self.tiles, self._field, self.unknown, *span)
+        return self._coarser
 
     def log_likelihood(self, scan: Scan, poses: Array, floor: float = -math.inf) -> Array:
         """(n,) log p(scan | pose, h) of the poses (n, 3); may be -inf where below `floor`."""

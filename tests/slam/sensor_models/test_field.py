@@ -12,6 +12,7 @@ from slam.maps.static import Static
 from slam.maps.tiles import TILE
 from slam.sensor_models.endpoint import Endpoint
 from slam.sensor_models.field import H_MAX, H_MIN, MIN_CENTROID_CHANGE, MIN_H_CHANGE, NO_CENTROID
+from slam.sensor_models.pyramid import MAX_UNITS
 from tests.slam import naive
 from tests.slam.sensor_models.rooms import dense, mapped, observed
 from tests.slam.worlds import FAN, ROOM, beam, scan_at
@@ -37,6 +38,10 @@ def assert_up_to_date(grid, endpoint: Endpoint) -> None:
         side = TILE >> level
         mean = field.reshape(len(field) >> level, 1 << level, -1, 1 << level).mean(axis=(1, 3))
         np.testing.assert_allclose(dense(tiles, endpoint.field(level), side), mean, atol=1e-5)
+    most = field.reshape(len(field) >> 1, 2, -1, 2).max(axis=(1, 3))
+    units = (most - endpoint.nothing) * (MAX_UNITS / (endpoint.top - endpoint.nothing))
+    maxima = dense(tiles, endpoint.maxima, TILE >> 1).astype(np.float64)
+    np.testing.assert_array_less(np.abs(maxima - 0.5 - units), 0.51)
 
 
 def assert_noted(grid, endpoint: Endpoint) -> None:
@@ -115,6 +120,21 @@ def test_an_echo_far_out_is_looked_around_within_what_the_map_spans() -> None:
         assert rows.max() + reach < spec.rows
         assert cols.max() + reach < spec.cols
         assert_up_to_date(grid, endpoint)
+
+
+def test_coarser_fields_of_maps_that_share_tiles_are_up_to_date() -> None:
+    grid, endpoint = mapped(Static(), Endpoint())
+    tiles = grid.cells.tiles
+    maps = [tiles.current, tiles.fork(), tiles.fork()]
+    assert_up_to_date(grid, endpoint)  # from now on coarser fields are kept
+    for again in range(2):
+        for k, one in enumerate(maps):
+            tiles.switch(one)
+            scan = beam(0.5 + 0.2 * k, again)
+            endpoint.refresh(grid, grid.integrate(scan, Pose2(0.1 * k, 0.3 * again)))
+        for one in maps:
+            tiles.switch(one)
+            assert_up_to_date(grid, endpoint)
 
 
 def test_unknown_space_counts_as_the_prior_and_seen_space_as_free() -> None:
