@@ -130,8 +130,9 @@ def test_coarser_fields_of_maps_that_share_tiles_are_up_to_date() -> None:
     for again in range(2):
         for k, one in enumerate(maps):
             tiles.switch(one)
-            scan = beam(0.5 + 0.2 * k, again)
-            endpoint.refresh(grid, grid.integrate(scan, Pose2(0.1 * k, 0.3 * again)))
+            for time in range(8):  # an echo where all was free
+                scan = beam(0.5 + 0.2 * k, time)
+                endpoint.refresh(grid, grid.integrate(scan, Pose2(0.1 * k, 0.3 * again)))
         for one in maps:
             tiles.switch(one)
             assert_up_to_date(grid, endpoint)
