@@ -10,6 +10,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.interface import Posterior
 from slam.kernel import kernel
+from slam.maps.tiles import AREA
 from slam.motion.gaussian import log_density, with_errors
 from slam.search.candidates import likeliest
 from slam.search.gauss_newton import GaussNewton, ascended_field
@@ -49,7 +50,7 @@ class Correlative:
             return self.refine.climb(posterior, self.best(posterior))
         return Pose2(*_refined_in_field(
             self._spacing, posterior.prediction.gaussian, posterior.scan.points, model.samples,
-            model.reading(0), self.refine.limits,
+            self.refine.limits,
         ))  # fmt: skip
 
     def best(self, posterior: Posterior) -> Pose2:
@@ -115,7 +116,9 @@ def _best_in_field(spacing, prior, points, samples):
 
 
 @kernel
-def _refined_in_field(spacing, prior, points, samples, reading, limits):
+def _refined_in_field(spacing, prior, points, samples, limits):
     """The best candidate, refined: `_best_in_field` and `ascended_field`, in one call."""
+    index, field, origin, resolution, _, _, beta = samples
+    reading = index, field.reshape(-1, AREA), origin, resolution, 0, beta
     start = _best_in_field(spacing, prior, points, samples)
     return ascended_field(start, points, reading, prior, limits)[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -123,27 +123,29 @@ class Registration:
         """
         limits = self.rounds, self.steps, self.precision, self.paired
         pose, information, enough = _registered(
-            tuple(outline), tuple(start), tuple(self._map(surfaces, cells)), tuple(self.model),
+            tuple(outline), tuple(start), _map(surfaces, cells), tuple(self.model),
             prediction.gaussian, limits,
         )  # fmt: skip
         if not enough or math.dist(pose[:2], start[:2]) > self.farthest:
             return None
-        return Pose2(*pose), SHARPER * information
+        return Pose2(*pose), information
 
     def pairs(self, outline: Outline, surfaces: Surfaces, cells: Cells, pose: Pose2) -> Array:
         """(n, 5) what each echo is compared with: PLANE, its normal (2,), its distance from the
         origin along the normal, h; or SPOT, x, y, 0, h; zeros if with nothing."""
         pairs = np.zeros((len(outline.points), 5))
-        _pair(outline, pose, self._map(surfaces, cells), self.model, pairs)
+        _pair(outline, pose, SurfaceMap(*_map(surfaces, cells)), self.model, pairs)
         return pairs
-
-    def _map(self, surfaces: Surfaces, cells: Cells) -> SurfaceMap:
-        tiles = cells.tiles
-        return SurfaceMap(*tiles.origin, tiles.resolution, tiles.index, cells.occupied.flat,
-                          surfaces.first.flat, surfaces.table, surfaces.next)  # fmt: skip
 
 
 SURFACES = Registration()  # the default
+
+
+def _map(surfaces: Surfaces, cells: Cells) -> tuple[Any, ...]:
+    """A `SurfaceMap` as a plain tuple."""
+    tiles = cells.tiles
+    return (*tiles.origin, tiles.resolution, tiles.index, cells.occupied.flat,
+            surfaces.first.flat, surfaces.table, surfaces.next)  # fmt: skip
 
 
 @kernel
@@ -170,7 +172,7 @@ def _registered(outline, start, where, model, prior, limits):
         pose = pose[0] + x, pose[1] + y, turned
         if max(abs(x), abs(y), abs(theta)) < precision:
             break
-    return pose, -H, True
+    return pose, -SHARPER * H, True
 
 
 @kernel(error_model="numpy")
