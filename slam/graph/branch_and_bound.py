@@ -190,7 +190,7 @@ def bounds_of(phases, beams, runs, n, window, unknown):
         maxima = padded
     bounds, values = np.empty((len(rows), n), np.uint16), maxima.ravel()
     sums = np.empty(high * length, np.uint16)
-    places = np.empty(rows.shape[1], np.uint64)
+    places, spans = np.empty(rows.shape[1], np.uint64), np.empty((rows.shape[1], 3), np.int64)
     for t in range(len(rows)):
         sums[:] = rows.shape[1] * unknown
         inside = 0
@@ -198,20 +198,21 @@ def bounds_of(phases, beams, runs, n, window, unknown):
             row, col = rows[t, k] - window[1], cols[t, k] - window[0]
             phase = row % SQUARE * SQUARE + col % SQUARE
             row, col = row // SQUARE, col // SQUARE
-            if length == FEW and 0 <= row <= tall - high and 0 <= col <= broad - FEW:
-                places[inside] = (phase * tall + row) * broad + col
-                inside += 1
-                continue
-            begin, end, left, right = max(-row, 0), min(tall - row, high), 0, 0
+            source = (blank + phase * tall + row) * pitch + col
+            begin, end = max(-row, 0), min(tall - row, high)
             if at_once:
-                right, end = max(end - begin, 0) * pitch, begin + 1
+                spans[k, 0], spans[k, 1], spans[k, 2] = begin * pitch, end * pitch, source
+            elif length == FEW and 0 <= row <= tall - high and 0 <= col <= broad - FEW:
+                places[inside] = source
+                inside += 1
             else:
                 left, right = max(-col, 0), min(broad - col, wide)
-            for a in range(begin, end):
-                target = np.uint64(a * length)
-                source = np.uint64((blank + phase * tall + row + a) * pitch + col)
-                for b in range(left, right):  # in this loop: slices count references to arrays
-                    sums[target + np.uint64(b)] += values[source + np.uint64(b)]
+                for a in range(begin, end):
+                    target, first = np.uint64(a * length), np.uint64(source + a * pitch)
+                    for b in range(left, right):  # here: slices count references to arrays
+                        sums[target + np.uint64(b)] += values[first + np.uint64(b)]
+        if at_once:
+            _add_spans(sums, values, spans)
         for a in range(np.uint64(high) if inside else U_0):
             _add_eight(
                 sums[a * U_FEW : (a + U_1) * U_FEW], values[a * np.uint64(broad) :], places[:inside]
@@ -221,6 +222,34 @@ def bounds_of(phases, beams, runs, n, window, unknown):
             for b in range(np.uint64(runs[m, 2] - runs[m, 1])):
                 bounds[np.uint64(t), np.uint64(runs[m, 3]) + b] = sums[begin + b]
     return bounds
+
+
+@kernel
+def _add_spans(sums, values, spans):
+    """Add to the sums of each span (n, 3), from the first one to the one before the second, the
+    values that lie the third number after them; of four spans at a time where all overlap."""
+    fours = len(spans) - len(spans) % 4
+    for k in range(0, fours, 4):
+        begin, end = spans[k : k + 4, 0].max(), spans[k : k + 4, 1].min()
+        end = max(begin, end)
+        a, b, c, d = spans[k, 2], spans[k + 1, 2], spans[k + 2, 2], spans[k + 3, 2]
+        for x in range(np.uint64(begin), np.uint64(end)):
+            sums[x] += (
+                values[np.uint64(a) + x] + values[np.uint64(b) + x]
+                + values[np.uint64(c) + x] + values[np.uint64(d) + x]
+            )  # fmt: skip
+        for m in range(k, k + 4):
+            _add_span(sums, values, spans[m, 0], min(begin, spans[m, 1]), spans[m, 2])
+            _add_span(sums, values, max(end, spans[m, 0]), spans[m, 1], spans[m, 2])
+    for m in range(fours, len(spans)):
+        _add_span(sums, values, spans[m, 0], spans[m, 1], spans[m, 2])
+
+
+@kernel
+def _add_span(sums, values, begin, end, source):
+    """The same of one span."""
+    for x in range(np.uint64(begin), np.uint64(max(begin, end))):
+        sums[x] += values[np.uint64(source) + x]
 
 
 @kernel
