@@ -101,11 +101,6 @@ class ParticleFilter:
         self.sensor_model = Endpoint() if sensor_model is None else sensor_model
         self.motion_model = AdaptiveOdometry() if motion_model is None else motion_model
         self.search = Correlative() if search is None else search
-        if self.search.refine.levels > 1:  # coarser fields are kept for one map only
-            raise InputError(
-                f"ParticleFilter.search must refine on the finest field alone (levels=1), "
-                f"got levels={self.search.refine.levels}"
-            )
         if watch is not None and not isinstance(self.sensor_model, Endpoint):
             raise InputError(
                 f"ParticleFilter.watch reads the map by an Endpoint, got a "
@@ -191,7 +186,7 @@ class ParticleFilter:
         self._integrate(scan, pose)
         if isinstance(self.sensor_model, Endpoint):
             self._field = self.sensor_model.of_layer(self.sensor_model.field())
-            self._field.levels = 1  # the finest
+            self._field.levels = 1  # places are refined in the finest field alone
         self._maps = [tiles.current, *(tiles.fork() for _ in range(self.particles - 1))]
         self._note(scan, np.arange(self.particles))
         self._last = Estimate(pose, np.zeros((3, 3)), 0.0, True)

@@ -20,9 +20,9 @@ EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
 LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
-FEW = 8  # squares in a row, at least, that are added up
+FEW = 8  # squares of a row that are added up at once, in windows at most so wide
 U_0, U_1, U_2, U_3, U_4, U_5, U_6, U_7 = [np.uint64(k) for k in range(8)]
-U_FEW = np.uint64(FEW)  # unsigned: numba checks no index for its sign
+U_FEW = np.uint64(FEW)  # unsigned: numba need not check the sign
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -172,8 +172,8 @@ def runs_of(standing, middle, window):
 def bounds_of(phases, beams, runs, n, window, unknown):
     """(turns, n) uint16 the sums of the maxima over the n squares of `runs`.
 
-    Those of a turn are added up in a whole window, long rows all at once: they are as long as those
-    of the maxima then, beside which there are zeros.
+    Those of a turn are added up in a whole window: rows of up to FEW squares by FEW at once, long
+    rows all at once: they are as long as those of the maxima then, beside which there are zeros.
     """
     rows, cols, box, _ = beams
     _, _, tall, broad = phases.shape

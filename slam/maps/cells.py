@@ -13,7 +13,7 @@ from slam.maps.tiles import MASK, SHIFT, Tiles
 from slam.scan import Scan
 from slam.validation import positive_number
 
-U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # unsigned: numba checks no index for its sign
+U_MASK, U_SHIFT = np.uint64(MASK), np.uint64(SHIFT)  # unsigned: numba need not check the sign
 
 
 class Cells:

@@ -24,7 +24,7 @@ FREE, HIT = np.uint8(1), np.uint8(2)
 WORD = 1 << 3  # marks that are tested at once
 ALL_HIT = np.uint64(0x0202020202020202)  # a word of cells that are all HIT
 U_WORDS = np.uint64(TILE // WORD)  # in a row of a tile
-U_1, U_3 = np.uint64(1), np.uint64(3)  # unsigned: numba checks no index for its sign
+U_1, U_3 = np.uint64(1), np.uint64(3)  # unsigned: numba need not check the sign
 
 
 class ObservedCells(NamedTuple):

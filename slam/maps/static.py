@@ -56,7 +56,7 @@ def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidenc
     one = np.float32(1.0)
     changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
-        i = np.uint64(cells[k])  # numba checks no index for its sign
+        i = np.uint64(cells[k])  # unsigned: numba need not check the sign
         sum_ = log_odds[i] + (hit_evidence if hit[k] else free_evidence)
         log_odds[i] = min(max(sum_, -limit), limit)
         if hit[k] or log_odds[i] > NO_DOUBT:

@@ -111,10 +111,6 @@ class Prediction:
         """(n,) log p(s | u, s') of poses (n, 3), up to a constant."""
         return log_density(poses, *self.gaussian)
 
-    def covariance(self) -> Array:
-        """(3, 3) covariance of the predicted pose by the odometry's errors alone, world."""
-        return odometry_covariance(*self.gaussian)
-
     def slope(self, pose: Pose2) -> tuple[float, Array, Array]:
         """Value, gradient (3,) and (Gauss-Newton) curvature (3, 3) of the log density."""
         gradient, curvature = np.zeros(3), np.zeros((3, 3))
@@ -177,7 +173,8 @@ def log_density(poses, centre, moved, deviations):
 
 @kernel
 def odometry_covariance(centre, moved, deviations):
-    """See `Prediction.covariance`; the rest is `Prediction.gaussian`."""
+    """(3, 3) covariance of the predicted pose by the odometry's errors alone, world, of a
+    prediction that is `Prediction.gaussian`."""
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y = -0.5 * moved[1], 0.5 * moved[0]  # derivative by the heading's error
     J = np.array([[c, -s, c * x - s * y], [s, c, s * x + c * y], [0.0, 0.0, 1.0]])

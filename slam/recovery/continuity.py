@@ -29,7 +29,7 @@ FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 
 
 class Sight(NamedTuple):
-    """What a scan saw; poses are those of the sensor.
+    """What a scan saw.
 
     pieces  (n, 2) m, the surfaces, in the robot's frame: see `Scan.pieces`
     angles  (beams,) rad, ascending

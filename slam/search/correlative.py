@@ -54,7 +54,8 @@ class Correlative:
         ))  # fmt: skip
 
     def best(self, posterior: Posterior) -> Pose2:
-        """The candidate with the largest posterior; the first of equal ones."""
+        """The candidate with the largest posterior, the first of equal ones; in the field of an
+        `Endpoint` as of `candidates.likeliest`."""
         model, prediction = posterior.sensor_model, posterior.prediction
         if not isinstance(model, Endpoint):
             errors, _ = _candidates(prediction.deviations, *self._spacing)

@@ -24,7 +24,7 @@ class DirtyBlocks:
     def add(self, blocks: np.ndarray) -> None:
         """Add blocks (n, 2) of the current map, by row and column in `Tiles.index`, in blocks."""
         _mark(blocks, self._tiles.index, self._marked.values)
-        self._any = True
+        self._any = self._any or len(blocks) > 0
 
     def pop(self) -> np.ndarray:
         """(n,) the id of the first cell of each of them; the set is empty afterwards."""

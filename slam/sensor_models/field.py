@@ -17,16 +17,16 @@ H_MIN, H_MAX = 5, 250  # of 255: h is clipped to these, about 0.02 and 0.98
 MIN_CENTROID_CHANGE = 12  # 1/256 of a cell; smaller changes of a centroid are ignored
 MIN_H_CHANGE = 6  # of 255; smaller changes of h are ignored, except at the limits
 NO_CENTROIDS = np.uint64(0x8080808080808080)  # the same of four cells
-U_0, U_1, U_TILE = np.uint64(0), np.uint64(1), np.uint64(TILE)  # unsigned: numba checks no index
-U_2 = np.uint64(2)
-U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)  # for its sign
+U_0, U_1, U_2 = np.uint64(0), np.uint64(1), np.uint64(2)  # unsigned: numba need not check the sign
+U_MASK, U_SHIFT, U_BLOCK = np.uint64(MASK), np.uint64(SHIFT), np.uint64(BLOCK)
+U_TILE = np.uint64(TILE)
 NEAR_UNKNOWN = np.float32(0.003)  # nats: the field is tabulated
 BESIDE = 0.15  # m, from unknown ground, see `raise_known`
 KNOWN, EXPLAINED = 1, 2  # of an echo, see `raise_known`
 HALF, ONE, TWO = np.float32(0.5), np.float32(1.0), np.float32(2.0)
 PART = 64  # points whose slopes are computed together
 U_PART = np.uint64(PART)
-AT = tuple(np.uint64(PART * row) for row in range(13))  # where rows of numbers of points begin
+ROW = tuple(np.uint64(PART * row) for row in range(13))  # where each row of PART numbers begins
 
 
 @kernel
@@ -308,19 +308,19 @@ def slope(robot_x, robot_y, theta, points, index, field, origin, resolution, lev
         for k in range(end):
             x, y = points[np.uint64(begin) + k, U_0], points[np.uint64(begin) + k, U_1]
             wx, wy = c * x - s * y, s * x + c * y
-            terms[AT[9] + k], terms[AT[10] + k] = wx, wy
-            terms[AT[11] + k], terms[AT[12] + k] = x0 + wx * scale, y0 + wy * scale
+            terms[ROW[9] + k], terms[ROW[10] + k] = wx, wy
+            terms[ROW[11] + k], terms[ROW[12] + k] = x0 + wx * scale, y0 + wy * scale
         missing = _sample(samples, terms, end, index, field, SHIFT - level)
         _expand(samples, terms, end, scale)
         for k in missing:
-            samples[AT[11] + k] = field[0, 0]
+            samples[ROW[11] + k] = field[0, 0]
             for row in range(9):
                 terms[np.uint64(row) * U_PART + k] = 0.0
         for k in range(end):
-            value += samples[AT[11] + k]
-            gx, gy, gt = gx + terms[k], gy + terms[AT[1] + k], gt + terms[AT[2] + k]
-            xx, xy, yy = xx + terms[AT[3] + k], xy + terms[AT[4] + k], yy + terms[AT[5] + k]
-            xt, yt, tt = xt + terms[AT[6] + k], yt + terms[AT[7] + k], tt + terms[AT[8] + k]
+            value += samples[ROW[11] + k]
+            gx, gy, gt = gx + terms[k], gy + terms[ROW[1] + k], gt + terms[ROW[2] + k]
+            xx, xy, yy = xx + terms[ROW[3] + k], xy + terms[ROW[4] + k], yy + terms[ROW[5] + k]
+            xt, yt, tt = xt + terms[ROW[6] + k], yt + terms[ROW[7] + k], tt + terms[ROW[8] + k]
     g = np.array([beta * gx, beta * gy, beta * gt])
     H = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
     return beta * value, g, beta * H
@@ -338,23 +338,23 @@ def _sample(samples, terms, end, index, field, shift):
     rows, cols = (index.shape[0] << shift) - 1.0, (index.shape[1] << shift) - 1.0
     cells, missing, n = field.ravel(), np.empty(PART, np.uint64), 0
     for k in range(end):
-        x, y = terms[AT[11] + k], terms[AT[12] + k]
+        x, y = terms[ROW[11] + k], terms[ROW[12] + k]
         if not (x >= 1.0 and y >= 1.0 and x < cols and y < rows):
             missing[n] = k
             n += 1
             continue
         i, j = np.int64(y), np.int64(x)
-        samples[AT[9] + k], samples[AT[10] + k] = np.float32(x - j), np.float32(y - i)
+        samples[ROW[9] + k], samples[ROW[10] + k] = np.float32(x - j), np.float32(y - i)
         row, col = i & mask, j & mask
         if 0 < row < mask and 0 < col < mask:
             slot = np.uint64(index[np.uint64(i >> shift), np.uint64(j >> shift)])
             a = (slot * side + np.uint64(row)) * side + np.uint64(col)
             b, c = a - side, a + side
-            samples[k], samples[AT[1] + k], samples[AT[2] + k] = (
+            samples[k], samples[ROW[1] + k], samples[ROW[2] + k] = (
                 cells[b - U_1], cells[b], cells[b + U_1])  # fmt: skip
-            samples[AT[3] + k], samples[AT[4] + k], samples[AT[5] + k] = (
+            samples[ROW[3] + k], samples[ROW[4] + k], samples[ROW[5] + k] = (
                 cells[a - U_1], cells[a], cells[a + U_1])  # fmt: skip
-            samples[AT[6] + k], samples[AT[7] + k], samples[AT[8] + k] = (
+            samples[ROW[6] + k], samples[ROW[7] + k], samples[ROW[8] + k] = (
                 cells[c - U_1], cells[c], cells[c + U_1])  # fmt: skip
         else:
             for m in range(9):
@@ -374,10 +374,10 @@ def _expand(samples, terms, end, scale):
     """
     square = scale * scale
     for k in range(end):
-        t00, t01, t02 = samples[k], samples[AT[1] + k], samples[AT[2] + k]
-        t10, t11, t12 = samples[AT[3] + k], samples[AT[4] + k], samples[AT[5] + k]
-        t20, t21, t22 = samples[AT[6] + k], samples[AT[7] + k], samples[AT[8] + k]
-        fx, fy = samples[AT[9] + k], samples[AT[10] + k]
+        t00, t01, t02 = samples[k], samples[ROW[1] + k], samples[ROW[2] + k]
+        t10, t11, t12 = samples[ROW[3] + k], samples[ROW[4] + k], samples[ROW[5] + k]
+        t20, t21, t22 = samples[ROW[6] + k], samples[ROW[7] + k], samples[ROW[8] + k]
+        fx, fy = samples[ROW[9] + k], samples[ROW[10] + k]
         u2, v2 = HALF * fx * fx, HALF * fy * fy
         u0, v0 = HALF - fx + u2, HALF - fy + v2
         u1, v1 = ONE - u0 - u2, ONE - v0 - v2
@@ -389,7 +389,7 @@ def _expand(samples, terms, end, scale):
         d0 = p0 * t00 + p1 * t01 + p2 * t02
         d1 = p0 * t10 + p1 * t11 + p2 * t12
         d2 = p0 * t20 + p1 * t21 + p2 * t22
-        samples[AT[11] + k] = v0 * m0 + v1 * m1 + v2 * m2
+        samples[ROW[11] + k] = v0 * m0 + v1 * m1 + v2 * m2
         dx, dy = (v0 * d0 + v1 * d1 + v2 * d2) * scale, (q0 * m0 + q1 * m1 + q2 * m2) * scale
         dxx = (
             v0 * (t00 - TWO * t01 + t02)
@@ -405,8 +405,8 @@ def _expand(samples, terms, end, scale):
         negative = high <= 0.0
         xx, xy, yy = share * (dxx - high), share * dxy, share * (dyy - high)
         xx, xy, yy = dxx if negative else xx, dxy if negative else xy, dyy if negative else yy
-        wx, wy = terms[AT[9] + k], terms[AT[10] + k]
-        terms[k], terms[AT[1] + k], terms[AT[2] + k] = dx, dy, wx * dy - wy * dx
-        terms[AT[3] + k], terms[AT[4] + k], terms[AT[5] + k] = xx, xy, yy
-        terms[AT[6] + k], terms[AT[7] + k] = wx * xy - wy * xx, wx * yy - wy * xy
-        terms[AT[8] + k] = wx * wx * yy - 2.0 * wx * wy * xy + wy * wy * xx
+        wx, wy = terms[ROW[9] + k], terms[ROW[10] + k]
+        terms[k], terms[ROW[1] + k], terms[ROW[2] + k] = dx, dy, wx * dy - wy * dx
+        terms[ROW[3] + k], terms[ROW[4] + k], terms[ROW[5] + k] = xx, xy, yy
+        terms[ROW[6] + k], terms[ROW[7] + k] = wx * xy - wy * xx, wx * yy - wy * xy
+        terms[ROW[8] + k] = wx * wx * yy - 2.0 * wx * wy * xy + wy * wy * xx

@@ -1,4 +1,4 @@
-"""Coarser likelihood fields, computed on demand."""
+"""Coarser likelihood fields, and the maxima of a field over squares, computed on demand."""
 
 from __future__ import annotations
 
@@ -50,13 +50,14 @@ class Pyramid:
 
 def scale_of(low: float, top: float) -> tuple[np.float32, np.float32]:
     """The last arguments of `in_units`, by the least and the largest value of a field."""
-    return np.float32(low), np.float32(MAX_UNITS / (top - low))
+    return np.float32(low), np.float32(MAX_UNITS / (top - low) if top > low else 0.0)
 
 
 @kernel
 def in_units(value, low, scale):
     """A value of a field in units of its span, rounded up."""
-    return np.uint8(min(np.ceil((value - low) * scale), np.float32(MAX_UNITS)))
+    units = np.ceil((value - low) * scale)
+    return np.uint8(min(max(units, np.float32(0.0)), np.float32(MAX_UNITS)))
 
 
 @kernel

@@ -14,7 +14,7 @@ from slam.geometry import Pose2, between, wrap_angle
 from slam.interface import MapModel, Slope
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.motion.gaussian import GaussianMotion, Prediction
+from slam.motion.gaussian import GaussianMotion, Prediction, odometry_covariance
 from slam.motion.threshold import MotionThreshold
 from slam.recovery.watch import Watch
 from slam.sensor_models.endpoint import Endpoint
@@ -169,7 +169,8 @@ def test_between_matches_the_odometry_leads_and_doubt_grows() -> None:
         assert estimate.pose == pytest.approx(pose)
         assert (np.diag(estimate.covariance) > before).all()
         before = np.diag(estimate.covariance)
-        expected = Prediction(Pose2(), pose, model.deviations(pose)).covariance()
+        predicted = Prediction(Pose2(), pose, model.deviations(pose))
+        expected = odometry_covariance(*predicted.gaussian)
         np.testing.assert_allclose(estimate.covariance, expected)
 
 
@@ -293,7 +294,8 @@ def test_doubt_after_a_match_is_the_matchs_and_the_odometrys() -> None:
     assert (match.matched, after.matched) == (True, False)
     assert match.covariance[0, 0] > 0
     way = after.pose.x - match.pose.x, after.pose.y - match.pose.y
-    added = Prediction(match.pose, Pose2(0.2), model.deviations(Pose2(0.2))).covariance()
+    predicted = Prediction(match.pose, Pose2(0.2), model.deviations(Pose2(0.2)))
+    added = odometry_covariance(*predicted.gaussian)
     np.testing.assert_allclose(after.covariance, carried(match.covariance, *way) + added)
     assert after.score == match.score < 0
 

@@ -113,9 +113,25 @@ def test_the_books_of_the_tiles_are_right_after_every_update(case: str) -> None:
         assert len({id(branch) for branch in robot._maps}) == robot.particles
 
 
-def test_coarser_fields_which_are_of_one_map_alone_are_refused() -> None:
-    with pytest.raises(InputError, match="levels=2"):
-        ParticleFilter(search=Correlative(refine=GaussNewton(levels=2)))
+def test_coarser_fields_are_those_of_each_particles_map() -> None:
+    episode = room_drive(40)
+    search = Correlative(refine=GaussNewton(levels=2))
+    robot = ParticleFilter(
+        Pose2.of(truth_of(episode)[0]), search=search, keyframes=OFTEN, particles=5
+    )
+    for given in paired(episode):
+        robot.update(*given)
+        read = robot._field, robot.sensor_model
+        assert all(len(one.maxima.values) for one in read)  # from now on they are kept
+    tiles = robot.map_model.cells.tiles
+    for branch in robot._maps:
+        tiles.switch(branch)
+        fresh = robot.sensor_model.of_layer(robot.sensor_model.field())
+        for one in read:
+            used = branch.slots
+            np.testing.assert_array_equal(one.maxima.values[used], fresh.maxima.values[used])
+            half, same = one.field(1).values[used], fresh.field(1).values[used]
+            np.testing.assert_array_equal(half, same)
 
 
 # -- what is said, and what is believed later --------------------------------------------------

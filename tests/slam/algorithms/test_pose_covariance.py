@@ -6,7 +6,7 @@ from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.algorithms.pose_covariance import MapUncertainty, carried, fused, of_motion
 from slam.geometry import Pose2, turned
 from slam.maps.tiles import AREA, Tiles
-from slam.motion.gaussian import Prediction
+from slam.motion.gaussian import Prediction, odometry_covariance
 from slam.scan import Scan
 
 SOME = np.diag([0.01, 0.02, 0.001])
@@ -26,14 +26,15 @@ def test_a_lever_turns_an_error_of_the_heading_into_one_of_the_place() -> None:
 
 def test_errors_of_the_odometry_are_added() -> None:
     prediction = Prediction(Pose2(1.0, 2.0, 0.5), Pose2(0.3, 0.0, 0.1), np.array([0.1, 0.2, 0.3]))
-    added = carried(SOME, prediction) - carried(SOME, exact(*prediction.step))
-    np.testing.assert_allclose(added, prediction.covariance(), atol=1e-12)
+    moved = exact(0.3 * math.cos(0.5), 0.3 * math.sin(0.5))
+    added = carried(SOME, prediction) - carried(SOME, moved)
+    np.testing.assert_allclose(added, odometry_covariance(*prediction.gaussian), atol=1e-12)
 
 
 def test_a_motion_is_seen_from_its_begin() -> None:
     prediction = Prediction(Pose2(1.0, 2.0, 0.5), Pose2(0.3, 0.0, 0.1), np.array([0.1, 0.2, 0.3]))
     information, turn = np.diag([400.0, 100.0, 5000.0]), turned(-0.5)
-    world = np.linalg.inv(np.linalg.inv(prediction.covariance()) + information)
+    world = np.linalg.inv(np.linalg.inv(odometry_covariance(*prediction.gaussian)) + information)
     found = of_motion(prediction, information, 0.5)
     np.testing.assert_allclose(found, turn @ world @ turn.T)
 

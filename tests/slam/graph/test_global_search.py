@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.branch_and_bound import LONG_ROW, MAX_UNITS, SQUARE, _keep, bounds_of, runs_of
+from slam.graph.branch_and_bound import FEW, LONG_ROW, SQUARE, _keep, bounds_of, runs_of
 from slam.graph.global_search import (
     ANYWHERE,
     CANDIDATE_CELL,
@@ -18,6 +18,7 @@ from slam.graph.global_search import (
 from slam.maps.static import Static
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
+from slam.sensor_models.pyramid import MAX_UNITS
 from tests.slam.worlds import loop, scan_at
 
 seeds = st.integers(0, 2**32 - 1)
@@ -175,8 +176,8 @@ def test_no_candidate_is_below_the_least() -> None:
 
 
 @pytest.mark.parametrize("row", range(-5, 6))
-@pytest.mark.parametrize("col", range(-12, 13, 3))
-@pytest.mark.parametrize("wide", [6, LONG_ROW - 1, LONG_ROW, 40])
+@pytest.mark.parametrize("col", range(-12, 13))
+@pytest.mark.parametrize("wide", [6, FEW, FEW + 1, LONG_ROW - 1, LONG_ROW, 40])
 @pytest.mark.parametrize("broad", [4, 60])
 def test_of_points_beside_the_map_nothing_is_added(
     row: int, col: int, wide: int, broad: int
@@ -195,7 +196,7 @@ def test_of_points_beside_the_map_nothing_is_added(
     np.testing.assert_array_equal(found[0], expected.ravel())
 
 
-@pytest.mark.parametrize("wide", [6, LONG_ROW, 40])
+@pytest.mark.parametrize("wide", [6, FEW, FEW + 1, LONG_ROW, 40])
 def test_bounds_are_sums_over_all_points_at_each_turn(wide: int) -> None:
     rng, tall, broad, high = np.random.default_rng(wide), 20, 30, 7
     phases = rng.integers(0, 255, (SQUARE, SQUARE, tall, broad)).astype(np.uint16)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, wrap_angle
-from slam.motion.gaussian import GaussianMotion, Prediction
+from slam.motion.gaussian import GaussianMotion, Prediction, odometry_covariance
 
 # -- how far the odometry may be off -----------------------------------------------------------
 
@@ -168,7 +168,7 @@ def test_covariance_is_that_of_the_poses_that_small_errors_lead_to(displacement:
     prediction = Prediction(Pose2(1, 2, 0.5), displacement, width)
     errors = np.random.default_rng(0).normal(size=(200_000, 3)) * width
     poses = prediction.poses(errors)
-    found = prediction.covariance()
+    found = odometry_covariance(*prediction.gaussian)
     np.testing.assert_allclose(np.cov(poses.T), found, rtol=0.02, atol=3e-8)
     np.testing.assert_allclose(
         np.linalg.inv(-prediction.slope(prediction.pose)[2]), found, atol=1e-12

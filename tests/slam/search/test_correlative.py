@@ -1,4 +1,4 @@
-"""The correlative search finds the best candidate to the bit."""
+"""The correlative search finds the best candidate, or one about as good."""
 
 import math
 

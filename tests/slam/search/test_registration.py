@@ -74,6 +74,19 @@ def test_each_echo_is_compared_with_what_the_plain_search_finds(room) -> None:
         assert {0.0, PLANE, SPOT} >= set(pairs[:, 0].tolist()) >= {PLANE}
 
 
+def test_surfaces_beyond_the_border_of_a_tile_are_compared_too() -> None:
+    side = 3.2  # of a tile: each wall lies on the border of two
+    walls = np.array([[-side, -side, side, -side], [side, -side, side, side],
+                      [side, side, -side, side], [-side, side, -side, -side]])  # fmt: skip
+    grid, surfaces, _ = drawn(loop(9), walls=walls, noise=0.02)
+    for pose in (Pose2(0.01, 0.02, 0.3), Pose2(-0.02, -0.01, 2.0)):
+        seen = outline(scan_at(pose, walls=walls).points)
+        pairs = Registration().pairs(seen, surfaces, grid.cells, pose)
+        expected = naive.pairs(seen, surfaces, grid.cells, pose, EchoModel())
+        np.testing.assert_allclose(pairs, expected, atol=1e-9)
+        assert (pairs[:, 0] == PLANE).mean() > 0.5
+
+
 def test_a_step_climbs_the_likelihood_of_the_pairs(room) -> None:
     """The information is the curvature of the mixture where echoes lie on their surfaces, and the
     pose where the gradient of the plain likelihood is zero."""

@@ -122,11 +122,13 @@ def test_an_echo_far_out_is_looked_around_within_what_the_map_spans() -> None:
         assert_up_to_date(grid, endpoint)
 
 
-def test_coarser_fields_of_maps_that_share_tiles_are_up_to_date() -> None:
+@pytest.mark.parametrize("kept_before", [True, False])
+def test_coarser_fields_of_maps_that_share_tiles_are_up_to_date(kept_before: bool) -> None:
     grid, endpoint = mapped(Static(), Endpoint())
     tiles = grid.cells.tiles
     maps = [tiles.current, tiles.fork(), tiles.fork()]
-    assert_up_to_date(grid, endpoint)  # from now on coarser fields are kept
+    if kept_before:  # else coarser fields are kept from the first check on
+        assert_up_to_date(grid, endpoint)
     for again in range(2):
         for k, one in enumerate(maps):
             tiles.switch(one)
@@ -181,3 +183,11 @@ def test_another_map_begins_anew() -> None:
     poses = np.zeros((1, 3))
     scan = scan_at(Pose2(), angles=FAN)
     assert endpoint.log_likelihood(scan, poses) == alone.log_likelihood(scan, poses)
+
+
+def test_a_field_without_a_span_has_no_units() -> None:
+    """What an echo is worth where the map explains as much as nothing: 1 is lost beside 1e20."""
+    _, endpoint = mapped(Static(), Endpoint(z_hit=0.9, z_rand=1e20))
+    assert endpoint.top == endpoint.nothing
+    assert endpoint.field(1).values.size
+    assert not endpoint.maxima.values.any()
