@@ -89,10 +89,12 @@ def make(name: str, env: Env, seed: int = 0) -> Driver:
 
 
 def check(name: str) -> None:
-    """Check a name as `make` does, without an environment: raises InputError for an unknown name or
-    a wrong file."""
+    """Check a name as `make` does, without an environment: raises InputError for an unknown name, a
+    wrong file, or a trained agent without what it needs."""
     path = Path(name)
-    if name not in names() and not names_object(name) and path.is_file():
+    if name in names() and builder_of(name) is _ppo:
+        _training()
+    elif name not in names() and not names_object(name) and path.is_file():
         if path.suffix == WEIGHTS_SUFFIX:
             _learned().load_network(path)
         else:

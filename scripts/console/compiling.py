@@ -9,7 +9,7 @@ from typing import Any
 
 from numba.core.event import Listener, install_listener
 
-NOTE = "compiling kernels, which happens once after an installation: one to two minutes in all ..."
+NOTE = "compiling kernels that were not needed before: one to two minutes if it is all of them ..."
 
 
 class _Teller(Listener):

@@ -9,6 +9,7 @@ import tyro
 
 from slam.errors import InputError
 
+from ..console.output import output_directory
 from .source import RecordingSource
 
 
@@ -22,7 +23,7 @@ class ConvertCommand(RecordingSource):
     """
 
     to: tyro.conf.Positional[Path]
-    """File to write."""
+    """File to write; its folder is made."""
     force: bool = False
     """Overwrite an existing file."""
 
@@ -34,6 +35,7 @@ class ConvertCommand(RecordingSource):
         check_ending(self.to)
         if self.to.exists() and not self.force:
             raise InputError(f"{self.to}: is there already; --force writes over it")
+        output_directory(self.to.parent)
         episode = merged([log.episode for log in self.read_lasers()])
         write_log(episode, self.to)
         print(f"{self.to}: {len(episode.scans)} scans")

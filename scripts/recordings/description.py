@@ -26,6 +26,7 @@ KINDS = {
 }  # fmt: skip
 MAX_TOPICS = 40  # maximum number listed
 LONG_GAP = 5.0  # s without a scan, from which on it is mentioned
+SAME_RATE = 0.1  # share by which the mean rate of the scans may differ from the usual one
 LISTED_JUMPS = 3  # of the odometry, the first ones
 
 
@@ -161,9 +162,19 @@ def _jumps_in_words(found: list[dict[str, float]]) -> str:
     return f"jumps, or scans are missing, {times}: {'; '.join(listed + more)}"
 
 
+def _rate(laser: dict[str, Any]) -> str:
+    """How many scans there are a second, on average, and mostly if that differs."""
+    mostly, seconds = laser["scans_per_s"], laser["seconds"]
+    if not mostly or seconds <= 0.0:
+        return ""
+    mean = (laser["scans"] - 1) / seconds
+    if abs(mean - mostly) <= SAME_RATE * mostly:
+        return f", {mostly:.1f} a second"
+    return f", {mean:.1f} a second, mostly {mostly:.1f}"
+
+
 def _laser_lines(laser: dict[str, Any]) -> Iterable[tuple[str, str]]:
-    rate = f", {laser['scans_per_s']:.1f} a second" if laser["scans_per_s"] else ""
-    yield "scans", f"{laser['scans']} in {laser['seconds']:.1f} s{rate}"
+    yield "scans", f"{laser['scans']} in {laser['seconds']:.1f} s{_rate(laser)}"
     low, high = laser["range_m"]
     beams = " to ".join(map(str, laser["beams"]))
     yield (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -16,11 +17,12 @@ from slam.benchmark.keyframes import Filled, anchored, filled
 from slam.benchmark.results import Result
 from slam.benchmark.run import Run, run, true_start
 from slam.episode import Episode, Truth
+from slam.errors import InputError
 from slam.geometry import Array
 from slam.interface import Slam
 from slam.maps.static import Static
 
-from ..outside.adapter import Adapter
+from ..outside.adapter import PREFIX, Adapter
 from ..outside.program import Spent, run_programs
 from ..outside.result_file import read_result
 from .episode_formats import FOR_PROGRAMS
@@ -124,15 +126,23 @@ def _places(adapter: Adapter) -> dict[str, object]:
 
 @cache
 def _version_of(words: tuple[str, ...]) -> str:
-    try:
-        found = subprocess.run(words, capture_output=True, text=True, timeout=VERSION_TIME)
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
+    found = subprocess.run(words, capture_output=True, text=True, timeout=VERSION_TIME, check=True)
     return next(iter(found.stdout.strip().splitlines()), "")
 
 
 def told_version(adapter: Adapter) -> str:
-    """The version that the program tells of itself; empty if it tells none."""
+    """The version that the program tells of itself; empty if the adapter has no command for it.
+
+    Raises InputError where that command fails: the program is not installed.
+    """
     if not adapter.version:
         return ""
-    return _version_of(tuple(adapter.words(adapter.version, _places(adapter))))
+    words = tuple(adapter.words(adapter.version, _places(adapter)))
+    try:
+        return _version_of(words)
+    except (OSError, subprocess.SubprocessError) as error:
+        said = getattr(error, "stderr", None) or str(error)
+        raise InputError(
+            f"{PREFIX}{adapter.name}: {shlex.join(words)} fails ({said.strip().splitlines()[-1]}); "
+            f"is the program installed where the adapter looks for it?"
+        ) from None

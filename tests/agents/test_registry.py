@@ -178,3 +178,11 @@ def test_ppo_is_the_trained_policy_of_each_patrol() -> None:
         assert env.action_space.contains(np.asarray(action, np.float32))
         made.append(type(agent).__name__)
     assert made == ["Trained", "GoalAgent"]
+
+
+def test_a_trained_agent_without_torch_is_refused_before_it_is_driven(monkeypatch) -> None:
+    registry.check("ppo")
+    monkeypatch.setitem(sys.modules, "agents.trained", None)  # as an import that fails
+    with pytest.raises(InputError, match=r"install dynslam\[train\]"):
+        registry.check("ppo")
+    registry.check("greedy")

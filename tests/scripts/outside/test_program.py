@@ -7,7 +7,9 @@ import sys
 import time
 
 import pytest
+from dynslam_cli.outside.adapter import read_adapter
 from dynslam_cli.outside.program import ProgramError, run_programs
+from dynslam_cli.trials.outside_trial import told_version
 
 from slam.errors import InputError
 
@@ -80,3 +82,10 @@ def test_what_it_leaves_running_is_ended_with_it(tmp_path):
 def test_one_that_is_not_there_is_told(tmp_path):
     with pytest.raises(InputError, match="no-such-slam: cannot be started"):
         run_programs([["no-such-slam"]], tmp_path, 2, 200)
+
+
+def test_a_program_that_is_not_installed_is_told_before_it_is_run(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('commands = ["true"]\nversion = "{python} -c \'import not_there\'"\n')
+    with pytest.raises(InputError, match=r"outside:mine: .*No module named 'not_there'"):
+        told_version(read_adapter(path))

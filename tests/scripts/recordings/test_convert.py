@@ -183,3 +183,16 @@ def test_a_format_of_ones_own_is_known_to_the_commands(
     assert len(read_log(tmp_path / "a.npz").episode.scans) == len(short_episode.scans)
     assert main.status(["run", str(path), "--slam", "odometry", "--out", str(tmp_path / "o")]) == 0
     assert [case.condition for case in logs(tmp_path).cases] == [{"log": "a"}, {"log": "a.own"}]
+
+
+def test_scans_that_come_in_bursts_have_two_rates(shared_data: Path, capsys):
+    assert main.status(["info", str(shared_data / "aces.log.gz")]) == 0
+    assert "440 in 1318.1 s, 0.3 a second, mostly 0.5" in capsys.readouterr().out
+
+
+def test_the_folder_of_a_converted_recording_is_made(log: Path, tmp_path: Path, capsys):
+    to = tmp_path / "logs" / "drive.npz"
+    assert main.status(["convert", str(log), str(to)]) == 0
+    assert to.is_file()
+    assert main.status(["convert", str(log), str(log / "drive.npz")]) == 2
+    assert "it is a file" in capsys.readouterr().err

@@ -19,6 +19,7 @@ from slam.scan import Scan
 from slam.search.correlative import Correlative
 from slam.search.gauss_newton import GaussNewton
 from slam.sensor_models.beam import Beam
+from slam.sensor_models.endpoint import Endpoint
 from tests.slam.maps.test_shared_tiles import assert_in_order
 from tests.slam.rings import drive, off
 from tests.slam.worlds import FAN, MAX_RANGE, loop, scan_at
@@ -119,15 +120,16 @@ def test_coarser_fields_are_those_of_each_particles_map() -> None:
     robot = ParticleFilter(
         Pose2.of(truth_of(episode)[0]), search=search, keyframes=OFTEN, particles=5
     )
+    assert isinstance(robot.sensor_model, Endpoint)
     for given in paired(episode):
         robot.update(*given)
-        read = robot._field, robot.sensor_model
-        assert all(len(one.maxima.values) for one in read)  # from now on they are kept
+        for one in (robot._field, robot.sensor_model):
+            assert len(one.maxima.values)  # from now on they are kept
     tiles = robot.map_model.cells.tiles
     for branch in robot._maps:
         tiles.switch(branch)
         fresh = robot.sensor_model.of_layer(robot.sensor_model.field())
-        for one in read:
+        for one in (robot._field, robot.sensor_model):
             used = branch.slots
             np.testing.assert_array_equal(one.maxima.values[used], fresh.maxima.values[used])
             half, same = one.field(1).values[used], fresh.field(1).values[used]
