@@ -48,6 +48,7 @@ def best_candidates(
     kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
     rows, cols, box, places = beams
     flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
+    up = np.uint64(pitch)
     for first in (True, False):  # the most promising square, then those that may be better
         worst = values.min()
         nodes = _first_largest(flat) if first else _above(flat, worst)
@@ -59,11 +60,14 @@ def best_candidates(
             inside = box[t, 0] + i >= 0 and box[t, 1] + i + SQUARE <= len(words)
             if inside and box[t, 2] + j >= -MARGIN and box[t, 3] + j < pitch - MARGIN:
                 shift = i * pitch + j
-                for a in range(SQUARE):  # in this loop: calls count references to arrays
-                    total = np.uint64(0)
-                    for k in range(places.shape[1]):
-                        total += cells[np.uint64(places[t, k] + shift)]
-                    sums[a], shift = total, shift + pitch
+                a = b = c = d = np.uint64(0)
+                for k in range(places.shape[1]):  # here: calls count references to arrays
+                    place = np.uint64(places[t, k] + shift)
+                    a += cells[place]
+                    b += cells[place + up]
+                    c += cells[place + U_2 * up]
+                    d += cells[place + U_3 * up]
+                sums[0], sums[1], sums[2], sums[3] = a, b, c, d
             else:
                 _add_up(words, unknown, rows[t] + i, cols[t] + j + MARGIN, sums)
             if _largest(sums[0], sums[1], sums[2], sums[3]) > worst:
