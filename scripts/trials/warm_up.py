@@ -65,7 +65,8 @@ class CompileLoopSearch:
 
 @dataclass(frozen=True)
 class Room(Source):
-    """A drive of SCANS scans in an empty room, ahead and then turning, without the simulator."""
+    """A drive of SCANS scans in an empty room, without the simulator: ahead and then turning, after
+    the robot stood for a scan, which no SLAM matches."""
 
     seed: int = 0
 
@@ -77,7 +78,9 @@ class Room(Source):
         """Compute the scans."""
         times = 0.1 * np.arange(float(SCANS))
         ahead = np.arange(SCANS) < SCANS / 2
-        x, theta = np.cumsum(np.where(ahead, STEP, 0.0)), np.cumsum(np.where(ahead, 0.0, TURN))
+        moves = np.arange(SCANS) != 1
+        x = np.cumsum(np.where(ahead & moves, STEP, 0.0))
+        theta = np.cumsum(np.where(ahead, 0.0, TURN))
         poses = np.column_stack([x, 0 * x, theta])
         scans = tuple(_scan(*pose) for pose in np.column_stack([x, theta, times]).tolist())
         return Episode(scans, Trajectory(times, poses))
