@@ -1,4 +1,4 @@
-"""Tell that kernels are compiled, which happens in the first run after an installation."""
+"""Tell that kernels are compiled: those that no run since the installation has needed."""
 
 from __future__ import annotations
 

@@ -141,8 +141,8 @@ def told_version(adapter: Adapter) -> str:
     try:
         return _version_of(words)
     except (OSError, subprocess.SubprocessError) as error:
-        said = getattr(error, "stderr", None) or str(error)
+        said = str(getattr(error, "stderr", None) or "").strip() or str(error)
         raise InputError(
-            f"{PREFIX}{adapter.name}: {shlex.join(words)} fails ({said.strip().splitlines()[-1]}); "
+            f"{PREFIX}{adapter.name}: {shlex.join(words)} fails ({said.splitlines()[-1]}); "
             f"is the program installed where the adapter looks for it?"
         ) from None

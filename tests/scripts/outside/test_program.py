@@ -89,3 +89,7 @@ def test_a_program_that_is_not_installed_is_told_before_it_is_run(tmp_path):
     path.write_text('commands = ["true"]\nversion = "{python} -c \'import not_there\'"\n')
     with pytest.raises(InputError, match=r"outside:mine: .*No module named 'not_there'"):
         told_version(read_adapter(path))
+    says_nothing = "import sys; print(file=sys.stderr); exit(3)"
+    path.write_text(f'commands = ["true"]\nversion = "{{python}} -c \'{says_nothing}\'"\n')
+    with pytest.raises(InputError, match=r"outside:mine: .*exit status 3"):
+        told_version(read_adapter(path))
