@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -115,8 +116,19 @@ class MapExport:
         }
         if failed:
             summary["not_written"] = failed
+        summary["of_earlier_run"] = self._left(summary["files"])
         write_json(summary, self.out / "summary.json")
         return summary
+
+    def _left(self, written: list[str]) -> list[str]:
+        """The files of earlier runs in the folder that were not written again."""
+        try:
+            before = json.loads((self.out / "summary.json").read_text())
+            named = [*before["files"], *before.get("of_earlier_run", ())]
+        except (OSError, ValueError, LookupError, TypeError):
+            return []  # none, or not of a run
+        left = sorted({str(name) for name in named} - set(written))
+        return [name for name in left if (self.out / name).is_file()]
 
     def _session(self) -> list[str]:
         self.session.save(self.out / "session.npz")

@@ -275,6 +275,8 @@ def _print_summary(summary: dict[str, Any], out: Path) -> None:
             f"{math.degrees(summary['heading_rms']):.2f} deg, at {summary['stamps']} stamps"
         )
     print(f"written to {out}: {', '.join(summary['files'])}")
+    if summary["of_earlier_run"]:
+        print(f"of an earlier run, not written again: {', '.join(summary['of_earlier_run'])}")
 
 
 def _print_layers(summary: dict[str, Any]) -> None:

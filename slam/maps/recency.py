@@ -69,9 +69,9 @@ class Recency:
             self.log_odds.flat,
             self.last.flat,
             self.cells.occupied.flat,
-            self.evidence.hit,
-            self.evidence.free,
-            self.evidence.prior_log_odds,
+            np.float32(self.evidence.hit),
+            np.float32(self.evidence.free),
+            np.float32(self.evidence.prior_log_odds),
         )
         return observed.cells
 
@@ -83,16 +83,19 @@ def _observe(
 ):  # fmt: skip
     """Decay by the time since each cell's last observation, add the evidence, update h."""
     cells, hit = observed.cells, observed.hit
-    scales = len(rates)
-    decay, after = np.ones(scales), 0.0  # after so many s: the same for most cells of a scan
+    scales, one = len(rates), np.float32(1.0)
+    # Most cells of a scan were last observed at the same time: the decay is computed once for them.
+    decay, after = np.ones(scales, np.float32), 0.0
     for k in range(len(cells)):
         i = cells[k]
         gone = max(now - last[i], 0.0)
         last[i] = now
         if gone != after:
-            decay, after = np.exp(-gone * rates), gone
-        h = 0.0
+            for s in range(scales):
+                decay[s] = np.exp(-gone * rates[s])
+            after = gone
+        h = np.float32(0.0)
         for s in range(scales):
             log_odds[i, s] = log_odds[i, s] * decay[s] + (hit_evidence if hit[k] else free_evidence)
-            h += 1.0 / (1.0 + np.exp(-(prior + log_odds[i, s])))
+            h += one / (one + np.exp(-(prior + log_odds[i, s])))
         occupied[i] = h / scales

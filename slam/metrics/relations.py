@@ -85,7 +85,7 @@ def score_relations(
     error = between(relations.displacement[inside], found)
     translation = np.hypot(error[:, 0], error[:, 1])
     rotation = np.degrees(np.abs(error[:, 2]))
-    clear = (_clear(odometry, relations.first) & _clear(odometry, relations.second))[inside]
+    clear = (clear_at(odometry, relations.first) & clear_at(odometry, relations.second))[inside]
     return RelationScores(
         translation_mean=float(translation.mean()),
         translation_std=float(translation.std()),
@@ -98,7 +98,7 @@ def score_relations(
     )
 
 
-def _clear(odometry: Trajectory, times: Array) -> np.ndarray:
+def clear_at(odometry: Trajectory, times: Array) -> np.ndarray:
     """(n,) bool: at most one line of the odometry lies within CLEAR of each time."""
     last = np.searchsorted(odometry.times, times + CLEAR, side="right")
     return last - np.searchsorted(odometry.times, times - CLEAR) <= 1

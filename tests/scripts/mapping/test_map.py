@@ -57,6 +57,17 @@ def test_a_film_and_a_page_are_made_on_demand_only(log: Path, tmp_path: Path, ca
     assert summary["seconds_in_all"] > summary["seconds"] > 0
     told = capsys.readouterr().out
     assert f"{summary['seconds']:.1f} s, {summary['seconds_in_all']:.1f} s with all files" in told
+    assert "earlier run" not in told
+
+
+def test_files_of_an_earlier_run_are_told(log: Path, tmp_path: Path, capsys):
+    assert mapped(log, tmp_path) == 0
+    for _ in range(2):  # the second run finds them in the summary of the first
+        assert mapped(log, tmp_path, *QUICK) == 0
+        assert "of an earlier run, not written again: map.mcap, map.rrd" in capsys.readouterr().out
+    (tmp_path / "summary.json").write_text("[]")
+    assert mapped(log, tmp_path, *QUICK) == 0
+    assert json.loads((tmp_path / "summary.json").read_text())["of_earlier_run"] == []
 
 
 def test_the_files_agree(made: Path):
