@@ -269,11 +269,18 @@ class MaximumLikelihood:
         if self.watch is not None and self.watch.lost:
             self._get_lost(self.watch, estimate)
         elif self.watch is None or not self.watch.withheld:
+            self._doubt_dropped()
             for keyframe in self._doubted:
                 self._keep(*keyframe)
             self._doubted.clear()
         self.keyframe = self._matched = estimate
         self._since_keyframe.restart(scan.time)
+
+    def _doubt_dropped(self) -> None:
+        """If a doubt was dropped, all that is drawn becomes old ground."""
+        if self._before is not None and self.watch is not None and self.watch.take_unsettled():
+            self._catch_up()
+            self._before.doubt()
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
         """Integrate the keyframe; what matches read of it is computed when one does."""
@@ -281,7 +288,7 @@ class MaximumLikelihood:
         self._unread = self._draw(scan, estimate)
         if self._before is not None and self.watch is not None:
             self._before.add(scan, estimate.pose)
-            self.watch.suspected = self._before.votes
+            self.watch.suspected, self.watch.open = self._before.votes, self._before.open
 
     def _catch_up(self) -> None:
         """Compute what matches read of the last keyframe: its surfaces, and the sensor model."""
@@ -330,6 +337,9 @@ class MaximumLikelihood:
         self.astray = None
         if self.watch is not None:
             self.watch.found(astray.sure)
+        if self._before is not None and astray.sure:
+            self._before.settle()
+        self._doubt_dropped()
         self.remember(
             ((one.scan, origin @ one.pose) for one in astray.keyframes),
             self._matched.score,

@@ -37,7 +37,7 @@ CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is b
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 SOME_WAY = 6.0  # m, driven before that
 DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
-NEW_GROUND, FIRST = 10.0, 8.0  # m, that a robot drives on new ground; the first may be known:
+FIRST = 8.0  # m of the way on new ground, of which the map may know more:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
 CONTRADICTED = 0.05  # place, and so may a corner where a loop closes: it contradicts so few echoes
@@ -58,6 +58,7 @@ class Demands(NamedTuple):
                    odometry did not fail: the robot may see new ground that looks like another place
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
                    or the map is not drawn any more
+    new_ground     m, driven before it goes on there
     """
 
     path: float
@@ -66,9 +67,10 @@ class Demands(NamedTuple):
     usual: float = 0.9
     within: tuple[float, float] | None = None
     no_new_ground: bool = False
+    new_ground: float = 10.0
 
 
-SUDDEN = Demands(0.7, 0.2, True)
+SUDDEN = Demands(0.7, 0.2, True, new_ground=30.0)
 GRADUAL = Demands(1.0, 0.1, False)
 
 
@@ -170,7 +172,8 @@ class Astray:
         self.sure = self._no_new_ground and self._best.times >= LASTING
         if self.sure:
             return self._best.pose
-        new_ground = origin is None and self._path > NEW_GROUND and not self._no_new_ground
+        far = self._path > self._demands.new_ground
+        new_ground = origin is None and far and not self._no_new_ground
         return self.believed if new_ground else None
 
     def _origin(self, place: Place) -> Pose2:

@@ -11,9 +11,10 @@ import numpy as np
 from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe, Panorama, panorama
 from slam.kernel import kernel
-from slam.recovery.old_ground import DRIFT, KEYFRAMES, RECENT, WINDOW, OldGround, share
+from slam.recovery.old_ground import DRIFT, HELD, KEYFRAMES, RECENT, WINDOW, OldGround, share
 from slam.recovery.places import Place, at, best_near, matched, near
 from slam.recovery.surprise import Surprise
+from slam.recovery.watch import MISPLACED
 from slam.scan import Scan
 from slam.sensor_models.blocks import BLOCKS, blocks_of
 from slam.sensor_models.endpoint import Endpoint
@@ -106,6 +107,29 @@ class DrawnBefore:
         self._likely = None
         self._judge.begin(self.ordinal + 1)
 
+    def doubt(self) -> None:
+        """A doubt was dropped: all that was drawn before it is old ground now (see `OldGround`)."""
+        if self.open and self.votes:
+            return
+        self._copies.append(self._copy())
+        self._age(0)
+        self._drawn.clear()
+        self._ended = self._looked = self._path
+        self.drift = self._likely = None
+        self._judge.doubt()
+
+    @property
+    def open(self) -> bool:
+        """See `OldGround`."""
+        return self._judge.open
+
+    def settle(self) -> None:
+        """The robot was found: what was drawn elsewhere in the meantime does not become old."""
+        if self.open or self.votes >= MISPLACED:
+            self._copies.clear()
+            self._fresh.values[:] = False
+        self._judge.open = False
+
     def forget(self) -> None:
         """The robot is elsewhere than it was believed to be: what it saw before tells nothing."""
         self._drawn.clear()
@@ -116,7 +140,11 @@ class DrawnBefore:
         """Begin the next stretch."""
         self._ended, self.ordinal = self._path, self.ordinal + 1
         self._copies.append(self._copy())
-        if len(self._copies) > RECENT:
+        self._age(HELD if self.open else RECENT)
+
+    def _age(self, recent: int) -> None:
+        """All stretches but so many are old ground."""
+        while len(self._copies) > recent:
             self._write(*self._copies.popleft())
 
     def _copy(self) -> tuple[np.ndarray, np.ndarray]:

@@ -34,6 +34,10 @@ LEAST_EXPLAINED = 0.6  # which explains so many at least: a bent stretch fits ba
 MISFIT = 0.1  # and leaves so many more than usual unexplained, at most, and less than here
 EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many where the robot is
 # right; wherever it is, it is not here, once the searches exceed that by so many together
+CLEARLY_BETTER = 40.0, 0.4, 0.35  # after a dropped doubt: nats, share of the echoes that the other
+# place explains at least, and of the known ones that it does not, at most
+MANY_DOORS = 34.0  # nats instead of NOT_HERE, then: what raised the doubt may be seen here
+HELD = 20  # stretches after a dropped doubt, at most, that are not old while it is open
 SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move the believed place
 
 
@@ -84,12 +88,18 @@ class OldGround:
     """Judges each stretch by what was drawn long before it. If that explains less of it than usual,
     it is searched for another place.
 
+    A doubt that was dropped, as other places explained the scans no better, may have been right:
+    then all that was drawn before it is old ground, and less is asked of another place, until old
+    ground agrees with a stretch.
+
     votes  searches in a row that found the same other place; MISPLACED at least, once they show
            together that the robot is not here (cumulative sum, Page 1954)
+    open   whether a doubt was dropped, and old ground has agreed with no stretch since
     """
 
     def __init__(self) -> None:
         self.votes, self._excess = 0, 0.0
+        self.open = False
         self._usual = USUAL
         self._shares: deque[float] = deque(maxlen=WINDOW)
         self._way = Pose2()  # from the believed place to the other, by the last search
@@ -100,6 +110,12 @@ class OldGround:
     def begin(self, ordinal: int) -> None:
         """The robot was found again: stretches from this one on are where they seem to be."""
         self._begin = ordinal
+        self._wait = self._fails = 0
+        self._forget_doubt()
+
+    def doubt(self) -> None:
+        """A doubt was dropped before the next stretch."""
+        self.open = True
         self._wait = self._fails = 0
         self._forget_doubt()
 
@@ -122,9 +138,11 @@ class OldGround:
         self._wait -= 1
         missing = WINDOW - len(self._shares)
         mean = (sum(self._shares) + missing * self._usual) / WINDOW
-        if mean < self._usual + UNUSUAL or ground.ordinal < self._begin + WINDOW - 1:
+        few = not self.open and ground.ordinal < self._begin + WINDOW - 1
+        if mean < self._usual + UNUSUAL or few:
             self._learn(unexplained, MEMORY)
             self.votes, self._excess = 0, 0.0
+            self.open = False
             if self._wait <= 0:
                 self._fails = 0
         elif self._wait <= 0:
@@ -146,7 +164,7 @@ class OldGround:
         before, self._way = self._way, other.pose @ here.inverse()
         agree = self.votes > 0 and near(before @ here, other.pose, *SAME)
         self.votes = self.votes + 1 if agree else 1
-        if self._excess > NOT_HERE:
+        if self._excess > (MANY_DOORS if self.open else NOT_HERE):
             self.votes = max(self.votes, MISPLACED)
         self._fails = 0
 
@@ -159,15 +177,21 @@ class OldGround:
         explained, wrong = endpoint.known_shares(scan.points, here.pose)
         if explained + wrong < KNOWN and wrong < max(explained, WRONG):
             return None  # new ground
-        least = max(explained + MORE_EXPLAINED, LEAST_EXPLAINED)
+        better, enough, most_wrong = CLEARLY_BETTER
+        least = max(explained + MORE_EXPLAINED, enough if self.open else LEAST_EXPLAINED)
         places = Places(endpoint, known=True, echoes=ECHOES, rating=THOROUGH)
         found = places.best(scan, least, here.value + GAIN)
         if found is None or found.value < here.value + GAIN:
             return None
+        gain = found.value - here.value
         there, wrong_there = endpoint.known_shares(scan.points, found.pose)
+        if there <= least:
+            return None
+        unexplained = wrong_there / (there + wrong_there)
         most = min(wrong / (explained + wrong), self._usual + MISFIT)
-        fits = there > least and wrong_there < most * (there + wrong_there)
-        return Other(found.pose, found.value - here.value) if fits else None
+        fits = there > LEAST_EXPLAINED and unexplained < most
+        clear = self.open and unexplained < most_wrong and gain > better
+        return Other(found.pose, gain) if fits or clear else None
 
 
 def _value(place: Place) -> float:

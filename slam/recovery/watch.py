@@ -52,6 +52,7 @@ NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
 GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is not farther off
 DROPPED = 0.02  # probability that a dropped doubt was right: 2 of 87 were
+NOT_FOUND = 0.6  # the same of a robot that seemed to be carried, and was found nowhere
 FORGETTING = 0.99  # factor of it from one keyframe to the next
 FOUND = 0.002  # probability of being lost after the robot was found again
 
@@ -70,6 +71,7 @@ class Watch:
     pace       of the robot: tells where its odometry jumped
     wide       the search around the predicted pose after a failure of the odometry
     suspected  searches in a row by which what was drawn last lies elsewhere (`OldGround`)
+    open       whether a doubt was dropped, and old ground has not agreed with the robot since
     """
 
     def __init__(self, wide: WideSearch | None = None):
@@ -79,6 +81,7 @@ class Watch:
         self._rivals = Rivals()
         self._recent = Recent()
         self.suspected = 0
+        self.open = self._unsettled = False
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
@@ -136,7 +139,9 @@ class Watch:
     def found(self, sure: bool) -> None:
         """The robot was found again, or, not `sure`, goes on on new ground."""
         self.belief.set(FOUND)
-        self._dropped, self.suspected = 0.0 if sure else UNCHECKED, 0
+        unsure = UNCHECKED if self._jump is None else NOT_FOUND
+        self._dropped, self.suspected = 0.0 if sure else unsure, 0
+        self._unsettled = not sure
         self._trust()
         self._recent.clear()
 
@@ -170,7 +175,8 @@ class Watch:
         self.belief.update(agreement, changed, sudden, match.continuous)
         self._startled = False
         self._rivals.keyframe()
-        self._dropped *= FORGETTING
+        if not self.open:
+            self._dropped *= FORGETTING
         self._since_check.move(match.last.between(pose))
         begins = self.belief.jumped and self._jump is None
         if begins:
@@ -201,8 +207,13 @@ class Watch:
         known = self._jump is not None and self.belief.explained > WELL_KNOWN
         if known and self._disagrees(agreement):
             return ELSEWHERE[-1]
-        self._dropped = max(self._dropped, DROPPED)
+        self._dropped, self._unsettled = max(self._dropped, DROPPED), True
         return NOT_ELSEWHERE
+
+    def take_unsettled(self) -> bool:
+        """Whether a doubt was dropped since this was asked for last."""
+        unsettled, self._unsettled = self._unsettled, False
+        return unsettled
 
     def _disagrees(self, agreement: Agreement) -> bool:
         """Whether the map explains too little of a scan and contradicts too much of it: new ground

@@ -8,7 +8,7 @@ import pytest
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.geometry import Pose2
 from slam.interface import Estimate
-from slam.recovery.astray import LASTING, LONGER, NEW_GROUND, REPEATED, SUDDEN, Astray, Demands
+from slam.recovery.astray import GRADUAL, LASTING, LONGER, REPEATED, SUDDEN, Astray, Demands
 from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import Place, Places, Surroundings
 from slam.scan import Scan
@@ -29,7 +29,7 @@ def driven(demands: Demands) -> tuple[Astray, float]:
     """A robot in a room like the known one, which has two places for each scan, that believes to be
     beside it; and after how many metres it went on, infinite if it did not."""
     astray = Astray(Turning(), Surroundings(reading(), Pose2()), BESIDE, 0.95, demands)
-    for k in range(round(2.0 * NEW_GROUND / STEP.x)):
+    for k in range(round(2.0 * demands.new_ground / STEP.x)):
         scan = replace(room(), time=float(k))
         astray.update(STEP, scan)
         if astray.found(scan.time) is not None:
@@ -37,9 +37,10 @@ def driven(demands: Demands) -> tuple[Astray, float]:
     return astray, np.inf
 
 
-def test_it_goes_on_on_new_ground_and_is_not_sure() -> None:
-    astray, metres = driven(SUDDEN)
-    assert metres == pytest.approx(NEW_GROUND, abs=1.0)
+@pytest.mark.parametrize("demands", [SUDDEN, GRADUAL])
+def test_it_goes_on_on_new_ground_and_is_not_sure(demands: Demands) -> None:
+    astray, metres = driven(demands)
+    assert metres == pytest.approx(demands.new_ground, abs=1.0)
     assert not astray.sure
     assert np.sqrt(astray.covariance[0, 0]) > 0.3
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agents import record_path
+from docs.making.any_robot import drawn
 from dynslam_env import CarriedAway, Laser, Loop, Odometry, OdometryScale
 from slam import make
 from slam.benchmark.run import Run, run, true_start
@@ -113,3 +114,15 @@ def test_round_a_corner_into_new_ground_that_looks_alike_the_robot_is_not_lost(
     result = run(make(variant, true_start(episode)), episode)
     assert np.hypot(*(result.online - thinned.poses)[:, :2].T).max() < 0.5
     assert result.lost.max() < 0.5
+
+
+def test_a_robot_carried_along_a_corridor_among_people_is_told_by_what_it_drew_before() -> None:
+    """No check settles the doubt, which is dropped; it was sure and wrong to the end."""
+    episode = drawn(6587).drive(6587)
+    result = run(make("static-ml", true_start(episode)), episode)
+    times = np.array([scan.time for scan in episode.scans])
+    found = score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
+    assert result.lost[-1] > 0.5
+    assert found.lost_at_end
+    assert all(loss.told is not None for loss in found.losses)
+    assert found.sure_and_wrong < 0.15

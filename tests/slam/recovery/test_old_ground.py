@@ -14,6 +14,7 @@ from slam.recovery.old_ground import (
     EXPECTED,
     LEARNED,
     LONGEST_PAUSE,
+    MANY_DOORS,
     NOT_HERE,
     RECENT,
     USUAL,
@@ -191,3 +192,24 @@ def test_local_maps_of_the_last_metres_judge_nothing() -> None:
 
     assert judged(RECENT + 1) is None
     assert judged(RECENT + 2) == pytest.approx(0.0, abs=0.02)
+
+
+def test_after_a_dropped_doubt_one_stretch_is_enough_until_old_ground_agrees() -> None:
+    ground = Scripted(*[Other(THERE, EXPECTED + MANY_DOORS + 1.0)] * WINDOW)
+    ground.begin(9)
+    ground.doubt()
+    ground.take(1.0)
+    assert (ground.open, ground.searches, ground.votes) == (True, 1, MISPLACED)
+    for _ in range(WINDOW):
+        ground.take(0.0)
+    assert (ground.open, ground.votes) == (False, 0)
+    searches = ground.searches
+    ground.take(1.0)  # the first since the robot was found
+    assert ground.searches == searches
+
+
+def test_after_a_dropped_doubt_what_is_to_be_seen_of_its_reason_is_no_proof() -> None:
+    ground = Scripted(Other(THERE, EXPECTED + NOT_HERE + 1.0))
+    ground.doubt()
+    ground.take(1.0)
+    assert (ground.searches, ground.votes) == (1, 1)

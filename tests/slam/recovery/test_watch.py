@@ -147,14 +147,13 @@ def test_a_laser_that_sees_nothing_after_a_gap_is_no_error(variant: str) -> None
     assert math.isfinite(estimate.score)
 
 
-def test_a_doubt_that_was_dropped_is_told_for_a_while() -> None:
+def test_a_doubt_that_was_dropped_is_told_until_old_ground_agrees() -> None:
     """People walk before a robot that was found again: no place fits until the checks are used
     up."""
     off, lost = carried("DoorCrowd-v0", "static-ml", 103)
     assert not off[300:].any()
     assert lost[345:353].min() == 0.3
-    assert 0.019 < lost[355:360].min() <= lost[355:360].max() <= 0.02
-    assert 0.012 < lost[400:430].min() <= lost[400:430].max() < lost[355:360].min()
+    assert 0.019 < lost[355:430].min() <= lost[355:430].max() < 0.03
 
 
 @pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
