@@ -58,7 +58,9 @@ def _run(variant: str, episode: Episode) -> list[Snapshot]:
 def _panel(title: str, run: list[Snapshot], episode: Episode) -> MapPanel:
     last = run[-1]
     error = ate(np.asarray(last.poses), known(episode).poses)
-    return MapPanel(f"{title}, ATE {1e3 * error:.0f} mm", last.grid, last.poses, episode.truth)
+    return MapPanel(
+        f"{title}, this drive's ATE {1e3 * error:.0f} mm", last.grid, last.poses, episode.truth
+    )
 
 
 def _png(figure: Figure, path: Path) -> Path:

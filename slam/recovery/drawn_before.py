@@ -14,7 +14,6 @@ from slam.kernel import kernel
 from slam.recovery.old_ground import DRIFT, HELD, KEYFRAMES, RECENT, WINDOW, OldGround, share
 from slam.recovery.places import Place, at, best_near, matched, near
 from slam.recovery.surprise import Surprise
-from slam.recovery.watch import MISPLACED
 from slam.scan import Scan
 from slam.sensor_models.blocks import BLOCKS, blocks_of
 from slam.sensor_models.endpoint import Endpoint
@@ -124,10 +123,7 @@ class DrawnBefore:
         return self._judge.open
 
     def settle(self) -> None:
-        """The robot was found: what was drawn elsewhere in the meantime does not become old."""
-        if self.open or self.votes >= MISPLACED:
-            self._copies.clear()
-            self._fresh.values[:] = False
+        """The robot was found."""
         self._judge.open = False
 
     def forget(self) -> None:

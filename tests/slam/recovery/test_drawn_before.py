@@ -99,23 +99,13 @@ def test_after_a_dropped_doubt_all_that_was_drawn_is_old() -> None:
     before.doubt()
     assert before.open
     assert recorder.explained(6.0, Pose2(6.0)) > 0.9
-
-
-def test_what_was_drawn_elsewhere_until_the_robot_was_found_does_not_become_old() -> None:
-    recorder = driven(2 * STRETCH)
-    before = recorder.before
-    assert before is not None
-    before.doubt()
-    aside = Pose2(0.0, 30.0)  # where it believes to be
-    for x in np.arange(0.0, 2 * STRETCH, STEP):
-        recorder.draw(x, aside @ Pose2(x))
-    before.settle()
-    before.forget()
-    assert not before.open
-    for x in np.arange(0.0, (RECENT + 2) * STRETCH, STEP):
+    for x in np.arange(2 * STRETCH, (RECENT + 6) * STRETCH, STEP):
         recorder.draw(x, Pose2(x))
-    assert recorder.explained(6.0, Pose2(6.0)) > 0.9
-    assert recorder.explained(6.0, aside @ Pose2(6.0)) < 0.2
+    assert recorder.explained(15.0, Pose2(15.0)) < 0.2  # drawn since then
+    before.settle()
+    for x in np.arange((RECENT + 6) * STRETCH, (RECENT + 8) * STRETCH, STEP):
+        recorder.draw(x, Pose2(x))
+    assert recorder.explained(15.0, Pose2(15.0)) > 0.9
 
 
 def test_a_copy_of_the_field_does_not_change_with_the_map() -> None:
