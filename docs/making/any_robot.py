@@ -146,6 +146,8 @@ def rows(judged: Mapping[str, list[Judged]]) -> Iterator[str]:
     yield "| variant | drives | sure and wrong | end far off, sure | wrong at the end | alarms |"
     yield "|---|---|---|---|---|---|"
     for variant, runs in judged.items():
+        if not runs:
+            continue
         share = 100.0 * np.mean([one.scores.sure_and_wrong for one in runs])
         sure, lost = sum(one.sure for one in runs), sum(one.scores.lost_at_end for one in runs)
         alarms = sum(one.scores.false_alarms for one in runs)
@@ -176,5 +178,5 @@ if __name__ == "__main__":
     parser.add_argument("number", type=int)
     parser.add_argument("variants", nargs="*", default=[*VARIANTS])
     parser.add_argument("--fault", choices=FAULTS)
-    given = parser.parse_args()
+    given = parser.parse_intermixed_args()
     main(given.first, given.number, given.variants, given.fault)

@@ -45,6 +45,8 @@ def lines(points: Array) -> tuple[Array, Array]:
 
 def registered(points: Array, other: Array, start: Array) -> Array | None:
     """(3,) the pose of one scan's `points` in the frame of the `other`; None if it tells little."""
+    if min(len(points), len(other)) < MIN_ECHOES:
+        return None
     middles, normals = lines(other)
     if len(middles) < MIN_ECHOES:
         return None
@@ -89,6 +91,8 @@ def main(log: Path, relations: Path, variant: str) -> None:
             begin, end = odometry.at(np.array([first[k], second[k]]))
             direct[k] = compose(compose(between(begin, here), one), between(there, end))
     alike = np.hypot(*between(ours, direct)[:, :2].T) < ALIKE
+    if not alike.any():
+        sys.exit("the scans of no clear relation can be registered with each other")
     pairs = ((ours, true), (direct, true), (ours, direct))
     off = [np.hypot(*between(a[alike], b[alike])[:, :2].T) for a, b in pairs]
     a, b, c = (float((one**2).mean()) for one in off)

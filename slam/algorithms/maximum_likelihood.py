@@ -277,10 +277,12 @@ class MaximumLikelihood:
         self._since_keyframe.restart(scan.time)
 
     def _doubt_dropped(self) -> None:
-        """If a doubt was dropped, all that is drawn becomes old ground."""
+        """If a doubt was dropped, or the robot goes on on new ground, all that is drawn becomes old
+        ground."""
         if self._before is not None and self.watch is not None and self.watch.take_unsettled():
             self._catch_up()
             self._before.doubt()
+            self.watch.open = True
 
     def _keep(self, scan: Scan, estimate: Estimate) -> None:
         """Integrate the keyframe; what matches read of it is computed when one does."""

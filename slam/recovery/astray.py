@@ -58,7 +58,7 @@ class Demands(NamedTuple):
                    odometry did not fail: the robot may see new ground that looks like another place
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
                    or the map is not drawn any more
-    new_ground     m, driven before it goes on there
+    new_ground     m, driven in vain before it goes on at the believed place
     """
 
     path: float

@@ -107,8 +107,11 @@ class DrawnBefore:
         self._judge.begin(self.ordinal + 1)
 
     def doubt(self) -> None:
-        """A doubt was dropped: all that was drawn before it is old ground now (see `OldGround`)."""
-        if self.open and self.votes:
+        """A doubt was dropped, or the robot goes on on new ground: all that was drawn before is old
+        ground now (see `OldGround`), but not if there is a vote, as the last stretches may lie
+        elsewhere."""
+        if self.votes:
+            self._judge.open = True
             return
         self._copies.append(self._copy())
         self._age(0)

@@ -36,8 +36,8 @@ EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many whe
 # right; wherever it is, it is not here, once the searches exceed that by so many together
 CLEARLY_BETTER = 40.0, 0.4, 0.35  # after a dropped doubt: nats, share of the echoes that the other
 # place explains at least, and of the known ones that it does not, at most
-MANY_DOORS = 34.0  # nats instead of NOT_HERE, then: what raised the doubt may be seen here
-HELD = 20  # stretches after a dropped doubt, at most, that are not old while it is open
+MANY_DOORS = 34.0  # nats, then, instead of NOT_HERE: the change that raised the doubt is seen here
+HELD = 20  # stretches after a dropped doubt, at most, that do not become old while it is open
 SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move the believed place
 
 
@@ -90,7 +90,7 @@ class OldGround:
 
     A doubt that was dropped, as other places explained the scans no better, may have been right:
     then all that was drawn before it is old ground, and less is asked of another place, until old
-    ground agrees with a stretch.
+    ground agrees with a stretch. The same where a lost robot goes on on new ground.
 
     votes  searches in a row that found the same other place; MISPLACED at least, once they show
            together that the robot is not here (cumulative sum, Page 1954)

@@ -211,7 +211,8 @@ class Watch:
         return NOT_ELSEWHERE
 
     def take_unsettled(self) -> bool:
-        """Whether a doubt was dropped since this was asked for last."""
+        """Whether a doubt was dropped, or the robot went on on new ground, since this was asked for
+        last."""
         unsettled, self._unsettled = self._unsettled, False
         return unsettled
 

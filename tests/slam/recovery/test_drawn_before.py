@@ -108,6 +108,16 @@ def test_after_a_dropped_doubt_all_that_was_drawn_is_old() -> None:
     assert recorder.explained(15.0, Pose2(15.0)) > 0.9
 
 
+def test_what_is_suspected_does_not_become_old_by_a_dropped_doubt() -> None:
+    recorder = driven(2 * STRETCH)
+    before = recorder.before
+    assert before is not None
+    before._judge.votes = 1
+    before.doubt()
+    assert (before.open, before.votes) == (True, 1)
+    assert recorder.explained(6.0, Pose2(6.0)) < 0.2
+
+
 def test_a_copy_of_the_field_does_not_change_with_the_map() -> None:
     recorder = driven((RECENT + 3) * STRETCH)
     before = recorder.explained(0.0, Pose2())

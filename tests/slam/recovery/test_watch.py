@@ -18,7 +18,8 @@ from slam.benchmark.run import run, true_start
 from slam.episode import Episode
 from slam.errors import InputError
 from slam.geometry import Pose2, wrap_angle
-from slam.interface import LOST_DISTANCE, LOST_TURN, Slam
+from slam.graph.local_map import Keyframe
+from slam.interface import LOST_DISTANCE, LOST_TURN, Estimate, Slam
 from slam.recovery.watch import Watch
 from slam.sensor_models.beam import Beam
 from tests.slam.recovery.drawn_room import room
@@ -342,3 +343,17 @@ def test_a_robot_that_stands_after_a_correction_stays_where_it_was_corrected_to(
     assert corrected == pytest.approx(there, abs=1e-3)
     later = replace(room(there), time=0.1)
     assert slam.update(Pose2(), later).pose == pytest.approx(corrected)
+
+
+def test_who_goes_on_on_new_ground_is_less_sure_if_the_robot_seemed_to_be_carried() -> None:
+    estimate = Estimate(Pose2(), np.zeros((3, 3)), 0.0, True)
+    for jump, told in ((None, 0.3), (Keyframe(room(), Pose2()), 0.6)):
+        watch = Watch()
+        watch._jump = jump
+        watch.found(sure=False)
+        assert watch.told(estimate).lost == told
+        assert watch.take_unsettled()
+        assert not watch.take_unsettled()
+        watch.found(sure=True)
+        assert watch.told(estimate).lost < 0.01
+        assert not watch.take_unsettled()
