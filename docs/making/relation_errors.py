@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
-import slam
-from slam.benchmark.run import Playback, true_start
+from slam.benchmark.run import build, run
 from slam.geometry import Array, Pose2, between, compose, transform_points
 from slam.io.formats import read_log
 from slam.io.relations import read_relations
@@ -72,10 +71,7 @@ def main(log: Path, relations: Path, variant: str) -> None:
     """Print the table."""
     episode, known = deskewed(read_log(log).episode), read_relations(relations)
     odometry, times = episode.odometry, episode.times
-    playback = Playback(slam.make(variant, true_start(episode)), episode)
-    for _ in playback:
-        pass
-    found = Trajectory(times, playback.result().poses)
+    found = Trajectory(times, run(build(variant, episode), episode).poses)
     used = np.ones(len(known), np.bool_)
     for stamps in (known.first, known.second):
         used &= within(odometry, stamps) & clear_at(odometry, stamps)

@@ -36,7 +36,7 @@ EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many whe
 # right; wherever it is, it is not here, once the searches exceed that by so many together
 CLEARLY_BETTER = 40.0, 0.4, 0.35  # after a dropped doubt: nats, share of the echoes that the other
 # place explains at least, and of the known ones that it does not, at most
-MANY_DOORS = 34.0  # nats, then, instead of NOT_HERE: the change that raised the doubt is seen here
+SURELY_NOT_HERE = 34.0  # nats instead of NOT_HERE, then: what raised the doubt is seen here
 HELD = 20  # stretches after a dropped doubt, at most, that do not become old while it is open
 SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move the believed place
 
@@ -164,7 +164,7 @@ class OldGround:
         before, self._way = self._way, other.pose @ here.inverse()
         agree = self.votes > 0 and near(before @ here, other.pose, *SAME)
         self.votes = self.votes + 1 if agree else 1
-        if self._excess > (MANY_DOORS if self.open else NOT_HERE):
+        if self._excess > (SURELY_NOT_HERE if self.open else NOT_HERE):
             self.votes = max(self.votes, MISPLACED)
         self._fails = 0
 

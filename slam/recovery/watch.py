@@ -140,8 +140,8 @@ class Watch:
         """The robot was found again, or, not `sure`, goes on on new ground."""
         self.belief.set(FOUND)
         unsure = UNCHECKED if self._jump is None else NOT_FOUND
-        self._dropped, self.suspected = 0.0 if sure else unsure, 0
-        self._unsettled = not sure
+        self._dropped, self._unsettled = 0.0 if sure else unsure, not sure
+        self.suspected, self.open = 0, False
         self._trust()
         self._recent.clear()
 

@@ -36,7 +36,10 @@ def driven(seed: int, variant: str) -> Run:
 
 
 def scores(seed: int, variant: str = "static-ml") -> LostScores:
-    episode, result = drive(seed), driven(seed, variant)
+    return scored(drive(seed), driven(seed, variant))
+
+
+def scored(episode: Episode, result: Run) -> LostScores:
     times = np.array([scan.time for scan in episode.scans])
     return score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
 
@@ -120,8 +123,7 @@ def test_a_robot_carried_along_a_corridor_among_people_is_told_by_what_it_drew_b
     """No check settles the doubt, which is dropped; it was sure and wrong to the end."""
     episode = drawn(6587).drive(6587)
     result = run(make("static-ml", true_start(episode)), episode)
-    times = np.array([scan.time for scan in episode.scans])
-    found = score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
+    found = scored(episode, result)
     assert result.lost[-1] > 0.5
     assert found.lost_at_end
     assert all(loss.told is not None for loss in found.losses)

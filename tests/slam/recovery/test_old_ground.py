@@ -14,9 +14,9 @@ from slam.recovery.old_ground import (
     EXPECTED,
     LEARNED,
     LONGEST_PAUSE,
-    MANY_DOORS,
     NOT_HERE,
     RECENT,
+    SURELY_NOT_HERE,
     USUAL,
     WINDOW,
     Ground,
@@ -195,7 +195,7 @@ def test_local_maps_of_the_last_metres_judge_nothing() -> None:
 
 
 def test_after_a_dropped_doubt_one_stretch_is_enough_until_old_ground_agrees() -> None:
-    ground = Scripted(*[Other(THERE, EXPECTED + MANY_DOORS + 1.0)] * WINDOW)
+    ground = Scripted(*[Other(THERE, EXPECTED + SURELY_NOT_HERE + 1.0)] * WINDOW)
     ground.begin(9)
     ground.doubt()
     ground.take(1.0)

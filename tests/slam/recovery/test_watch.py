@@ -154,6 +154,7 @@ def test_a_doubt_that_was_dropped_is_told_until_old_ground_agrees() -> None:
     off, lost = carried("DoorCrowd-v0", "static-ml", 103)
     assert not off[300:].any()
     assert lost[345:353].min() == 0.3
+    assert 0.019 < lost[355:360].min() <= lost[355:360].max() <= 0.02
     assert 0.019 < lost[355:430].min() <= lost[355:430].max() < 0.03
 
 
