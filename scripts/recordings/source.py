@@ -104,5 +104,5 @@ class MappedSource(RecordingSource):
 
 def stem(file: Path) -> str:
     """A recording's name without its endings, for the names of files made from it."""
-    name = file.resolve().name.removesuffix(".gz")
+    name = file.absolute().name.removesuffix(".gz")
     return Path(name).stem.lstrip(".") or "recording"
