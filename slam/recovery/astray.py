@@ -43,6 +43,8 @@ LONGER = 20  # attempts, where the believed place may be right: new ground may l
 CONTRADICTED = 0.05  # place, and so may a corner where a loop closes: it contradicts so few echoes
 LASTING, HALF = 16, 0.5  # attempts in a row whose best place is the same, and share of the usual
 # one that is explained there, at least: the map has changed there
+CLEARLY_BETTER = 40.0  # nats over the believed place; a place with less explains NEARLY_ALL,
+NEARLY_ALL = 0.88  # of the usual share
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -96,12 +98,12 @@ class Astray:
     """Maps apart while the robot is lost; nothing is drawn into the map until it is found there.
 
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
-    if the map agrees with them as the demands ask, and if CONFIRMED attempts in a row find it;
-    REPEATED ones, if another place fits nearly as well, and none with less than LEAD; LONGER ones,
-    while the believed place may be right. In a building
-    whose corridors look alike that takes long: until then the robot says that it is lost. If none
-    is found, and the believed place is new ground that the robot came to through no wall, a scan
-    was misjudged, and it goes on there.
+    if the map agrees with them as the demands ask, and explains NEARLY_ALL or fits CLEARLY_BETTER
+    than the believed place, and if CONFIRMED attempts in a row find it; REPEATED ones, if another
+    place fits nearly as well, and none with less than LEAD; LONGER ones, while the believed place
+    may be right. In a building whose corridors look alike that takes long: until then the robot
+    says that it is lost. If none is found, and the believed place is new ground that the robot came
+    to through no wall, a scan was misjudged, and it goes on there.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
@@ -186,17 +188,22 @@ class Astray:
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
         self._no_new_ground = self._no_new_ground or not self._may_be_new(here)
-        best = max(found, key=partial(_worth, believed=believed), default=None)
-        lead = -math.inf if best is None else _lead(best, [*found, here], believed)
-        shown = best is not None and best.agreement.explained > HALF * self._demands.usual
-        self._best.take(self._origin(best) if best is not None and shown and lead > LEAD else None)
-        if best is None or not self._possible(best, believed):
+        best = max(found, key=partial(_worth, believed=believed), default=here)
+        lead = _lead(best, [*found, here], believed)
+        near_here = same_place(best.pose, believed)
+        clear = near_here or best.value > here.value + CLEARLY_BETTER
+        shown = best.agreement.explained > HALF * self._demands.usual
+        lasting = found and clear and shown and lead > LEAD
+        self._best.take(self._origin(best) if lasting else None)
+        if not found or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
             return here if accepted else None, CONFIRMED
-        if self._meets(best) or same_place(best.pose, believed):
-            least = LEAD if self._path > SOME_WAY else MIN_GAIN
-            return best if lead > least else None, self._attempts(lead, here)
-        return here if best.value - here.value < TIE else None, CONFIRMED
+        if not (near_here or self._meets(best)):
+            return here if best.value - here.value < TIE else None, CONFIRMED
+        well = near_here or best.agreement.explained > NEARLY_ALL * self._demands.usual
+        least = LEAD if well and self._path > SOME_WAY else MIN_GAIN
+        accepted = lead > least and (clear or well)
+        return best if accepted else None, self._attempts(lead, clear, here)
 
     def _may_be_new(self, here: Place) -> bool:
         """Whether the robot may be driving on ground that the map does not know, if it is where it
@@ -206,10 +213,12 @@ class Astray:
         path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
         return not self._places.crossed(path[:, :2])
 
-    def _attempts(self, lead: float, here: Place) -> int:
-        """How many attempts in a row must find a place that leads by so many nats."""
+    def _attempts(self, lead: float, clear: bool, here: Place) -> int:
+        """How many attempts in a row must find a place that leads by so many nats, and that is
+        clearly better than the believed one or not."""
+        clear = clear and lead > MIN_GAIN
         right = here.agreement.contradicted <= CONTRADICTED
-        if not self._no_new_ground and (right or lead <= MIN_GAIN):
+        if not self._no_new_ground and (right or not clear):
             return LONGER
         return CONFIRMED if lead > MIN_GAIN else REPEATED
 
