@@ -44,7 +44,8 @@ FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure 
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
 MOST_CONTRADICTED = 0.25  # whatever is usual: a map that contradicts more proves no place
-POOR = 0.55  # of the usual share; more agrees with the believed place, if no jump preceded
+POOR = 0.55  # of the usual share; more agrees with the believed place, less not with it once torn
+TORN = 0.4  # change of the scan with which a doubt began: more than doors make
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
@@ -84,6 +85,7 @@ class Watch:
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
+        self._torn = False  # whether that one changed by more than TORN
         self._turned = False  # whether only the map told that it was not continuous
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
@@ -146,7 +148,7 @@ class Watch:
     def _trust(self) -> None:
         """No doubt is left."""
         self._jump, self._checks = None, 0
-        self._unsure = self._unexplained = self._turned = self._moved = False
+        self._unsure = self._unexplained = self._torn = self._turned = self._moved = False
         self._rivals.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -180,7 +182,7 @@ class Watch:
         if begins:
             self._jump = Keyframe(match.scan, pose)
             self._unexplained = self.belief.hardly_explains(agreement)
-            self._turned = self.belief.turned
+            self._torn, self._turned = changed > TORN, self.belief.turned
         self._moved = self._moved or self.odometry.far
         if not self.doubted:
             self._trust()
@@ -290,6 +292,8 @@ class Watch:
 
     def _strange(self, agreement: Agreement) -> bool:
         """Whether so little agrees that the robot is lost, wherever it may be."""
+        if self._torn and agreement.explained < POOR * self.belief.explained:
+            return self.belief.contradicts_more(agreement)
         if not self.belief.hardly_explains(agreement):
             return False
         if self._unexplained:

@@ -8,7 +8,16 @@ import pytest
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.geometry import Pose2
 from slam.interface import Estimate
-from slam.recovery.astray import GRADUAL, LASTING, LONGER, REPEATED, SUDDEN, Astray, Demands
+from slam.recovery.astray import (
+    CLEARLY_BETTER,
+    GRADUAL,
+    LASTING,
+    LONGER,
+    REPEATED,
+    SUDDEN,
+    Astray,
+    Demands,
+)
 from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import Place, Places, Surroundings
 from slam.scan import Scan
@@ -97,8 +106,24 @@ def test_another_place_must_be_found_longer_where_the_believed_one_is_not_contra
     contradicted: float, attempts: int
 ) -> None:
     here = Place(BESIDE, -90.0, Agreement(0.5, contradicted))
-    assert beside()._attempts(30.0, here) == attempts
-    assert beside(SUDDEN._replace(no_new_ground=True))._attempts(30.0, here) == 2
+    assert beside()._attempts(30.0, True, here) == attempts
+    assert beside()._attempts(30.0, False, here) == LONGER
+    assert beside(SUDDEN._replace(no_new_ground=True))._attempts(30.0, True, here) == 2
+
+
+@pytest.mark.parametrize(
+    ("gain", "explained", "found"),
+    [(CLEARLY_BETTER + 1.0, 0.76, True), (20.0, 0.76, False), (20.0, 0.85, True)],
+)
+def test_a_place_must_explain_nearly_all_unless_it_is_clearly_better(
+    gain: float, explained: float, found: bool
+) -> None:
+    astray = beside(SUDDEN._replace(no_new_ground=True))
+    here = Place(BESIDE, -90.0, Agreement(0.5, 0.1))
+    there = Place(Pose2(), -90.0 + gain, Agreement(explained, 0.02))
+    astray._places.all = lambda scan, explained: [there]
+    astray._places.matched = lambda scan, start: here
+    assert astray._place(room(), BESIDE)[0] == (there if found else None)
 
 
 def test_ground_behind_a_wall_is_not_new() -> None:
