@@ -26,8 +26,8 @@ from slam.recovery import astray, drawn_before, lost_belief, odometry_failure, r
 
 SUITE = range(350, 352)  # seeds, on which the rules were made
 ANY = range(5000, 5056)
-CARRIED = range(6000, 6900)
-BLOCK = range(6320, 6345)
+CARRIED = range(6000, 6300)
+BLOCK = range(6320, 6328)
 NEVER = 1e9  # a threshold that nothing exceeds
 Patch = Any
 
@@ -70,17 +70,22 @@ RULES: Mapping[str, Rule] = {
     "only the map tells": Rule(lost_belief, "TURNED", NEVER),
     "0.06 changed though the robot hardly moved": Rule(watch, "STARTLING", NEVER),
     "hardly agrees: waits": Rule(lost_belief.LostBelief, "hardly_agrees", _nothing(False)),
+    "more than 0.4 changed, and the map shows little": Rule(watch, "TORN", NEVER),
     "scans that agree with no place": Rule(watch.Watch, "_strange", _nothing(False)),
     "a place within 1 m": Rule(rivals.Rivals, "_nearby", _nothing()),
     "the scans since then, together": Rule(rivals, "SINCE_GAIN", NEVER),
     "a doubt that is not dropped": Rule(watch, "WELL_KNOWN", NEVER),
     "16 checks where another place leads": Rule(watch, "MOST_CHECKS", watch.MAX_CHECKS),
     "a dropped doubt opens old ground": Rule(watch.Watch, "take_unsettled", _nothing(False)),
+    "a scan of which the map shows nearly nothing": Rule(
+        lost_belief, "HARDLY_EXPLAINED", (-1.0, NEVER)
+    ),
     "old ground: elsewhere": Rule(drawn_before.OldGround, "judge", _nothing()),
     "old ground: a drift": Rule(drawn_before.DrawnBefore, "_found_drift", _nothing()),
     "a drift by two looks": Rule(drawn_before, "LARGE_GAIN", NEVER),
     "right, on new ground: 20 times": Rule(astray, "LONGER", astray.REPEATED),
     "nearly all explained": Rule(astray, "NEARLY_ALL", 0.0),
+    "clearly better": Rule(astray, "CLEARLY_BETTER", -NEVER),
     "the map may have changed there": Rule(astray, "LASTING", NEVER),
 }
 
