@@ -40,10 +40,10 @@ DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to t
 FIRST = 8.0  # m of the way on new ground, of which the map may know more:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
-CONTRADICTED = 0.05  # place, and so may a corner where a loop closes: it contradicts so few echoes
+CONTRADICTED = 0.1  # place, and so may a corner where a loop closes: it contradicts so few echoes
 LASTING, HALF = 16, 0.5  # attempts in a row whose best place is the same, and share of the usual
-# one that is explained there, at least, and not at the believed one, or where more than
-DISPUTED = 0.1  # of the echoes are contradicted: the map has changed there
+# one that is explained there, at least, and not at the believed one, if that is not CONTRADICTED:
+# the map has changed there
 CLEARLY_BETTER = 40.0  # nats over the believed place; a place with less explains NEARLY_ALL,
 NEARLY_ALL = 0.88  # of the usual share
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
@@ -191,11 +191,11 @@ class Astray:
         self._no_new_ground = self._no_new_ground or not self._may_be_new(here)
         best = max(found, key=partial(_worth, believed=believed), default=here)
         lead = _lead(best, [*found, here], believed)
-        near_here = same_place(best.pose, believed)
+        near_here = any(same_place(best.pose, pose) for pose in (believed, here.pose))
         clear = near_here or best.value > here.value + CLEARLY_BETTER
         shown = best.agreement.explained > HALF * self._demands.usual
         disputed = near_here or self._disputed(here)
-        lasting = found and disputed and shown and lead > LEAD
+        lasting = bool(found) and disputed and shown and lead > LEAD
         self._best.take(self._origin(best) if lasting else None)
         if not found or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
@@ -227,7 +227,7 @@ class Astray:
     def _disputed(self, place: Place) -> bool:
         """Whether the map explains little of the scan at a place, or contradicts it."""
         explained, contradicted = place.agreement
-        return explained < HALF * self._demands.usual or contradicted > DISPUTED
+        return explained < HALF * self._demands.usual or contradicted > CONTRADICTED
 
     def _possible(self, place: Place, believed: Pose2) -> bool:
         """Whether a place is as near to the believed one as the demands ask."""

@@ -52,6 +52,7 @@ AFTER_TURN = AFTER_JUMP._replace(gain=0.08, contradicted=0.1, sure=True)  # that
 WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1, False)
 NEARBY = AFTER_JUMP._replace(gain=0.1, explained=0.65)  # after a jump, within ...
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
+MISMATCHED = 0.3, 0.3, math.radians(15.0)  # m, m, rad, by which a match may have been wrong
 LESS_CONTRADICTED = 0.1  # if so large a share of the echoes is contradicted here and not there
 
 
@@ -115,11 +116,19 @@ class Check(NamedTuple):
         if self.jump is None:
             return Beginning(math.inf, 0.0, 1.0)
         scan, pose = self.jump
-        before = at(self.endpoint, scan, self.here.pose @ pose)
+        before = self._fitted(scan, self.here.pose @ pose)
         there = matched(self.endpoint, scan, place.pose @ pose)
         gain = (there.value - before.value) / max(len(scan.points), 1)
         explained = there.agreement.explained
         return Beginning(gain, explained - before.agreement.explained, explained)
+
+    def _fitted(self, scan: Scan, pose: Pose2) -> Place:
+        """The place of a scan that was matched at a pose, or one nearby if the map shows much more
+        of the scan there: the match was wrong, as of a robot that a leaf turns."""
+        found = at(self.endpoint, scan, pose)
+        nearby = matched(self.endpoint, scan, best_near(self.endpoint, scan, pose, MISMATCHED))
+        more = nearby.agreement.explained - found.agreement.explained
+        return nearby if more > BEGAN_EXPLAINED else found
 
 
 class Beginning(NamedTuple):

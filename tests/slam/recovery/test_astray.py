@@ -101,7 +101,7 @@ def test_where_the_ground_may_be_new_a_place_that_is_not_alone_must_be_found_lon
         assert astray._place(room(), BESIDE) == (first, attempts)
 
 
-@pytest.mark.parametrize(("contradicted", "attempts"), [(0.02, LONGER), (0.1, 2)])
+@pytest.mark.parametrize(("contradicted", "attempts"), [(0.02, LONGER), (0.15, 2)])
 def test_another_place_must_be_found_longer_where_the_believed_one_is_not_contradicted(
     contradicted: float, attempts: int
 ) -> None:
