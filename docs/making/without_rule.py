@@ -3,8 +3,9 @@ by which a lost robot is told is worth.
 
 Drives development recordings with all rules, and then without one rule at a time: the faults of
 `dynslam bench faults`, robots drawn at random, those of them that were carried, and robots carried
-around a block. Prints the table of docs/lost-method.md; three to five minutes a rule, and ten to
-record the drives. A rule that changes nothing can be deleted.
+around a block. Prints a table like that of docs/lost-method.md; three to five minutes a rule, and
+ten to record the drives. A rule that changes nothing here may be needed elsewhere: run the tests
+without it, too.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ ANY = range(5000, 5056)
 CARRIED = range(6000, 6300)
 BLOCK = range(6320, 6328)
 NEVER = 1e9  # a threshold that nothing exceeds
-Patch = Any
 
 
 class Rule(NamedTuple):
@@ -39,7 +39,7 @@ class Rule(NamedTuple):
     name: str
     by: Any
 
-    def off(self) -> Patch:
+    def off(self) -> Any:
         """Switches it off for a while."""
         return mock.patch.object(self.where, self.name, self.by)
 

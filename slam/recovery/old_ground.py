@@ -35,7 +35,8 @@ MISFIT = 0.1  # and leaves so many more than usual unexplained, at most, and les
 EXPECTED, NOT_HERE = 6.0, 20.0  # nats: another place fits better by so many where the robot is
 # right; wherever it is, it is not here, once the searches exceed that by so many together
 CLEARLY_BETTER = 40.0, 0.4, 0.35  # after a dropped doubt: nats, share of the echoes that the other
-# place explains at least where this one is KNOWN, and of the known ones that it does not, at most
+# place explains at least, where this one is KNOWN or wrong, and of the known ones that it does not,
+# at most
 SURELY_NOT_HERE = 34.0  # nats instead of NOT_HERE, then: what raised the doubt is seen here
 HELD = 20  # stretches after a dropped doubt, at most, that do not become old while it is open
 SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move the believed place
@@ -179,7 +180,8 @@ class OldGround:
         if not known and wrong < max(explained, WRONG):
             return None  # new ground
         better, enough, most_wrong = CLEARLY_BETTER
-        least = max(explained + MORE_EXPLAINED, enough if self.open and known else LEAST_EXPLAINED)
+        lax = self.open and (known or wrong > explained)
+        least = max(explained + MORE_EXPLAINED, enough if lax else LEAST_EXPLAINED)
         places = Places(endpoint, known=True, echoes=ECHOES, rating=THOROUGH)
         found = places.best(scan, least, here.value + GAIN)
         if found is None or found.value < here.value + GAIN:
