@@ -180,7 +180,7 @@ class OldGround:
         if not known and wrong < max(explained, WRONG):
             return None  # new ground
         better, enough, most_wrong = CLEARLY_BETTER
-        lax = self.open and (known or wrong > explained)
+        lax = self.open and (known or wrong > CLEARLY_WRONG[1] * explained)
         least = max(explained + MORE_EXPLAINED, enough if lax else LEAST_EXPLAINED)
         places = Places(endpoint, known=True, echoes=ECHOES, rating=THOROUGH)
         found = places.best(scan, least, here.value + GAIN)
