@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from agents import record_path
 from dynslam_env import CarriedAway, Laser, Loop, Odometry, Office
@@ -89,19 +90,19 @@ def test_new_ground_beside_well_known_ground_is_no_loss() -> None:
     assert lost[1000:].max() < ALARM_LEVEL
 
 
-def test_a_right_robot_is_not_found_where_a_place_is_only_a_little_better() -> None:
-    """Where the loop closes with a drift, the map explains 0.86 of what it usually does 19 m away,
-    where the corner looks like this one turned round, and fits 34 nats better there than here."""
+@pytest.mark.parametrize(
+    ("seed", "laser", "noise", "world"),
+    [
+        (5169, replace(RPLIDAR_A2, beams=400), 0.02, FURNISHED),  # a corner, rotated, fits better
+        (5177, Laser(), 0.1, Loop(laps=2)),  # by old ground, after a dropped doubt
+    ],
+)
+def test_a_right_robot_on_new_ground_is_not_found_elsewhere(
+    seed: int, laser: Laser, noise: float, world: Loop
+) -> None:
+    """Nothing fails in these drives; other places fit 34 and 48 nats better for a while."""
     scores, off, _ = told(
-        "static-ml",
-        "DoorLoop-v0",
-        5169,
-        0.55,
-        replace(RPLIDAR_A2, beams=400),
-        0.02,
-        steps=1500,
-        world=FURNISHED,
-        every=4,
+        "static-ml", "DoorLoop-v0", seed, 0.55, laser, noise, steps=1500, world=world, every=4
     )
     assert scores.sure_and_wrong == 0.0
     assert off.max() < 1.0
