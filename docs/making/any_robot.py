@@ -35,7 +35,8 @@ from dynslam_env import (
     WrongBeams,
 )
 from dynslam_env.sensors.laser_presets import laser_named
-from slam.episode import Episode, Truth
+from scripts.trials.sources import sparser
+from slam.episode import Episode
 from slam.metrics.lost import Loss
 
 VARIANTS = "static-ml", "dynamic-graph"
@@ -76,9 +77,7 @@ class Robot(NamedTuple):
             self.env, seed, "moving", self.speed, world=self.world, laser=LASERS[self.laser],
             odometry=self.odometry, faults=self.faults, max_episode_steps=STEPS,
         )  # fmt: skip
-        truth, kept = episode.known_truth("a drawn robot"), slice(None, None, self.every)
-        thinned = Truth(truth.poses[kept], truth.walls, truth.doors[kept])
-        return replace(episode, scans=episode.scans[kept], truth=thinned)
+        return sparser(episode, self.every)
 
     def __str__(self) -> str:
         world = self.world

@@ -23,6 +23,7 @@ from docs.making.any_robot import drawn
 from docs.making.looks_alike import KINDS, Judged, judge
 from scripts.bench.suites import faults
 from slam.episode import Episode
+from slam.geometry import Pose2
 from slam.recovery import astray, drawn_before, lost_belief, odometry_failure, rivals, watch
 
 SUITE = range(350, 352)  # seeds, on which the rules were made
@@ -48,7 +49,7 @@ def _nothing(result: Any = None) -> Callable[..., Any]:
     return lambda *_: result
 
 
-def _found(_: Any, match: Any, *__: Any) -> Any:
+def _found(_: Any, match: Any, *__: Any) -> Pose2:
     return match.estimate.pose
 
 
@@ -64,9 +65,7 @@ RULES: Mapping[str, Rule] = {
     "odometry that jumps, scans far apart": Rule(
         odometry_failure.OdometryFailure, "_farther", _found
     ),
-    "a gap: the odometry is believed": Rule(
-        odometry_failure.OdometryFailure, "_after_gap", lambda _, match: match.estimate.pose
-    ),
+    "a gap: the odometry is believed": Rule(odometry_failure.OdometryFailure, "_after_gap", _found),
     "only the map tells": Rule(lost_belief, "TURNED", NEVER),
     "0.06 changed though the robot hardly moved": Rule(watch, "STARTLING", NEVER),
     "hardly agrees: waits": Rule(lost_belief.LostBelief, "hardly_agrees", _nothing(False)),

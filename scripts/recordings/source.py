@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,5 +105,5 @@ class MappedSource(RecordingSource):
 
 def stem(file: Path) -> str:
     """A recording's name without its endings, for the names of files made from it."""
-    name = file.absolute().name.removesuffix(".gz")
+    name = Path(os.path.abspath(file)).name.removesuffix(".gz")  # a link keeps its own name
     return Path(name).stem.lstrip(".") or "recording"

@@ -41,11 +41,13 @@ FIRST = 8.0  # m of the way on new ground, of which the map may know more:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
 CONTRADICTED = 0.1  # place, and so may a corner where a loop closes: it contradicts so few echoes
-LASTING, HALF = 16, 0.5  # attempts in a row whose best place is the same, and share of the usual
-# one that is explained there, at least, and not at the believed one, if that is not CONTRADICTED:
-# the map has changed there
-CLEARLY_BETTER = 40.0  # nats over the believed place; a place with less explains NEARLY_ALL,
-NEARLY_ALL = 0.88  # of the usual share
+LASTING, HALF = (
+    16,
+    0.5,
+)  # attempts in a row whose best place is the same: the map has changed there;
+# share of the usual one that is explained there, at least (see also `Astray._disputed`)
+CLEARLY_BETTER = 40.0  # nats over the believed place, of another one, or it explains
+NEARLY_ALL = 0.88  # of the usual share, at least
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -99,12 +101,13 @@ class Astray:
     """Maps apart while the robot is lost; nothing is drawn into the map until it is found there.
 
     The last metres of its path, as one scan, are searched for in the whole map. A place is accepted
-    if the map agrees with them as the demands ask, and explains NEARLY_ALL or fits CLEARLY_BETTER
-    than the believed place, and if CONFIRMED attempts in a row find it; REPEATED ones, if another
+    if the map agrees with them as the demands ask, and explains NEARLY_ALL or is CLEARLY_BETTER
+    than the believed one, and if CONFIRMED attempts in a row find it; REPEATED ones, if another
     place fits nearly as well, and none with less than LEAD; LONGER ones, while the believed place
-    may be right. In a building whose corridors look alike that takes long: until then the robot
-    says that it is lost. If none is found, and the believed place is new ground that the robot came
-    to through no wall, a scan was misjudged, and it goes on there.
+    may be right. Where the map has changed, less is asked of a place that is the best in LASTING
+    attempts in a row. In a building whose corridors look alike that takes long: until then the
+    robot says that it is lost. If none is found, and the believed place is new ground that the
+    robot came to through no wall, a scan was misjudged, and it goes on there.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
@@ -134,7 +137,7 @@ class Astray:
         self._since_keyframe = MotionTrigger(KEYFRAMES)
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._found = Repeated()  # origins that are acceptable
-        self._best = Repeated()  # origins by places that lead, of which the map shows half
+        self._best = Repeated()  # origins by places that lead, where the believed one is disputed
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:

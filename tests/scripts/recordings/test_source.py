@@ -9,7 +9,14 @@ from scripts.recordings.source import stem
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("a.log.gz", "a"), ("a.log", "a"), ("a.b.csv", "a.b"), (".log", "log"), (".", None)],
+    [
+        ("a.log.gz", "a"),
+        ("a.log", "a"),
+        ("a.b.csv", "a.b"),
+        (".log", "log"),
+        (".", None),
+        ("a/..", None),
+    ],
 )
 def test_name_without_endings(name, expected, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -126,6 +126,14 @@ def test_a_place_must_explain_nearly_all_unless_it_is_clearly_better(
     assert astray._place(room(), BESIDE)[0] == (there if found else None)
 
 
+def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it() -> None:
+    astray = beside(SUDDEN._replace(no_new_ground=True))
+    drifted = Place(BESIDE @ Pose2(0.8), -90.0, Agreement(0.76, 0.02))
+    astray._places.all = lambda scan, explained: [drifted]
+    astray._places.matched = lambda scan, start: drifted
+    assert astray._place(room(), BESIDE)[0] == drifted
+
+
 def test_ground_behind_a_wall_is_not_new() -> None:
     astray, beyond = beside(), Agreement(0.0, 0.0)
     assert astray._may_be_new(Place(BESIDE, -90.0, beyond))

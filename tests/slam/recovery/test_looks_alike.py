@@ -1,7 +1,6 @@
 """A building whose corridors look alike: a robot is carried across it, or draws it twice."""
 
 import math
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,9 +9,10 @@ import pytest
 from agents import record_path
 from docs.making.any_robot import drawn
 from dynslam_env import CarriedAway, Laser, Loop, Odometry, OdometryScale
+from scripts.trials.sources import sparser
 from slam import make
 from slam.benchmark.run import Run, run, true_start
-from slam.episode import Episode, Truth
+from slam.episode import Episode
 from slam.interface import LOST_DISTANCE
 from slam.metrics.lost import LostScores, score_lost
 
@@ -111,11 +111,10 @@ def test_round_a_corner_into_new_ground_that_looks_alike_the_robot_is_not_lost(
         laser=Laser(120, math.radians(120), 12.0, sigma=0.015), odometry=Odometry(0.1, *[1e-4] * 4),
         faults=[OdometryScale(1.1)],
     )  # fmt: skip
-    truth, kept = whole.known_truth("a test"), slice(None, None, 4)
-    thinned = Truth(truth.poses[kept], truth.walls, truth.doors[kept])
-    episode = replace(whole, scans=whole.scans[kept], truth=thinned)
+    episode = sparser(whole, 4)
     result = run(make(variant, true_start(episode)), episode)
-    assert np.hypot(*(result.online - thinned.poses)[:, :2].T).max() < 0.5
+    truth = episode.known_truth("a test").poses
+    assert np.hypot(*(result.online - truth)[:, :2].T).max() < 0.5
     assert result.lost.max() < 0.5
 
 

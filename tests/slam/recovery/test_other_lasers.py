@@ -11,8 +11,8 @@ from agents import record_path
 from dynslam_env import CarriedAway, Laser, Loop, Odometry, Office
 from dynslam_env.faults.fault import Fault
 from dynslam_env.sensors.laser_presets import RPLIDAR_A2, SICK_LMS200
+from scripts.trials.sources import sparser
 from slam.benchmark.run import build, run
-from slam.episode import Truth
 from slam.metrics.lost import ALARM_LEVEL, LostScores, score_lost
 
 SMALL = Laser(360, math.radians(359.0), 3.5, 0.12, 0.015)
@@ -39,12 +39,10 @@ def told(
         env, seed, "moving", speed, laser=laser, odometry=odometry, faults=faults,
         max_episode_steps=steps, world=world,
     )  # fmt: skip
-    truth = episode.known_truth("this test")
-    truth = Truth(truth.poses[::every], truth.walls, truth.doors[::every])
-    episode = replace(episode, scans=episode.scans[::every], truth=truth)
-    result = run(build(variant, episode), episode)
-    scores = score_lost(episode.times, result.online, truth.poses, result.lost, result.first)
-    return scores, np.hypot(*(result.online - truth.poses)[:, :2].T), result.lost
+    episode = sparser(episode, every)
+    result, truth = run(build(variant, episode), episode), episode.known_truth("this test").poses
+    scores = score_lost(episode.times, result.online, truth, result.lost, result.first)
+    return scores, np.hypot(*(result.online - truth)[:, :2].T), result.lost
 
 
 def test_a_robot_that_looks_all_round_is_right_where_a_loop_closes() -> None:
