@@ -222,10 +222,12 @@ def evidence(found: Array, corrected: Array, asked: slice = ANY) -> float:
     that one agrees better with the corrected pose. This does not depend on the map, in which a room
     may look like itself turned around.
 
+    Fewer than RECENT scans prove no correction, but the latest one may disprove it.
+
     asked  which of the scans may prove it: the latest ones may see a person walk along
     """
     if len(found) < RECENT:
-        return 0.0
+        return min(_gained(found, corrected), 0.0) if len(found) else 0.0
     possible = corrected[asked, 0] > found[0, 0] - LESS_OVERLAP
     gains = (corrected[asked, 0] - found[asked, 0]) * corrected[asked, 1]
     return ECHO_EVIDENCE * float(gains[possible].max(initial=-found[0, 1]))

@@ -177,7 +177,8 @@ class OldGround:
         here = max((matched(endpoint, scan, start) for start in starts), key=_value)
         explained, wrong = endpoint.known_shares(scan.points, here.pose)
         known = explained + wrong > KNOWN
-        if not known and wrong < max(explained, WRONG):
+        times = 1.0 if self.open else CLEARLY_WRONG[1]
+        if not known and wrong < max(times * explained, WRONG):
             return None  # new ground
         better, enough, most_wrong = CLEARLY_BETTER
         lax = self.open and (known or wrong > CLEARLY_WRONG[1] * explained)

@@ -39,9 +39,11 @@ def test_new_ground_lets_it_fall_step_by_step(failure):
     assert falls[-1] < 0.02
 
 
-def test_few_scans_tell_nothing(failure):
+def test_few_scans_prove_nothing_but_the_latest_may_disprove(failure):
     assert failure.fall([0.9, 0.2]) == 0.0
-    assert evidence(seen(0.9, 0.2), seen(0.2, 0.9)) == 0.0
+    assert evidence(seen(0.2, 0.9), seen(0.9, 0.9)) == 0.0
+    assert evidence(seen(0.9, 0.2), seen(0.2, 0.9)) == pytest.approx(-35.0)
+    assert evidence(seen(), seen()) == 0.0
 
 
 def test_a_scan_before_the_failure_speaks_for_the_correction():
