@@ -176,12 +176,11 @@ class OldGround:
         starts = frame, best_near(endpoint, scan, frame, DRIFT)
         here = max((matched(endpoint, scan, start) for start in starts), key=_value)
         explained, wrong = endpoint.known_shares(scan.points, here.pose)
-        known = explained + wrong > KNOWN
-        times = 1.0 if self.open else CLEARLY_WRONG[1]
-        if not known and wrong < max(times * explained, WRONG):
+        known, twice = explained + wrong > KNOWN, CLEARLY_WRONG[1] * explained
+        if not known and wrong < max(explained if self.open else twice, WRONG):
             return None  # new ground
         better, enough, most_wrong = CLEARLY_BETTER
-        lax = self.open and (known or wrong > CLEARLY_WRONG[1] * explained)
+        lax = self.open and (known or wrong > twice)
         least = max(explained + MORE_EXPLAINED, enough if lax else LEAST_EXPLAINED)
         places = Places(endpoint, known=True, echoes=ECHOES, rating=THOROUGH)
         found = places.best(scan, least, here.value + GAIN)
