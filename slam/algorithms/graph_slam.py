@@ -55,7 +55,7 @@ DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a 
 # The edges are weighted, and loops searched for, by the largest errors, since where a place is hard
 # to match they are as large; `Estimate.covariance` is of the errors on average.
 LARGEST = 5.0  # covariance of the largest errors of a local map, by the estimated one
-AVERAGE = 0.04  # share of the largest errors' covariance that errors have on average, before loops
+AVERAGE = 0.02  # share of the largest errors' covariance that errors have on average, before loops
 PRIOR_LOOPS = 2  # number of loops that AVERAGE counts as
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
 from slam.maps.tiles import SHIFT, Tiles
+from slam.matrices import product, solved, transformed
 from slam.motion.gaussian import Prediction, odometry_covariance
 from slam.search.laplace import positive
 
@@ -96,7 +97,7 @@ def _inherited(x, y, theta, points, index, origin, resolution, drawn):
     for k in range(len(slots)):
         tile = drawn[slots[k]]
         if tile[2] > 0:
-            result += counts[k] * _at(tile, x, y)
+            _add_turned(tile[3:], x - tile[0], y - tile[1], counts[k], result)
             total += counts[k]
     return result / max(total, 1.0)
 
@@ -116,29 +117,26 @@ def _settle(x, y, theta, points, index, origin, resolution, drawn, covariance):
     for slot in _seen(x, y, theta, points, index, origin, resolution)[0]:
         tile = drawn[slot]
         n = min(tile[2], LAST_KEYFRAMES) + 1.0
-        mean = _at(tile, x, y)
-        tile[3:] = (mean + (covariance - mean) / n).reshape(9)
+        mean = np.zeros((3, 3))
+        _add_turned(tile[3:], x - tile[0], y - tile[1], 1.0, mean)
+        for i in range(3):
+            for j in range(3):
+                tile[3 + 3 * i + j] = mean[i, j] + (covariance[i, j] - mean[i, j]) / n
         tile[0], tile[1], tile[2] = x, y, n
 
 
 @kernel
-def _at(tile, x, y):
-    """(3, 3) the covariance that a tile stores, at (x, y)."""
-    return _turned(tile[3:].copy().reshape(3, 3), x - tile[0], y - tile[1])
-
-
-@kernel
-def _turned(covariance, x, y):
-    """The covariance of a pose rigidly attached at (x, y), world axes, from the given pose."""
-    half, result = covariance.copy(), np.empty((3, 3))
-    for k in range(3):  # J C J' with the `lever_jacobian` J
-        half[0, k] -= y * covariance[2, k]
-        half[1, k] += x * covariance[2, k]
-    for k in range(3):
-        result[k, 0] = half[k, 0] - y * half[k, 2]
-        result[k, 1] = half[k, 1] + x * half[k, 2]
-        result[k, 2] = half[k, 2]
-    return result
+def _add_turned(stored, x, y, weight, total):
+    """Add `weight` times the covariance that a tile stores (9,), at (x, y) from there, to `total`
+    (3, 3): J C J' with the `lever_jacobian` J."""
+    levers = -y, x, 0.0
+    for i in range(3):
+        a = stored[3 * i] + levers[i] * stored[6]
+        b = stored[3 * i + 1] + levers[i] * stored[7]
+        c = stored[3 * i + 2] + levers[i] * stored[8]
+        total[i, 0] += weight * (a - y * c)
+        total[i, 1] += weight * (b + x * c)
+        total[i, 2] += weight * c
 
 
 def carried(covariance: Array, prediction: Prediction) -> Array:
@@ -149,7 +147,9 @@ def carried(covariance: Array, prediction: Prediction) -> Array:
 @kernel
 def _moved(covariance, step, gaussian):
     """See `carried`: the rest is `Prediction.step` and `Prediction.gaussian`."""
-    return _turned(covariance, step[0], step[1]) + odometry_covariance(*gaussian)
+    result = odometry_covariance(*gaussian)
+    _add_turned(covariance.ravel(), step[0], step[1], 1.0, result)
+    return result
 
 
 def of_motion(prediction: Prediction, information: Array, theta: float) -> Array:
@@ -163,7 +163,7 @@ def _of_motion(gaussian, information, theta):
     within = fused(odometry_covariance(*gaussian), np.zeros((3, 3)), information)
     c, s = np.cos(theta), np.sin(theta)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return axes @ within @ axes.T
+    return transformed(axes, within)
 
 
 @kernel
@@ -177,5 +177,5 @@ def fused(predicted, ground, information):
     if not positive(within):
         values, axes = np.linalg.eigh(within)
         within = (axes * np.maximum(values, 0.0)) @ axes.T
-    sure = np.linalg.solve(np.eye(3) + within @ information, within)
+    sure = solved(np.eye(3) + product(within, information), within)
     return ground + 0.5 * (sure + sure.T)

@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.geometry import Array, Pose2
 from slam.kernel import kernel
+from slam.matrices import transformed
 from slam.validation import positive, within
 
 
@@ -178,7 +179,7 @@ def odometry_covariance(centre, moved, deviations):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y = -0.5 * moved[1], 0.5 * moved[0]  # derivative by the heading's error
     J = np.array([[c, -s, c * x - s * y], [s, c, s * x + c * y], [0.0, 0.0, 1.0]])
-    return (J * (deviations * deviations)) @ J.T
+    return transformed(J, np.diag(deviations * deviations))
 
 
 @kernel
@@ -187,18 +188,17 @@ def add_slope(x, y, theta, centre, moved, deviations, g, H):
     c, s = np.cos(centre[2]), np.sin(centre[2])
     x, y, theta = _error((x, y, theta), centre, moved)
     hc, hs = 0.5 * np.cos(theta / 2), 0.5 * np.sin(theta / 2)
-    J = np.array([  # derivative of the error by the pose
-        [c, s, hs * moved[0] + hc * moved[1]],
-        [-s, c, hs * moved[1] - hc * moved[0]],
-        [0.0, 0.0, 1.0],
-    ])  # fmt: skip
-    e = np.array([x, y, theta])
-    value = 0.0
+    J = (  # derivative of the error by the pose
+        (c, s, hs * moved[0] + hc * moved[1]),
+        (-s, c, hs * moved[1] - hc * moved[0]),
+        (0.0, 0.0, 1.0),
+    )
+    e, value = (x, y, theta), 0.0
     for k in range(3):
-        weight = 1.0 / (deviations[k] * deviations[k])
+        weight, row = 1.0 / (deviations[k] * deviations[k]), J[k]
         value -= 0.5 * weight * e[k] * e[k]
         for a in range(3):
-            g[a] -= weight * e[k] * J[k, a]
+            g[a] -= weight * e[k] * row[a]
             for b in range(3):
-                H[a, b] -= weight * J[k, a] * J[k, b]
+                H[a, b] -= weight * row[a] * row[b]
     return value

@@ -10,8 +10,6 @@ import numpy as np
 from slam.geometry import Array, Pose2
 from slam.graph.branch_and_bound import OTHER_TURN
 from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
-from slam.interface import Posterior
-from slam.motion.gaussian import Prediction
 from slam.recovery.lost_belief import Agreement
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton, climbed
@@ -32,7 +30,7 @@ FINALISTS = 32  # the best of them are matched
 STEP = 0.05  # m between points of a path: a wall is wider in the field
 SAME_DISTANCE, SAME_TURN = 0.3, math.radians(10.0)  # m, rad, of finds that agree
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
-REFINE = GaussNewton(levels=2)
+CLOSELY = GaussNewton().limits  # of a climb in the map: steps, and m and rad of the last one
 Reach = tuple[float, float, float]  # m, m, rad: half the width of a window
 
 
@@ -94,7 +92,7 @@ class Places:
     def all(self, scan: Scan, explained: float) -> list[Place]:
         """The places of the candidates that explain so large a share in the coarse map."""
         starts = self._starts(scan, self._least(explained), [])
-        return [self.matched(scan, start) for start in starts]
+        return [at(self._endpoint, scan, top) for top in _tops(self._endpoint, scan, starts)]
 
     def crossed(self, path: Array) -> bool:
         """Whether a path (n, 2), m, leads through a wall."""
@@ -106,19 +104,20 @@ class Places:
     def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
         """The best other place that explains so large a share of the scan, if it is by `gain` nats
         more likely there than at `place`."""
-        other = self._best(scan, self._least(explained), [place.pose])
+        least = max(self._least(explained), self._mean(scan, place.value + gain))
+        other = self._best(scan, least, [place.pose])
         return other if other is not None and other.value > place.value + gain else None
 
     def _best(self, scan: Scan, least: float, but: list[Pose2]) -> Place | None:
         """The most likely of the candidates with at least so large a mean log-likelihood in the
         coarse map of the search; `but` are places that are not considered."""
-        best = None
-        for start in self._starts(scan, least, but):
-            place = self.matched(scan, start)
-            if any(same_place(place.pose, other) for other in but):
-                place = at(self._endpoint, scan, start)
-            best = place if best is None or place.value > best.value else best
-        return best
+        starts = self._starts(scan, least, but)
+        if not starts:
+            return None
+        climbs = zip(_tops(self._endpoint, scan, starts), starts, strict=True)
+        poses = [start if _among(but, top) else top for top, start in climbs]
+        values = self._endpoint.log_likelihood(scan, np.array(poses))
+        return at(self._endpoint, scan, poses[int(values.argmax())])
 
     def _starts(self, scan: Scan, least: float, but: list[Pose2]) -> list[Pose2]:
         region = self._search
@@ -167,8 +166,16 @@ def best_near(endpoint: Endpoint, scan: Scan, pose: Pose2, reach: Reach) -> Pose
 
 def matched(endpoint: Endpoint, scan: Scan, start: Pose2) -> Place:
     """The place at the local maximum of the likelihood near a pose."""
-    prior = Prediction(start, Pose2(), WEAK_PRIOR)
-    return at(endpoint, scan, REFINE.climb(Posterior(endpoint, scan, prior), start))
+    return at(endpoint, scan, _tops(endpoint, scan, [start])[0])
+
+
+def _tops(endpoint: Endpoint, scan: Scan, starts: list[Pose2]) -> list[Pose2]:
+    """The local maxima of the likelihood near some poses."""
+    if not starts:
+        return []
+    readings = endpoint.reading(1), endpoint.reading(0)
+    tops, _ = climbed(np.array(starts), scan.points, *readings, WEAK_PRIOR, CLOSELY)
+    return [Pose2.of(top) for top in tops]
 
 
 def searched(scan: Scan, most: int = FEW) -> Array:
@@ -187,6 +194,11 @@ def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
     """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
     apart = abs(math.remainder(other.theta - one.theta, math.tau))
     return apart <= turn and math.dist(one[:2], other[:2]) <= distance
+
+
+def _among(places: list[Pose2], pose: Pose2) -> bool:
+    """Whether a pose is one of some places."""
+    return any(same_place(pose, other) for other in places)
 
 
 def same_place(one: Pose2, other: Pose2) -> bool:
