@@ -54,6 +54,12 @@ class Pose2(NamedTuple):
         return Pose2(x, y, theta)
 
 
+def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
+    """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
+    apart = abs(math.remainder(other.theta - one.theta, math.tau))
+    return apart <= turn and math.dist(one[:2], other[:2]) <= distance
+
+
 def wrap_angle(angle: ArrayLike) -> Array:
     """Angles wrapped to [-pi, pi), rad, any shape."""
     return (np.asarray(angle, dtype=np.float64) + np.pi) % (2 * np.pi) - np.pi

@@ -52,6 +52,7 @@ SAVED = np.diag([0.02, 0.02, math.radians(0.3)]) ** 2  # m^2, rad^2: error of a 
 JOINED = np.diag([0.1, 0.1, math.radians(2.0)]) ** 2  # m^2, rad^2: error of the start among them
 DRIFT = np.diag([0.03, 0.03, math.radians(0.5)]) ** 2  # m^2, rad^2: error of a local map that
 # its estimated covariance does not include, where it is largest
+MOST_DRIFTED = 3.0  # standard deviations: a robot that is farther off has not only drifted
 # The edges are weighted, and loops searched for, by the largest errors, since where a place is hard
 # to match they are as large; `Estimate.covariance` is of the errors on average.
 LARGEST = 5.0  # covariance of the largest errors of a local map, by the estimated one
@@ -312,8 +313,9 @@ class GraphSlam:
         return Surroundings(self._searched.endpoint(self.places, poses), Pose2.of(poses[-1]))
 
     def _rejoined(self, astray: Astray, found: Estimate) -> Estimate:
-        """A local map of what was mapped apart, tied to the graph where the robot was found; no
-        edge leads to it from the local map in which the robot got lost."""
+        """A local map of what was mapped apart, tied to the graph where the robot was found. If the
+        robot had only drifted, this closes a loop; if not, no edge leads to it from the local map
+        in which the robot got lost."""
         assert self._front is not None
         self._work.append(self._close(self.places[-1]))
         first = astray.keyframes[0]
@@ -322,8 +324,12 @@ class GraphSlam:
             place.add(scan, first.pose.between(pose))
         here = first.pose.between(astray.pose)
         origin = Pose2.of(self.graph.poses[-1]) @ self._front.pose @ here.inverse()
-        self._join(origin, JOINED if astray.sure else astray.covariance)
-        self._path.rebase(self._lost_since, len(self.places), astray.believed @ first.pose)
+        believed = astray.believed @ first.pose
+        drifted = self._drifted_from(believed, origin) if astray.drifted else None
+        self._join(origin, JOINED if astray.sure else astray.covariance, drifted)
+        if drifted is not None:
+            self._close_way(believed)
+        self._path.rebase(self._lost_since, len(self.places), believed)
         score = self._front.keyframe.score
         estimate = self._begin(place, score)
         self._old_ground.begin(place.ordinal)
@@ -367,14 +373,47 @@ class GraphSlam:
             self.graph.poses = np.array([pose])
         self.places.append(place)
 
-    def _join(self, pose: Pose2, covariance: Array = JOINED) -> None:
-        """Add a frame at a pose in the graph, known with (3, 3) `covariance`: of this recording's
-        first local map, or of a robot that was found again."""
+    def _drifted_from(self, believed: Pose2, found: Pose2) -> int | None:
+        """The number of the nearest local map to where the robot was found from which errors on the
+        way to there may have added up to what it was off; None if there is no such one.
+
+        believed, found  of a frame: in the last frame, and in the world
+        """
+        graph, last = self.graph, len(self.graph.poses) - 1
+        covariances = chained(len(graph.poses), graph.edges, graph.trust(), last)
+        seemed = Pose2.of(graph.poses[last]) @ believed
+        for number in self._by_distance(found):
+            frame = Pose2.of(graph.poses[number])
+            predicted = frame.between(seemed)
+            lever = lever_jacobian(predicted.x, predicted.y)
+            doubt = lever @ covariances[number] @ lever.T + JOINED
+            off = np.array(frame.between(found)) - predicted
+            off[2] = math.remainder(off[2], math.tau)
+            if off @ np.linalg.solve(doubt, off) <= MOST_DRIFTED**2:
+                return number
+        return None
+
+    def _close_way(self, believed: Pose2) -> None:
+        """Add the way from the last local map but one to the last frame, which is tied to the graph
+        elsewhere, and let the graph close the loop."""
+        last = len(self.graph.poses) - 1
+        information = np.asarray(np.linalg.inv(JOINED), dtype=np.float64)
+        self.graph.edges.append(Edge(last - 1, last, believed, information, loop=True))
+        self._work.append(self._moved(self.graph.steps()))
+
+    def _by_distance(self, pose: Pose2) -> list[int]:
+        """The numbers of the frames, the nearest first."""
+        apart = np.hypot(*(self.graph.poses[:, :2] - pose[:2]).T)
+        return [int(number) for number in np.argsort(apart, kind="stable")]
+
+    def _join(self, pose: Pose2, covariance: Array = JOINED, tied: int | None = None) -> None:
+        """Add a frame at a pose in the graph, known with (3, 3) `covariance` relative to frame
+        number `tied`, or to the nearest one: of this recording's first local map, or of a robot
+        that was found again."""
         if not self.places:
             self.graph.poses = np.array([pose])
             return
-        nearest = int(np.argmin(np.hypot(*(self.graph.poses[:, :2] - pose[:2]).T)))
-        self._tie(nearest, pose, covariance)
+        self._tie(self._by_distance(pose)[0] if tied is None else tied, pose, covariance)
         self._frame_covariance = self._chained_to_last()
 
     def _chained_to_last(self) -> Array:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, near
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
@@ -19,7 +19,6 @@ from slam.recovery.places import (
     Places,
     Surroundings,
     agree,
-    near,
     same_place,
 )
 from slam.scan import Scan
@@ -59,6 +58,8 @@ class Demands(NamedTuple):
     sudden         whether a scan that was not continuous preceded: the robot was carried, and is at
                    the believed place only if the map agrees, or is new ground
     usual          share of the echoes that the map explains in this recording
+    continuous     whether each scan followed from the one before, and only the map tells that the
+                   robot is lost: its errors may have added up
     within         m and rad from the believed place; None: anywhere. After a gap in the scans the
                    odometry did not fail: the robot may see new ground that looks like another place
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
@@ -70,6 +71,7 @@ class Demands(NamedTuple):
     contradicted: float
     sudden: bool
     usual: float = 0.9
+    continuous: bool = False
     within: tuple[float, float] | None = None
     no_new_ground: bool = False
     new_ground: float = 10.0
@@ -160,6 +162,12 @@ class Astray:
     def covariance(self) -> Array:
         """(3, 3) of the pose, once it was found."""
         return FOUND_COVARIANCE if self.sure else UNSURE_COVARIANCE
+
+    @property
+    def drifted(self) -> bool:
+        """Whether it was found, and no scan tells that it was carried: its errors may have added
+        up."""
+        return self.sure and self._demands.continuous
 
     def found(self, time: float) -> Pose2 | None:
         """The pose in the SLAM's frame of the origin of the map apart, if it is found at `time`."""

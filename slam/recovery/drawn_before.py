@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Pose2
+from slam.geometry import Pose2, near
 from slam.graph.local_map import Keyframe, Panorama, panorama
 from slam.kernel import kernel
 from slam.recovery.old_ground import DRIFT, HELD, KEYFRAMES, RECENT, WINDOW, OldGround, share
-from slam.recovery.places import Place, at, best_near, matched, near
+from slam.recovery.places import Place, at, best_near, matched
 from slam.recovery.surprise import Surprise
 from slam.scan import Scan
 from slam.sensor_models.blocks import BLOCKS, blocks_of

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from slam.geometry import Pose2
+from slam.geometry import Pose2, near
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
 from slam.recovery.lost_belief import Agreement
-from slam.recovery.places import near
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 

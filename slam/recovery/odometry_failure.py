@@ -6,13 +6,12 @@ import math
 
 import numpy as np
 
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, near
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
 from slam.recovery.continuity import RECENT, Recent
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
-from slam.recovery.places import near
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan

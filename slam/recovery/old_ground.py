@@ -10,9 +10,9 @@ import math
 from collections import deque
 from typing import NamedTuple, Protocol
 
-from slam.geometry import Pose2
+from slam.geometry import Pose2, near
 from slam.graph.local_map import Panorama
-from slam.recovery.places import THOROUGH, Place, Places, best_near, matched, near
+from slam.recovery.places import THOROUGH, Place, Places, best_near, matched
 from slam.recovery.watch import MISPLACED
 from slam.sensor_models.endpoint import Endpoint
 

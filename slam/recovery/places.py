@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Array, Pose2
+from slam.geometry import Array, Pose2, near
 from slam.graph.branch_and_bound import OTHER_TURN
 from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
 from slam.recovery.lost_belief import Agreement
@@ -188,12 +188,6 @@ def at(endpoint: Endpoint, scan: Scan, pose: Pose2) -> Place:
     """The place at a pose."""
     value = endpoint.log_likelihood(scan, np.array([pose]))[0]
     return Place(pose, float(value), Agreement(*endpoint.shares(scan.pieces, pose)))
-
-
-def near(one: Pose2, other: Pose2, distance: float, turn: float) -> bool:
-    """Whether two poses are at most `distance`, m, and `turn`, rad, apart."""
-    apart = abs(math.remainder(other.theta - one.theta, math.tau))
-    return apart <= turn and math.dist(one[:2], other[:2]) <= distance
 
 
 def _among(places: list[Pose2], pose: Pose2) -> bool:

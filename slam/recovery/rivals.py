@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from slam.geometry import Pose2
+from slam.geometry import Pose2, near
 from slam.graph.local_map import Keyframe
 from slam.interface import LOST_DISTANCE, LOST_TURN
 from slam.recovery.lost_belief import LostBelief
-from slam.recovery.places import CANDIDATES, Place, Places, agree, at, best_near, matched, near
+from slam.recovery.places import CANDIDATES, Place, Places, agree, at, best_near, matched
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 

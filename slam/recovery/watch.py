@@ -119,6 +119,7 @@ class Watch:
         return demands._replace(
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
+            continuous=self._jump is None or self._turned,
             within=self._within,
             no_new_ground=self.suspected > 0,
         )

@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.errors import InputError
-from slam.geometry import Array, Pose2, between, compose
+from slam.geometry import Array, Pose2, between, compose, near
 from slam.graph.edges import Edge, Edges
 from slam.graph.loops import Loops, cautious, tempered
 from slam.graph.pose_graph import PoseGraph
 from slam.maps.clamped import Clamped
-from slam.recovery.places import best_near, matched, near
+from slam.recovery.places import best_near, matched
 from slam.search.laplace import wide_information
 from slam.sensor_models.endpoint import Endpoint
 from slam.sessions.door_memory import joined, moved_doors
