@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, between, near
-from slam.graph.local_map import Keyframe, LocalMap
+from slam.geometry import Array, Pose2, between
+from slam.graph.local_map import LocalMap
 from slam.grid import OccupancyGrid
 from slam.interface import MapModel
 from slam.maps.static import Static
@@ -17,7 +17,6 @@ from slam.sensor_models.endpoint import Endpoint
 
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
 SEARCHED_SHIFT, SEARCHED_TURN = 0.1, math.radians(1.0)  # the same, of a map that is searched
-SPACING = 0.4, math.radians(20.0)  # m, rad, between the keyframes that such a map is drawn from
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 
 
@@ -25,7 +24,6 @@ class WholeMap:
     """One map of any model: extended while the local maps keep their poses, else built anew.
 
     max_shift, max_turn  m, rad, by which a local map may move before the map is built anew
-    chosen               the keyframes of a local map that are drawn; it may get more later
     """
 
     def __init__(
@@ -33,10 +31,8 @@ class WholeMap:
         map_model: Callable[[], MapModel],
         max_shift: float = MAX_SHIFT,
         max_turn: float = MAX_TURN,
-        chosen: Callable[[LocalMap], Sequence[Keyframe]] = lambda place: place.keyframes,
     ):
         self._make, self._max_shift, self._max_turn = map_model, max_shift, max_turn
-        self._chosen = chosen
         self._begin()
 
     def _begin(self) -> None:
@@ -77,20 +73,18 @@ class WholeMap:
         self._keyframes += [0] * (len(places) - new)
         for number in range(max(new - 1, 0), len(places)):
             frame, changed = Pose2.of(self._poses[number]), [NO_CELLS]
-            keyframes = self._chosen(places[number])
-            for scan, pose in keyframes[self._keyframes[number] :]:
+            for scan, pose in places[number].keyframes[self._keyframes[number] :]:
                 bare = scan.bare()  # its cached properties are freed with it
                 changed.append(self.map_model.integrate(bare, frame @ pose))
-            self._keyframes[number] = len(keyframes)
+            self._keyframes[number] = len(places[number].keyframes)
             yield np.concatenate(changed)
 
 
 class SearchedMap:
-    """The whole map as the likelihood field in which a lost robot is searched for, drawn from few
-    keyframes: it is built anew as often as loops move the local maps."""
+    """The whole map as the likelihood field in which a lost robot is searched for."""
 
     def __init__(self) -> None:
-        self._whole = WholeMap(Static, SEARCHED_SHIFT, SEARCHED_TURN, _spaced)
+        self._whole = WholeMap(Static, SEARCHED_SHIFT, SEARCHED_TURN)
         self._endpoint = Endpoint()
 
     @property
@@ -110,12 +104,3 @@ class SearchedMap:
                 changed.append(cells)
         self._endpoint.refresh(self._whole.map_model, np.concatenate(changed))
         return self._endpoint
-
-
-def _spaced(place: LocalMap) -> list[Keyframe]:
-    """The first of the keyframes, and those about SPACING from the one before."""
-    kept = place.keyframes[:1]
-    for one in place.keyframes[1:]:
-        if not near(kept[-1].pose, one.pose, *SPACING):
-            kept.append(one)
-    return kept
