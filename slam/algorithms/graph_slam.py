@@ -180,6 +180,8 @@ class GraphSlam:
 
     def place(self, pose: Pose2) -> None:
         """Set the robot's pose, before the first update."""
+        if self.watch is not None:
+            self.watch.placed()
         self.pose = pose
 
     def finish(self) -> None:

@@ -172,6 +172,8 @@ class MaximumLikelihood:
     def place(self, pose: Pose2, covariance: Array = EXACT) -> None:
         """Set the robot's pose, known with (3, 3) `covariance`; the next scan is matched there."""
         self._stay()
+        if self.watch is not None:
+            self.watch.placed()
         if self._before is not None:
             self._before.forget()
         estimate = Estimate(pose, covariance, self.keyframe.score, False)

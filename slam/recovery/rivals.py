@@ -65,6 +65,7 @@ class Check(NamedTuple):
     belief    knows what is usual
     proof     what is asked of another place
     jump      the scan with which the doubt began, and its pose from here, if it counts
+    reach     m, from the believed place, that another one may be apart
     """
 
     endpoint: Endpoint
@@ -73,6 +74,7 @@ class Check(NamedTuple):
     belief: LostBelief
     proof: Proof
     jump: Keyframe | None
+    reach: float = math.inf
 
     @property
     def usual(self) -> float:
@@ -96,8 +98,10 @@ class Check(NamedTuple):
         return (place.value - self.here.value) / max(len(self.scan.points), 1)
 
     def speaks_for(self, place: Place, explained: float) -> bool:
-        """Whether the scan fits so much better there, and the map explains that share of it, and
-        contradicts little."""
+        """Whether the scan fits so much better there, the map explains that share of it, and
+        contradicts little, and the robot may be there."""
+        if math.dist(place.pose[:2], self.here.pose[:2]) > self.reach:
+            return False
         agreement = place.agreement
         enough = agreement.explained > explained
         agrees = enough and agreement.contradicted <= self.proof.contradicted

@@ -54,6 +54,8 @@ GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is n
 DROPPED = 0.02  # probability that a dropped doubt was right: 2 of 87 were
 NOT_FOUND = 0.6  # the same of a robot that seemed to be carried, and was found nowhere
 FORGETTING = 0.99  # factor of it from one keyframe to the next
+UNNOTICED, DRIFT = 2.0, 0.03  # m, and share of the way: where each scan followed from the one
+# before, the robot is not farther off
 FOUND = 0.002  # probability of being lost after the robot was found again
 
 
@@ -93,6 +95,7 @@ class Watch:
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
         self._dropped = 0.0  # probability that a doubt which is over was right
+        self._driven = 0.0  # m, since it was certain where the robot is; inf if it never was
         self._disagreeing = 0  # matches in a row with which the map hardly agrees
 
     @property
@@ -120,7 +123,7 @@ class Watch:
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
             continuous=self._jump is None or self._turned,
-            within=self._within,
+            within=self._within or (None if math.isinf(self._reach) else (self._reach, math.pi)),
             no_new_ground=self.suspected > 0,
         )
 
@@ -136,6 +139,18 @@ class Watch:
         self._startled = self._startled or startling
         told = self.told(estimate)
         return told._replace(lost=max(told.lost, UNCHECKED)) if startling else told
+
+    def placed(self) -> None:
+        """The robot was put somewhere, and may be elsewhere."""
+        self._driven = math.inf
+
+    @property
+    def _reach(self) -> float:
+        """m, from the believed place, within which the robot is by what raised the doubt: after a
+        scan that was not continuous, or if old ground disagrees, it may be anywhere."""
+        if self._jump is not None or self.suspected:
+            return math.inf
+        return UNNOTICED + DRIFT * self._driven
 
     def found(self, sure: bool) -> None:
         """The robot was found again, or, not `sure`, goes on on new ground."""
@@ -179,6 +194,7 @@ class Watch:
         if not self.open:
             self._dropped *= FORGETTING
         self._since_check.move(match.last.between(pose))
+        self._driven += math.dist(match.last[:2], pose[:2])
         begins = self.belief.jumped and self._jump is None
         if begins:
             self._jump = Keyframe(match.scan, pose)
@@ -244,7 +260,7 @@ class Watch:
         strange = self._strange(agreement)
         jump = None if strange or self._jump is None else self._jump.seen_from(pose)
         votes = self._rivals.votes
-        check = Check(endpoint, scan, here, self.belief, self._proof(), jump)
+        check = Check(endpoint, scan, here, self.belief, self._proof(), jump, self._reach)
         against = self._rivals.vote(check)
         if strange:
             self._rivals.votes = votes + 1

@@ -18,6 +18,8 @@ from slam.geometry import Pose2, compose
 from slam.graph import pose_graph
 from slam.graph.alignment import ALIGNED
 from slam.graph.chain import MIN_WEIGHT
+from slam.graph.edges import Edge
+from slam.graph.local_map import LocalMap
 from slam.graph.loops import Loops
 from slam.interface import Revising
 from slam.maps.clamped import Clamped
@@ -566,3 +568,45 @@ def test_an_elsewhere_begun_drive_is_the_same_elsewhere(alignment, atol: float) 
 def test_parts_are_checked(wrong) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):
         GraphSlam(**wrong)
+
+
+def long_way(edges: int) -> GraphSlam:
+    """A robot that drove a square of so many edges, and believes to be 6 m beside its start."""
+    robot, corner = GraphSlam(), Pose2(4.0, 0.0, 0.0)
+    turns = {edges // 4, edges // 2, 3 * edges // 4}
+    information = np.diag(np.array([0.05, 0.03, math.radians(0.6)]) ** -2.0)
+    for number in range(edges):
+        step = corner @ Pose2(0.0, 0.0, math.pi / 2 * (number + 1 in turns))
+        last = len(robot.graph.poses) - 1
+        robot.graph.add_pose(Pose2.of(robot.graph.poses[-1]) @ step)
+        robot.graph.edges.append(Edge(last, last + 1, step, information))
+    return robot
+
+
+@pytest.mark.parametrize(("edges", "drifted"), [(200, True), (12, False)])
+def test_a_robot_found_after_a_long_way_had_drifted(edges: int, drifted: bool) -> None:
+    robot = long_way(edges)
+    last, found = Pose2.of(robot.graph.poses[-1]), Pose2(6.0, 1.0, -math.pi / 2 + 0.05)
+    assert math.dist(last[:2], (0.0, 0.0)) < 1e-6
+    number = robot._drifted_from(Pose2(), found)
+    assert (number is not None) == drifted
+    if number is not None:
+        assert math.dist(robot.graph.poses[number, :2], found[:2]) < 8.0
+        assert number < 10
+
+
+def test_the_loop_that_a_drift_opened_is_closed() -> None:
+    robot, found = long_way(200), Pose2(6.0, 1.0, -math.pi / 2 + 0.05)
+    robot.places = [LocalMap((), scan_at(Pose2()), k) for k in range(len(robot.graph.poses))]
+    before = robot.graph.poses.copy()
+    robot._join(found, tied=robot._drifted_from(Pose2(), found))
+    robot._close_way(Pose2())
+    while robot._work:
+        robot._do(robot._work[0])
+    last, end = robot.graph.poses[-2:]
+    assert math.dist(end[:2], found[:2]) < 0.2
+    assert math.dist(last[:2], end[:2]) < 0.2
+    assert robot.graph.trust().min() > 0.9
+    steps = np.hypot(*np.diff(robot.graph.poses[:-1, :2], axis=0).T)
+    np.testing.assert_allclose(steps, 4.0, atol=0.1)  # the drift is shared by all
+    assert np.hypot(*(robot.graph.poses[:-1] - before)[:5, :2].T).max() < 0.2

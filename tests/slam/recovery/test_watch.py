@@ -334,6 +334,28 @@ def test_a_door_before_new_ground_that_looks_like_another_place_is_no_proof(
     assert np.hypot(*away[:, :2].T).max() < 0.2
 
 
+def test_new_ground_seen_piece_by_piece_is_no_place_far_away() -> None:
+    """A door moves before a new passage, and the local map explains a quarter of it; another one,
+    6 m away, looks the same."""
+    episode = record_path("DoorLoop-v0", 7626, "moving", max_episode_steps=450)
+    result = run(make("dynamic-graph", true_start(episode)), episode)
+    away = result.online - episode.known_truth("this test").poses
+    assert (result.lost <= 0.5).all()
+    assert np.hypot(*away[:, :2].T).max() < 0.1
+
+
+def test_a_robot_whose_scans_were_continuous_is_near_unless_it_was_put_somewhere() -> None:
+    watch = Watch()
+    reach, turn = watch.demands.within or (math.inf, 0.0)
+    assert reach == 2.0
+    assert turn == math.pi
+    watch.suspected = 1
+    assert watch.demands.within is None
+    watch.suspected = 0
+    watch.placed()
+    assert watch.demands.within is None
+
+
 def test_a_robot_that_stands_after_a_correction_stays_where_it_was_corrected_to() -> None:
     slam = MaximumLikelihood(watch=Watch())
     slam.update(Pose2(), room())
