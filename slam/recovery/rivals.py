@@ -74,7 +74,7 @@ class Check(NamedTuple):
     belief: LostBelief
     proof: Proof
     jump: Keyframe | None
-    reach: float = math.inf
+    reach: float
 
     @property
     def usual(self) -> float:
