@@ -21,7 +21,7 @@ from slam.graph.covariance import MIN_INFORMATION, size
 from slam.graph.echoes import Echoes, echoes_of
 from slam.graph.edges import Edge
 from slam.graph.local_map import Keyframe, LocalMap, Panorama
-from slam.graph.loops import Loops, Matcher
+from slam.graph.loops import Loops, Matcher, innovation
 from slam.graph.path import Path
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.redundancy import Redundancy
@@ -384,14 +384,13 @@ class GraphSlam:
         graph, last = self.graph, len(self.graph.poses) - 1
         covariances = chained(len(graph.poses), graph.edges, graph.trust(), last)
         seemed = Pose2.of(graph.poses[last]) @ believed
+        information = np.asarray(np.linalg.inv(JOINED), dtype=np.float64)
         for number in self._by_distance(found):
             frame = Pose2.of(graph.poses[number])
             predicted = frame.between(seemed)
             lever = lever_jacobian(predicted.x, predicted.y)
-            doubt = lever @ covariances[number] @ lever.T + JOINED
-            off = np.array(frame.between(found)) - predicted
-            off[2] = math.remainder(off[2], math.tau)
-            if off @ np.linalg.solve(doubt, off) <= MOST_DRIFTED**2:
+            doubt = lever @ covariances[number] @ lever.T
+            if innovation(frame.between(found), information, predicted, doubt) <= MOST_DRIFTED:
                 return number
         return None
 

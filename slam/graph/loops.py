@@ -205,9 +205,9 @@ class Matcher:
         information = tempered(information, pose.theta, self._loops.floor)
         explained, contradicted = endpoint.shares(scan.points, pose)
         behind = endpoint.behind(scan.points, scan.views, pose)
-        innovation = _innovation(pose, information, predicted, covariance)
+        deviations = innovation(pose, information, predicted, covariance)
         return Match(
-            pose, information, explained - behind, contradicted + behind, behind, innovation,
+            pose, information, explained - behind, contradicted + behind, behind, deviations,
             math.dist(pose[:2], predicted[:2]),
         )  # fmt: skip
 
@@ -228,7 +228,7 @@ def tempered(information: Array, heading: float, floor: tuple[float, float, floa
     return 0.5 * (wider + wider.T)
 
 
-def _innovation(pose: Pose2, information: Array, predicted: Pose2, covariance: Array) -> float:
+def innovation(pose: Pose2, information: Array, predicted: Pose2, covariance: Array) -> float:
     """The distance of two poses in standard deviations: one with (3, 3) information in its own
     frame, and one with a covariance."""
     turn = turned(pose.theta)

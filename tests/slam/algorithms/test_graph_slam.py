@@ -571,7 +571,7 @@ def test_parts_are_checked(wrong) -> None:
 
 
 def long_way(edges: int) -> GraphSlam:
-    """A robot that drove a square of so many edges, and believes to be 6 m beside its start."""
+    """A robot that drove a square of so many edges, and believes to be at its start again."""
     robot, corner = GraphSlam(), Pose2(4.0, 0.0, 0.0)
     turns = {edges // 4, edges // 2, 3 * edges // 4}
     information = np.diag(np.array([0.05, 0.03, math.radians(0.6)]) ** -2.0)
