@@ -25,7 +25,8 @@ from slam.graph.loops import Loops, Matcher, innovation
 from slam.graph.path import Path
 from slam.graph.pose_graph import PoseGraph
 from slam.graph.redundancy import Redundancy
-from slam.graph.whole_map import SearchedMap, WholeMap
+from slam.graph.searched_map import SearchedMap
+from slam.graph.whole_map import WholeMap
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Search, SensorModel
 from slam.maps.static import Static
@@ -155,8 +156,9 @@ class GraphSlam:
 
     def advance(self, displacement: Pose2, scan: Scan) -> Estimate:
         """One update."""
+        begun = len(self.places)
         estimate = self._located(displacement, scan)
-        revised = self._work_on()
+        revised = len(self.places) == begun and self._work_on()  # to begin one takes as long
         self._path.append(len(self.places) - 1, estimate.pose)
         frame = Pose2.of(self.graph.poses[-1])
         self.pose = frame @ estimate.pose

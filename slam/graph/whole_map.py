@@ -12,11 +12,8 @@ from slam.geometry import Array, Pose2, between
 from slam.graph.local_map import LocalMap
 from slam.grid import OccupancyGrid
 from slam.interface import MapModel
-from slam.maps.static import Static
-from slam.sensor_models.endpoint import Endpoint
 
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
-SEARCHED_SHIFT, SEARCHED_TURN = 0.1, math.radians(1.0)  # the same, of a map that is searched
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 
 
@@ -24,6 +21,7 @@ class WholeMap:
     """One map of any model: extended while the local maps keep their poses, else built anew.
 
     max_shift, max_turn  m, rad, by which a local map may move before the map is built anew
+    poses                (n, 3) at which local maps were drawn
     """
 
     def __init__(
@@ -37,7 +35,7 @@ class WholeMap:
 
     def _begin(self) -> None:
         self.map_model = self._make()
-        self._poses = np.zeros((0, 3))  # at which local maps were integrated
+        self.poses = np.zeros((0, 3))
         self._keyframes: list[int] = []  # number of keyframes integrated of each
 
     @property
@@ -47,8 +45,8 @@ class WholeMap:
 
     def forget(self, number: int) -> None:
         """Forget a local map: it is left out when the map is built anew."""
-        if number < len(self._poses):
-            self._poses = np.delete(self._poses, number, axis=0)
+        if number < len(self.poses):
+            self.poses = np.delete(self.poses, number, axis=0)
             del self._keyframes[number]
 
     def map(self, places: Sequence[LocalMap], poses: Array) -> OccupancyGrid:
@@ -63,44 +61,18 @@ class WholeMap:
     def drawing(self, places: Sequence[LocalMap], poses: Array) -> Iterator[np.ndarray]:
         """Draw what is new, local map by local map; yields the ids of the cells that may have
         changed by each."""
-        moved = between(self._poses, poses[: len(self._poses)])
+        moved = between(self.poses, poses[: len(self.poses)])
         if (np.hypot(moved[:, 0], moved[:, 1]) > self._max_shift).any() or (
             np.abs(moved[:, 2]) > self._max_turn
         ).any():
             self._begin()
-        new = len(self._poses)
-        self._poses = np.vstack([self._poses, poses[new : len(places)]])
+        new = len(self.poses)
+        self.poses = np.vstack([self.poses, poses[new : len(places)]])
         self._keyframes += [0] * (len(places) - new)
         for number in range(max(new - 1, 0), len(places)):
-            frame, changed = Pose2.of(self._poses[number]), [NO_CELLS]
+            frame, changed = Pose2.of(self.poses[number]), [NO_CELLS]
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
                 bare = scan.bare()  # its cached properties are freed with it
                 changed.append(self.map_model.integrate(bare, frame @ pose))
             self._keyframes[number] = len(places[number].keyframes)
             yield np.concatenate(changed)
-
-
-class SearchedMap:
-    """The whole map as the likelihood field in which a lost robot is searched for."""
-
-    def __init__(self) -> None:
-        self._whole = WholeMap(Static, SEARCHED_SHIFT, SEARCHED_TURN)
-        self._endpoint = Endpoint()
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the tiles."""
-        return self._whole.nbytes
-
-    def forget(self, number: int) -> None:
-        """See `WholeMap.forget`."""
-        self._whole.forget(number)
-
-    def endpoint(self, places: Sequence[LocalMap], poses: Array) -> Endpoint:
-        """The field of the local maps `places` at `poses` (n, 3), valid until the next call."""
-        known, changed = self._whole.map_model, [NO_CELLS]
-        for cells in self._whole.drawing(places, poses):
-            if self._whole.map_model is known:  # of one that was built anew all cells are read
-                changed.append(cells)
-        self._endpoint.refresh(self._whole.map_model, np.concatenate(changed))
-        return self._endpoint

@@ -12,7 +12,7 @@ from slam.geometry import Pose2, near
 from slam.graph.local_map import Keyframe, Panorama, panorama
 from slam.kernel import kernel
 from slam.recovery.old_ground import DRIFT, HELD, KEYFRAMES, RECENT, WINDOW, OldGround, share
-from slam.recovery.places import Place, at, best_near, matched
+from slam.recovery.places import Place, Surroundings, at, best_near, matched
 from slam.recovery.surprise import Surprise
 from slam.scan import Scan
 from slam.sensor_models.blocks import BLOCKS, blocks_of
@@ -214,9 +214,9 @@ class DrawnBefore:
         """The last keyframes; those from before the robot was found are forgotten."""
         return self._panorama(WINDOW)
 
-    def old_map(self) -> Endpoint:
-        """The old field."""
-        return self.endpoint
+    def old(self) -> Surroundings:
+        """The old field, and the pose of the last keyframe in it."""
+        return Surroundings(self.endpoint, self.frame)
 
 
 @kernel

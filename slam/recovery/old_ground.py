@@ -12,9 +12,8 @@ from typing import NamedTuple, Protocol
 
 from slam.geometry import Pose2, near
 from slam.graph.local_map import Panorama
-from slam.recovery.places import THOROUGH, Place, Places, best_near, matched
+from slam.recovery.places import THOROUGH, Place, Places, Surroundings, best_near, matched
 from slam.recovery.watch import MISPLACED
-from slam.sensor_models.endpoint import Endpoint
 
 RECENT = 5  # stretches before the last one, which are not old: they agree with it anywhere
 LEAST_KNOWN = 0.4  # share of the echoes that old ones know, or they do not judge,
@@ -43,8 +42,9 @@ SAME = 1.0, math.radians(10.0)  # m, rad, of finds that agree: wrong loops move 
 
 
 class Other(NamedTuple):
-    """A place that fits better than the believed one, by so many nats."""
+    """A pose in the old map that fits better than the believed one there, by `gain` nats."""
 
+    here: Pose2
     pose: Pose2
     gain: float
 
@@ -58,11 +58,6 @@ class Ground(Protocol):
         """The number of stretches before the last one."""
         ...
 
-    @property
-    def frame(self) -> Pose2:
-        """The frame of the last stretch in the old map."""
-        ...
-
     def unexplained(self, scan: Panorama) -> float | None:
         """See `share`: of the last stretch, of which `scan` is the panorama in its frame."""
         ...
@@ -72,8 +67,9 @@ class Ground(Protocol):
         scan at the frame."""
         ...
 
-    def old_map(self) -> Endpoint:
-        """What was drawn long before; valid until the next call."""
+    def old(self) -> Surroundings:
+        """What was drawn long before, and the frame of the last stretch in it; valid until the next
+        call."""
         ...
 
 
@@ -147,7 +143,7 @@ class OldGround:
             if self._wait <= 0:
                 self._fails = 0
         elif self._wait <= 0:
-            self._vote(ground.frame, self._elsewhere(ground))
+            self._vote(self._elsewhere(ground))
             self._wait = min(1 << self._fails // 2, LONGEST_PAUSE)
             if not self.votes:
                 self._learn(mean, DISMISSED)
@@ -155,15 +151,15 @@ class OldGround:
     def _learn(self, unexplained: float, memory: int) -> None:
         self._usual += min(unexplained - self._usual, LEARNED) / memory
 
-    def _vote(self, here: Pose2, other: Other | None) -> None:
+    def _vote(self, other: Other | None) -> None:
         """Count a vote for a place instead of the believed one."""
         gain = 0.0 if other is None else other.gain
         self._excess = max(self._excess + gain - EXPECTED, 0.0)
         if other is None:
             self.votes, self._fails = 0, self._fails + 1
             return
-        before, self._way = self._way, other.pose @ here.inverse()
-        agree = self.votes > 0 and near(before @ here, other.pose, *SAME)
+        before, self._way = self._way, other.pose @ other.here.inverse()
+        agree = self.votes > 0 and near(before @ other.here, other.pose, *SAME)
         self.votes = self.votes + 1 if agree else 1
         if self._excess > (SURELY_NOT_HERE if self.open else NOT_HERE):
             self.votes = max(self.votes, MISPLACED)
@@ -171,7 +167,7 @@ class OldGround:
 
     def _elsewhere(self, ground: Ground) -> Other | None:
         """The place of the frame at which the last stretches fit much better."""
-        endpoint, frame = ground.old_map(), ground.frame
+        endpoint, frame = ground.old()
         scan = ground.last(self._begin)
         starts = frame, best_near(endpoint, scan, frame, DRIFT)
         here = max((matched(endpoint, scan, start) for start in starts), key=_value)
@@ -194,7 +190,7 @@ class OldGround:
         most = min(wrong / (explained + wrong), self._usual + MISFIT)
         fits = there > LEAST_EXPLAINED and unexplained < most
         clear = self.open and unexplained < most_wrong and gain > better
-        return Other(found.pose, gain) if fits or clear else None
+        return Other(frame, found.pose, gain) if fits or clear else None
 
 
 def _value(place: Place) -> float:

@@ -10,8 +10,9 @@ import numpy as np
 from slam.geometry import Array, Pose2, compose
 from slam.graph.local_map import Keyframe, LocalMap, Panorama, panorama
 from slam.graph.loops import Matcher
-from slam.graph.whole_map import SearchedMap
+from slam.graph.searched_map import SearchedMap
 from slam.recovery.old_ground import KEYFRAMES, RECENT, WINDOW, share
+from slam.recovery.places import Surroundings
 from slam.sensor_models.endpoint import Endpoint
 
 NEAREST, FARTHEST = 4, 8.0  # old local maps, at most, that judge; m, between centres
@@ -24,14 +25,14 @@ class LocalGround(NamedTuple):
     poses    (n, 3) of their frames
     middles  their centres, each in its frame
     matcher  reads them
-    old      the map of the old ones
+    drawn    the map of the old ones
     """
 
     places: Sequence[LocalMap]
     poses: Array
     middles: Sequence[Pose2]
     matcher: Matcher
-    old: SearchedMap
+    drawn: SearchedMap
 
     @property
     def ordinal(self) -> int:
@@ -60,10 +61,13 @@ class LocalGround(NamedTuple):
                 found += [Keyframe(one.scan.bare(), away @ one.pose) for one in place.keyframes]
         return panorama(found[-KEYFRAMES:])
 
-    def old_map(self) -> Endpoint:
-        """The map of the old local maps."""
+    def old(self) -> Surroundings:
+        """The map of the old local maps, which may lie elsewhere together, and the last frame."""
         self.matcher.pack()  # makes room for it
-        return old_endpoint(self.old, self.places, self.poses)
+        number = _old(self.places)
+        return Surroundings(
+            *self.drawn.around(self.places[:number], self.poses[:number], self.frame)
+        )
 
 
 def old_endpoint(whole: SearchedMap, places: Sequence[LocalMap], poses: Array) -> Endpoint:

@@ -5,10 +5,9 @@ from hypothesis import strategies as st
 
 from slam.geometry import Pose2
 from slam.graph.local_map import LocalMap
-from slam.graph.whole_map import SearchedMap, WholeMap
+from slam.graph.whole_map import WholeMap
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
-from slam.sensor_models.endpoint import Endpoint
 from tests.slam.worlds import loop, scan_at
 
 POSES = [Pose2.of(pose) for pose in loop(30)]
@@ -131,21 +130,3 @@ def test_what_is_forgotten_before_it_was_drawn_is_not_drawn() -> None:
     del course.places[1]
     course.poses = np.delete(course.poses, 1, axis=0)
     assert_same(whole.map(course.places, course.poses), anew(Static, course.places, course.poses))
-
-
-def test_a_map_that_is_searched_is_the_field_of_the_whole_map() -> None:
-    course, searched = Course(), SearchedMap()
-    for _ in range(4):
-        course.begin()
-        course.grow()
-        searched.endpoint(course.places, course.poses)
-    found = searched.endpoint(course.places, course.poses)
-    whole = WholeMap(Static)
-    whole.update(course.places, course.poses)
-    expected = Endpoint()
-    every = np.flatnonzero(whole.map_model.cells.observed.flat)
-    expected.refresh(whole.map_model, every)
-    one, other = (field.tiles.dense(field.field()) for field in (found, expected))
-    np.testing.assert_allclose(one, other, atol=0.05)  # of what hardly moves it is not redone
-    assert (one != other).mean() < 1e-3
-    assert np.ptp(other) > 1.0

@@ -9,7 +9,7 @@ import pytest
 from slam.geometry import Pose2
 from slam.graph.local_map import LocalMap, panorama
 from slam.graph.loops import Loops, Matcher
-from slam.graph.whole_map import SearchedMap
+from slam.graph.searched_map import SearchedMap
 from slam.recovery.old_ground import (
     EXPECTED,
     LEARNED,
@@ -30,6 +30,11 @@ from tests.slam.recovery.drawn_room import reading, room
 
 THERE, ELSEWHERE = Pose2(12.0, 3.0, 1.0), Pose2(-20.0, 5.0, 0.0)
 WEAK, STRONG = EXPECTED + 0.4 * NOT_HERE, EXPECTED + 0.6 * NOT_HERE  # nats
+
+
+def other(pose: Pose2, gain: float) -> Other:
+    """A place that fits better than the origin."""
+    return Other(Pose2(), pose, gain)
 
 
 class Told(LocalGround):
@@ -90,7 +95,7 @@ def test_little_known_ground_judges_only_where_it_is_clearly_wrong() -> None:
 
 
 def test_one_stretch_that_does_not_fit_at_all_is_searched_for_after_new_ground() -> None:
-    ground = Scripted(Other(THERE, WEAK))
+    ground = Scripted(other(THERE, WEAK))
     for told in [USUAL] * WINDOW + [math.nan] * WINDOW + [USUAL + 0.02]:
         ground.take(told)
     assert ground.searches == 0
@@ -106,44 +111,44 @@ def test_what_fits_as_usual_is_not_searched_for() -> None:
 
 
 def test_two_finds_of_a_place_are_two_votes() -> None:
-    assert misplaced(Other(THERE, WEAK)).votes == 1
-    assert misplaced(Other(THERE, WEAK), Other(THERE, WEAK)).votes == 2
-    assert misplaced(Other(THERE, WEAK), Other(ELSEWHERE, WEAK)).votes == 1
-    assert misplaced(Other(THERE, WEAK), None).votes == 0
+    assert misplaced(other(THERE, WEAK)).votes == 1
+    assert misplaced(other(THERE, WEAK), other(THERE, WEAK)).votes == 2
+    assert misplaced(other(THERE, WEAK), other(ELSEWHERE, WEAK)).votes == 1
+    assert misplaced(other(THERE, WEAK), None).votes == 0
 
 
 def test_where_other_places_fit_far_better_together_the_robot_is_not_here() -> None:
-    assert misplaced(Other(THERE, STRONG), Other(ELSEWHERE, STRONG)).votes == MISPLACED
-    assert misplaced(Other(THERE, WEAK), Other(ELSEWHERE, WEAK)).votes == 1
+    assert misplaced(other(THERE, STRONG), other(ELSEWHERE, STRONG)).votes == MISPLACED
+    assert misplaced(other(THERE, WEAK), other(ELSEWHERE, WEAK)).votes == 1
     assert (
-        misplaced(Other(THERE, WEAK), Other(ELSEWHERE, WEAK), Other(THERE, WEAK)).votes == MISPLACED
+        misplaced(other(THERE, WEAK), other(ELSEWHERE, WEAK), other(THERE, WEAK)).votes == MISPLACED
     )
-    assert misplaced(Other(THERE, EXPECTED + NOT_HERE + 1.0)).votes == MISPLACED
-    assert misplaced(*[Other(THERE, EXPECTED), Other(ELSEWHERE, EXPECTED)] * 5).votes == 1
+    assert misplaced(other(THERE, EXPECTED + NOT_HERE + 1.0)).votes == MISPLACED
+    assert misplaced(*[other(THERE, EXPECTED), other(ELSEWHERE, EXPECTED)] * 5).votes == 1
 
 
 def test_a_search_in_vain_speaks_for_the_believed_place() -> None:
-    found = Other(THERE, STRONG), None, Other(ELSEWHERE, STRONG)
+    found = other(THERE, STRONG), None, other(ELSEWHERE, STRONG)
     assert misplaced(*found[::2]).votes == MISPLACED
     assert misplaced(*found).votes == 1
 
 
 def test_what_fits_again_ends_the_doubt() -> None:
-    ground = misplaced(Other(THERE, WEAK))
-    ground.found = iter([Other(THERE, WEAK)] * WINDOW)
+    ground = misplaced(other(THERE, WEAK))
+    ground.found = iter([other(THERE, WEAK)] * WINDOW)
     for _ in range(WINDOW):
         ground.take(0.0)
     assert ground.votes == 0
     ground.take(0.0)
     assert ground.searches == WINDOW
-    ground.found = iter([Other(ELSEWHERE, STRONG)] * 2)
+    ground.found = iter([other(ELSEWHERE, STRONG)] * 2)
     while ground.searches == WINDOW:
         ground.take(1.0)
     assert ground.votes == 1
 
 
 def test_new_ground_ends_the_doubt() -> None:
-    ground = misplaced(Other(THERE, WEAK))
+    ground = misplaced(other(THERE, WEAK))
     for _ in range(WINDOW - 1):
         ground.take(math.nan)
     assert ground.votes == 1
@@ -152,7 +157,7 @@ def test_new_ground_ends_the_doubt() -> None:
 
 
 def test_local_maps_from_before_the_robot_was_found_are_not_judged() -> None:
-    ground = misplaced(Other(THERE, WEAK))
+    ground = misplaced(other(THERE, WEAK))
     ground.begin(10)
     for _ in range(2 * WINDOW):
         ground.take(1.0)
@@ -160,7 +165,7 @@ def test_local_maps_from_before_the_robot_was_found_are_not_judged() -> None:
 
 
 def test_a_robot_that_was_found_is_not_doubted_for_what_was_before() -> None:
-    ground = misplaced(Other(THERE, WEAK))
+    ground = misplaced(other(THERE, WEAK))
     ground.begin(9)
     for _ in range(WINDOW - 1):
         ground.take(1.0)
@@ -195,7 +200,7 @@ def test_local_maps_of_the_last_metres_judge_nothing() -> None:
 
 
 def test_after_a_dropped_doubt_one_stretch_is_enough_until_old_ground_agrees() -> None:
-    ground = Scripted(*[Other(THERE, EXPECTED + SURELY_NOT_HERE + 1.0)] * WINDOW)
+    ground = Scripted(*[other(THERE, EXPECTED + SURELY_NOT_HERE + 1.0)] * WINDOW)
     ground.begin(9)
     ground.doubt()
     ground.take(1.0)
@@ -209,7 +214,7 @@ def test_after_a_dropped_doubt_one_stretch_is_enough_until_old_ground_agrees() -
 
 
 def test_after_a_dropped_doubt_what_is_to_be_seen_of_its_reason_is_no_proof() -> None:
-    ground = Scripted(Other(THERE, EXPECTED + NOT_HERE + 1.0))
+    ground = Scripted(other(THERE, EXPECTED + NOT_HERE + 1.0))
     ground.doubt()
     ground.take(1.0)
     assert (ground.searches, ground.votes) == (1, 1)
