@@ -508,7 +508,7 @@ class GraphSlam:
             self._old_map,
         )  # fmt: skip
         self._old_ground.judge(ground, scan)
-        watch.suspected = self._old_ground.votes
+        watch.suspected, watch.arriving = self._old_ground.votes, self._old_ground.arriving
 
     def _is_sure(self) -> bool:
         """Whether the robot does not map apart."""

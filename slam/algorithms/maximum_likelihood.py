@@ -293,6 +293,7 @@ class MaximumLikelihood:
         if self._before is not None and self.watch is not None:
             self._before.add(scan, estimate.pose)
             self.watch.suspected, self.watch.open = self._before.votes, self._before.open
+            self.watch.arriving = self._before.arriving
 
     def _catch_up(self) -> None:
         """Compute what matches read of the last keyframe: its surfaces, and the sensor model."""

@@ -62,6 +62,8 @@ class Demands(NamedTuple):
                    robot is lost: its errors may have added up
     within         m and rad from the believed place; None: anywhere. After a gap in the scans the
                    odometry did not fail: the robot may see new ground that looks like another place
+    likely         m from the believed place, within which the robot is that comes from new ground:
+                   where a loop closes, the map knows another place that looks alike better
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
                    or the map is not drawn any more
     new_ground     m, driven in vain before it goes on at the believed place
@@ -73,6 +75,7 @@ class Demands(NamedTuple):
     usual: float = 0.9
     continuous: bool = False
     within: tuple[float, float] | None = None
+    likely: float = math.inf
     no_new_ground: bool = False
     new_ground: float = 10.0
 
@@ -106,7 +109,7 @@ class Astray:
     if the map agrees with them as the demands ask, and explains NEARLY_ALL or is CLEARLY_BETTER
     than the believed one, and if CONFIRMED attempts in a row find it; REPEATED ones, if another
     place fits nearly as well, and none with less than LEAD; LONGER ones, while the believed place
-    may be right. Where the map has changed, less is asked of a place that is the best in LASTING
+    may be right, or where a loop closes, for a place that is not likely. Where the map has changed, less is asked of a place that is the best in LASTING
     attempts in a row. In a building whose corridors look alike that takes long: until then the
     robot says that it is lost. If none is found, and the believed place is new ground that the
     robot came to through no wall, a scan was misjudged, and it goes on there.
@@ -206,7 +209,8 @@ class Astray:
         clear = near_here or best.value > here.value + CLEARLY_BETTER
         shown = best.agreement.explained > HALF * self._demands.usual
         disputed = near_here or self._disputed(here)
-        lasting = bool(found) and disputed and shown and lead > LEAD
+        unlikely = math.dist(best.pose[:2], believed[:2]) > self._demands.likely
+        lasting = bool(found) and disputed and shown and lead > LEAD and not unlikely
         self._best.take(self._origin(best) if lasting else None)
         if not found or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
@@ -216,7 +220,8 @@ class Astray:
         well = near_here or best.agreement.explained > NEARLY_ALL * self._demands.usual
         least = LEAD if well and self._path > SOME_WAY else MIN_GAIN
         accepted = lead > least and (clear or well)
-        return best if accepted else None, self._attempts(lead, clear, here)
+        attempts = LONGER if unlikely else self._attempts(lead, clear, here)
+        return best if accepted else None, attempts
 
     def _may_be_new(self, here: Place) -> bool:
         """Whether the robot may be driving on ground that the map does not know, if it is where it

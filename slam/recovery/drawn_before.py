@@ -125,6 +125,11 @@ class DrawnBefore:
         """See `OldGround`."""
         return self._judge.open
 
+    @property
+    def arriving(self) -> bool:
+        """See `OldGround`."""
+        return self._judge.arriving
+
     def settle(self) -> None:
         """The robot was found."""
         self._judge.open = False

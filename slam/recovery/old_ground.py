@@ -89,14 +89,15 @@ class OldGround:
     then all that was drawn before it is old ground, and less is asked of another place, until old
     ground agrees with a stretch. The same where a lost robot goes on on new ground.
 
-    votes  searches in a row that found the same other place; MISPLACED at least, once they show
-           together that the robot is not here (cumulative sum, Page 1954)
-    open   whether a doubt was dropped, and old ground has agreed with no stretch since
+    votes     searches in a row that found the same other place; MISPLACED at least, once they show
+              together that the robot is not here (cumulative sum, Page 1954)
+    open      whether a doubt was dropped, and old ground has agreed with no stretch since
+    arriving  whether the robot came from new ground, and old ground has agreed with no stretch since
     """
 
     def __init__(self) -> None:
         self.votes, self._excess = 0, 0.0
-        self.open = False
+        self.open = self.arriving = False
         self._usual = USUAL
         self._shares: deque[float] = deque(maxlen=WINDOW)
         self._way = Pose2()  # from the believed place to the other, by the last search
@@ -106,7 +107,7 @@ class OldGround:
 
     def begin(self, ordinal: int) -> None:
         """The robot was found again: stretches from this one on are where they seem to be."""
-        self._begin = ordinal
+        self._begin, self.arriving = ordinal, False
         self._wait = self._fails = 0
         self._forget_doubt()
 
@@ -128,6 +129,7 @@ class OldGround:
         if unexplained is None:
             self._unknown += 1
             if self._unknown == WINDOW:
+                self.arriving = True
                 self._forget_doubt()
             return
         self._unknown = 0
@@ -139,7 +141,7 @@ class OldGround:
         if mean < self._usual + UNUSUAL or few:
             self._learn(unexplained, MEMORY)
             self.votes, self._excess = 0, 0.0
-            self.open = False
+            self.open = self.arriving = False
             if self._wait <= 0:
                 self._fails = 0
         elif self._wait <= 0:

@@ -74,6 +74,7 @@ class Watch:
     wide       the search around the predicted pose after a failure of the odometry
     suspected  searches in a row by which what was drawn last lies elsewhere (`OldGround`)
     open       whether a doubt was dropped, and old ground has not agreed with the robot since
+    arriving   whether it came from new ground, and old ground has not agreed with it since
     """
 
     def __init__(self, wide: WideSearch | None = None):
@@ -83,7 +84,7 @@ class Watch:
         self._rivals = Rivals()
         self._recent = Recent()
         self.suspected = 0
-        self.open = self._unsettled = False
+        self.open = self.arriving = self._unsettled = False
         self._since_check = MotionTrigger(CHECKS)
         self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
         self._unexplained = False  # whether the map showed nearly nothing of that one
@@ -119,11 +120,13 @@ class Watch:
         """What is asked of another place, if the robot is lost."""
         demands = GRADUAL if self._jump is None else SUDDEN
         usual = min(self.belief.contradicted + FOUND_CONTRADICTED, MOST_CONTRADICTED)
+        continuous = self._jump is None or self._turned
         return demands._replace(
             contradicted=max(demands.contradicted, usual),
             usual=max(self.belief.explained, LEAST_USUAL),
-            continuous=self._jump is None or self._turned,
+            continuous=continuous,
             within=self._within or (None if math.isinf(self._reach) else (self._reach, math.pi)),
+            likely=self._drift if continuous and self.arriving else math.inf,
             no_new_ground=self.suspected > 0,
         )
 
@@ -148,8 +151,11 @@ class Watch:
     def _reach(self) -> float:
         """m, from the believed place, within which the robot is by what raised the doubt: after a
         scan that was not continuous, or if old ground disagrees, it may be anywhere."""
-        if self._jump is not None or self.suspected:
-            return math.inf
+        return math.inf if self._jump is not None or self.suspected else self._drift
+
+    @property
+    def _drift(self) -> float:
+        """m, from the believed place, within which the robot is if it was not carried."""
         return UNNOTICED + DRIFT * self._driven
 
     def found(self, sure: bool) -> None:
