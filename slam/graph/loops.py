@@ -174,16 +174,19 @@ class Matcher:
     def match(self, place: LocalMap, scan: Panorama, predicted: Pose2, covariance: Array) -> Match:
         """Match a panorama `scan` around its `predicted` pose, known with (3, 3) `covariance`: of
         the places that agree best in the coarse map of the search, and of the predicted one, the
-        likeliest."""
+        likeliest. Where others are nearly as likely, as along a corridor, it is known less well."""
         loops = self._loops
         reach = loops.sigmas * np.sqrt(np.diag(covariance))
         reach = np.clip(reach, loops.least, loops.farthest)
         unpacked = self._unpacked_map(place)
         starts = unpacked.search.candidates(scan.points, predicted, reach, most=loops.starts)
         endpoint = unpacked.endpoint
-        matches = (self._at(endpoint, scan, start, predicted, covariance)
-                   for start in (*starts, predicted))  # fmt: skip
-        return max(matches, key=lambda one: _log_posterior(endpoint, scan, one))
+        matches = [self._at(endpoint, scan, start, predicted, covariance)
+                   for start in (*starts, predicted)]  # fmt: skip
+        values = np.array([_log_posterior(endpoint, scan, one) for one in matches])
+        best = matches[int(values.argmax())]
+        spread = _spread(best.pose, [one.pose for one in matches], np.exp(values - values.max()))
+        return best._replace(information=wider(best.information, spread))
 
     def known_shares(
         self, places: Sequence[tuple[LocalMap, Pose2]], scan: Panorama
@@ -212,6 +215,12 @@ class Matcher:
         )  # fmt: skip
 
 
+def _spread(best: Pose2, poses: Sequence[Pose2], weights: Array) -> Array:
+    """(3, 3) covariance of the positions of poses about the best one, in its frame."""
+    off = np.array([[*best.between(pose)[:2], 0.0] for pose in poses])
+    return (weights * off.T) @ off / weights.sum()
+
+
 def _log_posterior(endpoint: Endpoint, scan: Panorama, match: Match) -> float:
     """Nats; an echo behind a wall counts as one in a free cell."""
     likelihood = float(endpoint.log_likelihood(scan, np.array([match.pose]))[0])
@@ -220,12 +229,17 @@ def _log_posterior(endpoint: Endpoint, scan: Panorama, match: Match) -> float:
 
 
 def tempered(information: Array, heading: float, floor: tuple[float, float, float]) -> Array:
-    """The information in the frame of the pose, its covariance enlarged by F, of the standard
-    deviations `floor`: (I^-1 + F)^-1 = (1 + I F)^-1 I, which exists for singular I too."""
+    """The information in the frame of the pose, its covariance enlarged by that of the standard
+    deviations `floor`."""
     turn = turned(heading)
-    own = turn.T @ information @ turn
-    wider = np.linalg.solve(np.eye(3) + own * np.square(floor), own)
-    return 0.5 * (wider + wider.T)
+    return wider(turn.T @ information @ turn, np.diag(np.square(floor)))
+
+
+def wider(information: Array, more: Array) -> Array:
+    """The information I if the covariance is enlarged by F: (I^-1 + F)^-1 = (1 + I F)^-1 I, which
+    exists for singular I too."""
+    result = np.linalg.solve(np.eye(3) + information @ more, information)
+    return 0.5 * (result + result.T)
 
 
 def innovation(pose: Pose2, information: Array, predicted: Pose2, covariance: Array) -> float:

@@ -56,6 +56,7 @@ NOT_FOUND = 0.6  # the same of a robot that seemed to be carried, and was found 
 FORGETTING = 0.99  # factor of it from one keyframe to the next
 UNNOTICED, DRIFT = 2.0, 0.03  # m, and share of the way: where each scan followed from the one
 # before, the robot is not farther off
+LONG_WAY = 100.0  # m: on a shorter one errors do not add up to what old ground contradicts
 FOUND = 0.002  # probability of being lost after the robot was found again
 
 
@@ -126,7 +127,7 @@ class Watch:
             usual=max(self.belief.explained, LEAST_USUAL),
             continuous=continuous,
             within=self._within or (None if math.isinf(self._reach) else (self._reach, math.pi)),
-            likely=self._drift if continuous and self.arriving else math.inf,
+            likely=self._drift if continuous and self._closes_loop else math.inf,
             no_new_ground=self.suspected > 0,
         )
 
@@ -152,6 +153,12 @@ class Watch:
         """m, from the believed place, within which the robot is by what raised the doubt: after a
         scan that was not continuous, or if old ground disagrees, it may be anywhere."""
         return math.inf if self._jump is not None or self.suspected else self._drift
+
+    @property
+    def _closes_loop(self) -> bool:
+        """Whether the robot comes to old ground after so long a way that errors may have added up
+        to what disagrees."""
+        return self.arriving and self._driven > LONG_WAY
 
     @property
     def _drift(self) -> float:
