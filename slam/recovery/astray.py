@@ -40,11 +40,8 @@ FIRST = 8.0  # m of the way on new ground, of which the map may know more:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
 CONTRADICTED = 0.1  # place, and so may a corner where a loop closes: it contradicts so few echoes
-LASTING, HALF = (
-    16,
-    0.5,
-)  # attempts in a row whose best place is the same: the map has changed there;
-# share of the usual one that is explained there, at least (see also `Astray._disputed`)
+LASTING = 16  # attempts in a row whose best place is the same: the map has changed there;
+HALF = 0.5  # of the usual share is explained there, at least (see also `Astray._disputed`)
 CLEARLY_BETTER = 40.0  # nats over the believed place, of another one, or it explains
 NEARLY_ALL = 0.88  # of the usual share, at least
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
@@ -109,10 +106,11 @@ class Astray:
     if the map agrees with them as the demands ask, and explains NEARLY_ALL or is CLEARLY_BETTER
     than the believed one, and if CONFIRMED attempts in a row find it; REPEATED ones, if another
     place fits nearly as well, and none with less than LEAD; LONGER ones, while the believed place
-    may be right, or where a loop closes, for a place that is not likely. Where the map has changed, less is asked of a place that is the best in LASTING
-    attempts in a row. In a building whose corridors look alike that takes long: until then the
-    robot says that it is lost. If none is found, and the believed place is new ground that the
-    robot came to through no wall, a scan was misjudged, and it goes on there.
+    may be right, or where a loop closes, for a place that is not likely. Where the map has changed,
+    less is asked of a place that is the best in LASTING attempts in a row. In a building whose
+    corridors look alike that takes long: until then the robot says that it is lost. If none is
+    found, and the believed place is new ground that the robot came to through no wall, a scan was
+    misjudged, and it goes on there.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame

@@ -92,7 +92,7 @@ class OldGround:
     votes     searches in a row that found the same other place; MISPLACED at least, once they show
               together that the robot is not here (cumulative sum, Page 1954)
     open      whether a doubt was dropped, and old ground has agreed with no stretch since
-    arriving  whether the robot came from new ground, and old ground has agreed with no stretch since
+    arriving  likewise, of a robot that came from new ground
     """
 
     def __init__(self) -> None:

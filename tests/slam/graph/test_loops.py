@@ -262,6 +262,41 @@ def test_along_a_passage_little_is_believed(heading: float) -> None:
         np.testing.assert_array_equal(cautious(other), other)  # a room; what is weak already
 
 
+def with_niches(spacing: float) -> np.ndarray:
+    """The walls of a corridor along x with a niche in one side, and another one each `spacing`."""
+    walls = [(-40.0, -1.0, 40.0, -1.0)]
+    corners = [(-40.0, 1.0)]
+    for x in np.arange(0.0, 30.0, spacing):
+        corners += [(x, 1.0), (x, 1.4), (x + 0.6, 1.4), (x + 0.6, 1.0)]
+    corners.append((40.0, 1.0))
+    return np.array(walls + [(*a, *b) for a, b in pairwise(corners)])
+
+
+def deviation_along(walls: np.ndarray, doubt: float) -> float:
+    """m, by a match that is 1.4 m farther along a corridor, known with a deviation of `doubt`."""
+    angles, places = np.radians(np.arange(-120, 121)), []
+    for begin, number in ((0.0, 30), (1.4, 5)):
+        poses = [Pose2(5.0 + begin + 0.1 * k, 0.0, 0.0) for k in range(number)]
+        place = LocalMap((), scan_at(poses[0], 0.0, angles, walls))
+        for pose in poses[1:]:
+            place.add(scan_at(pose, 0.0, angles, walls), poses[0].between(pose))
+        places.append(place)
+    covariance = about((doubt, 0.1, 0.02))
+    match = Matcher(Loops()).match(places[0], places[1].panorama(), Pose2(1.4), covariance)
+    along, across, turn = np.sqrt(np.diag(np.linalg.inv(match.information)))
+    assert across < 0.03
+    assert turn < 0.01
+    return float(along)
+
+
+def test_where_other_places_are_nearly_as_likely_a_match_knows_less() -> None:
+    """Along a passage with niches alike, a loop of a long way may close at any of them."""
+    alike = with_niches(0.8)
+    assert deviation_along(alike, 2.0) > 0.4
+    assert deviation_along(alike, 0.1) < 0.03
+    assert deviation_along(CORRIDOR, 0.1) > loops.CORRIDOR_STD + 0.2
+
+
 def test_along_a_passage_with_doors_alike_the_likeliest_place_closes_the_loop() -> None:
     """In the coarse map of the search a place 0.48 m off looks best; half of that bent the path."""
     episode = record_path("DoorLoop-v0", 7702, difficulty="hard")

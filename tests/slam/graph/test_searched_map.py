@@ -41,8 +41,9 @@ def value(endpoint: Endpoint, pose: Pose2) -> float:
 
 def test_it_is_the_field_of_the_whole_map(places, poses) -> None:
     searched, places, poses = SearchedMap(), places[:6], poses[:6]
-    for number in range(1, 7):
-        found = searched.endpoint(places[:number], poses[:number])
+    for number in range(1, 6):
+        searched.endpoint(places[:number], poses[:number])
+    found = searched.endpoint(places, poses)
     whole = WholeMap(Static)
     whole.update(places, poses)
     expected = Endpoint()

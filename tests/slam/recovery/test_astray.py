@@ -134,6 +134,19 @@ def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it()
     assert astray._place(room(), BESIDE)[0] == drifted
 
 
+@pytest.mark.parametrize(("likely", "attempts"), [(20.0, 2), (4.0, LONGER)])
+def test_where_a_loop_closes_a_place_that_is_not_likely_must_be_found_longer(
+    likely: float, attempts: int
+) -> None:
+    """The true place may be new ground still, and another one that looks alike well known."""
+    known = SUDDEN._replace(no_new_ground=True, likely=likely)
+    astray, there = beside(known), Place(Pose2(), -20.0, Agreement(0.9, 0.02))
+    astray._places.all = lambda scan, explained: [there]
+    astray._places.matched = lambda scan, start: Place(BESIDE, -90.0, Agreement(0.1, 0.3))
+    assert astray._place(room(), BESIDE) == (there, attempts)
+    assert attempts_to_find(0.5, known) == (np.inf if attempts == LONGER else LASTING)
+
+
 def test_ground_behind_a_wall_is_not_new() -> None:
     astray, beyond = beside(), Agreement(0.0, 0.0)
     assert astray._may_be_new(Place(BESIDE, -90.0, beyond))

@@ -218,3 +218,23 @@ def test_after_a_dropped_doubt_what_is_to_be_seen_of_its_reason_is_no_proof() ->
     ground.doubt()
     ground.take(1.0)
     assert (ground.searches, ground.votes) == (1, 1)
+
+
+def test_a_robot_arrives_from_new_ground_until_old_ground_agrees_or_it_is_found() -> None:
+    def arrived() -> Scripted:
+        ground = Scripted(*[None] * WINDOW)
+        for _ in range(WINDOW - 1):
+            ground.take(math.nan)
+        assert not ground.arriving
+        ground.take(math.nan)
+        return ground
+
+    ground = arrived()
+    ground.take(1.0)
+    assert ground.arriving
+    for _ in range(WINDOW):
+        ground.take(0.0)
+    assert not ground.arriving
+    ground = arrived()
+    ground.begin(9)
+    assert not ground.arriving

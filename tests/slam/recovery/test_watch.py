@@ -356,6 +356,16 @@ def test_a_robot_whose_scans_were_continuous_is_near_unless_it_was_put_somewhere
     assert watch.demands.within is None
 
 
+def test_where_a_long_loop_closes_the_robot_is_likely_as_near_as_errors_lead() -> None:
+    watch = Watch()
+    watch.arriving, watch.suspected, watch._driven = True, 2, 99.0
+    assert watch.demands.likely == math.inf
+    watch._driven = 200.0
+    assert watch.demands.likely == pytest.approx(8.0)
+    watch.arriving = False
+    assert watch.demands.likely == math.inf
+
+
 def test_a_robot_that_stands_after_a_correction_stays_where_it_was_corrected_to() -> None:
     slam = MaximumLikelihood(watch=Watch())
     slam.update(Pose2(), room())
