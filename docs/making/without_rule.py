@@ -24,6 +24,7 @@ from docs.making.looks_alike import KINDS, Judged, judge
 from scripts.bench.suites import faults
 from slam.episode import Episode
 from slam.geometry import Pose2
+from slam.graph import loops
 from slam.recovery import astray, drawn_before, lost_belief, odometry_failure, rivals, watch
 
 SUITE = range(350, 352)  # seeds, on which the rules were made
@@ -86,6 +87,11 @@ RULES: Mapping[str, Rule] = {
     "nearly all explained": Rule(astray, "NEARLY_ALL", 0.0),
     "clearly better": Rule(astray, "CLEARLY_BETTER", -NEVER),
     "the map may have changed there": Rule(astray, "LASTING", NEVER),
+    "each scan followed: nearby": Rule(watch, "UNNOTICED", NEVER),
+    "where a loop closes: 20 times": Rule(watch, "LONG_WAY", NEVER),
+    "loops that other places fit nearly as well": Rule(
+        loops, "_spread", _nothing(np.zeros((3, 3)))
+    ),
 }
 
 
