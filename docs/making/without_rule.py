@@ -11,6 +11,7 @@ without it, too.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
@@ -87,7 +88,7 @@ RULES: Mapping[str, Rule] = {
     "nearly all explained": Rule(astray, "NEARLY_ALL", 0.0),
     "clearly better": Rule(astray, "CLEARLY_BETTER", -NEVER),
     "the map may have changed there": Rule(astray, "LASTING", NEVER),
-    "each scan followed: nearby": Rule(watch, "UNNOTICED", NEVER),
+    "each scan followed: nearby": Rule(watch.Watch, "_reach", property(_nothing(math.inf))),
     "where a loop closes: 20 times": Rule(watch, "LONG_WAY", NEVER),
     "loops that other places fit nearly as well": Rule(
         loops, "_spread", _nothing(np.zeros((3, 3)))

@@ -112,12 +112,9 @@ def left(task: Task) -> str:
 
 
 def _speed(task: Task) -> float:
-    """Items a second in the last RATE_OVER; since the begin where none was done in that time, or
-    where the first ones took less than the one at work does."""
-    elapsed = task.elapsed or 0.0
-    since_begin = task.completed / elapsed if elapsed else 0.0
-    recent = task.speed or since_begin
-    return task.finished_speed or (min(recent, since_begin) if elapsed < RATE_OVER else recent)
+    """Items a second in the last RATE_OVER; since the begin where none was done in that time."""
+    since_begin = task.completed / task.elapsed if task.elapsed else 0.0
+    return task.finished_speed or task.speed or since_begin
 
 
 def duration(seconds: float) -> str:

@@ -76,10 +76,10 @@ class GraphSlam:
     bounded by the size of the place. What a forgotten one added to the global map stays there until
     it is drawn anew, by a loop or by `finish`.
 
-    Each update does one unit of that work (a match, or a step of the optimisation), which bounds
-    its time, but for searches of the whole map where the robot may be elsewhere; where several
-    local maps wait, it does one unit for each. `finish` does what is left, and then aligns all
-    keyframes with each other.
+    Each update but those that begin a local map does one unit of that work (a match, or a step of
+    the optimisation), which bounds its time, but for searches of the whole map where the robot may
+    be elsewhere; where several local maps wait, it does one unit for each. `finish` does what is
+    left, and then aligns all keyframes with each other.
 
     map_model   makes the global map
     local       makes a local map: a few metres, in which little changes
@@ -158,7 +158,7 @@ class GraphSlam:
         """One update."""
         begun = len(self.places)
         estimate = self._located(displacement, scan)
-        revised = len(self.places) == begun and self._work_on()  # to begin one takes as long
+        revised = len(self.places) == begun and self._work_on()  # beginning one takes as long
         self._path.append(len(self.places) - 1, estimate.pose)
         frame = Pose2.of(self.graph.poses[-1])
         self.pose = frame @ estimate.pose
@@ -307,7 +307,8 @@ class GraphSlam:
 
     def _surroundings(self) -> Surroundings:
         """The map that a lost robot is searched for in, and the current local map in it: the whole
-        one, or without the last local maps if these are misplaced."""
+        one, or without the last local maps if these are misplaced; at the poses of the graph, as a
+        place far away does not move with the nearest local map."""
         poses = self.graph.poses
         if self._old_ground.votes >= MISPLACED:
             old = old_endpoint(self._old_map, self.places, poses)

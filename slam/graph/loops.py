@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.geometry import Array, Pose2, turned, wrap_angle
+from slam.geometry import Array, Pose2, near, turned, wrap_angle
 from slam.graph.covariance import MIN_INFORMATION
 from slam.graph.global_search import GlobalSearch
 from slam.graph.local_map import LocalMap, Panorama
@@ -25,6 +25,7 @@ from slam.validation import positive, whole
 MAX_CACHE_BYTES = 40_000_000  # of the unpacked local maps, the last one aside
 CORRIDOR_RATIO = 0.3  # of the information along to that across, below which a place is a corridor
 CORRIDOR_STD = 0.3  # m, standard deviation along a corridor
+SAME = 0.05, math.radians(1.0)  # m, rad, between climbs that end at one place
 WEAK_PRIOR = np.array([0.3, 0.3, 0.1])  # m, m, rad, of a match: limits it where the map does not
 
 
@@ -32,12 +33,12 @@ class Match(NamedTuple):
     """The pose of a panorama in the frame of a local map.
 
     pose          of the panorama's frame
-    information   (3, 3) about the pose, in the panorama's frame
+    information   (3, 3) about the pose, in the panorama's frame; less where others are likely, too
     explained     share of the echoes in occupied cells of the local map, not behind a wall
     contradicted  share of the echoes in free cells, or behind a wall
     behind        share of the echoes behind a wall (see `Endpoint.behind`)
     innovation    distance of the pose from its prediction, in standard deviations of both errors
-                  (Mahalanobis)
+                  (Mahalanobis), as if no other pose were likely
     off           m, distance of its position from the predicted one
     """
 
@@ -183,10 +184,10 @@ class Matcher:
         endpoint = unpacked.endpoint
         matches = [self._at(endpoint, scan, start, predicted, covariance)
                    for start in (*starts, predicted)]  # fmt: skip
-        values = np.array([_log_posterior(endpoint, scan, one) for one in matches])
-        best = matches[int(values.argmax())]
-        spread = _spread(best.pose, [one.pose for one in matches], np.exp(values - values.max()))
-        return best._replace(information=wider(best.information, spread))
+        values = [_log_posterior(endpoint, scan, one) for one in matches]
+        best = max(range(len(matches)), key=values.__getitem__)
+        spread = _spread([one.pose for one in matches], np.array(values), best)
+        return matches[best]._replace(information=wider(matches[best].information, spread))
 
     def known_shares(
         self, places: Sequence[tuple[LocalMap, Pose2]], scan: Panorama
@@ -215,10 +216,14 @@ class Matcher:
         )  # fmt: skip
 
 
-def _spread(best: Pose2, poses: Sequence[Pose2], weights: Array) -> Array:
-    """(3, 3) covariance of the positions of poses about the best one, in its frame."""
-    off = np.array([[*best.between(pose)[:2], 0.0] for pose in poses])
-    return (weights * off.T) @ off / weights.sum()
+def _spread(poses: Sequence[Pose2], values: Array, best: int) -> Array:
+    """(3, 3) covariance of the positions of poses of these log posteriors (n,) about the best one,
+    in its frame; of those that are the SAME, one counts."""
+    others = [k for k, pose in enumerate(poses)
+              if not any(near(pose, poses[m], *SAME) for m in (best, *range(k)))]  # fmt: skip
+    off = np.array([[*poses[best].between(poses[k])[:2], 0.0] for k in others]).reshape(-1, 3)
+    weights = np.exp(values[others] - values[best])
+    return (weights * off.T) @ off / (1.0 + weights.sum())
 
 
 def _log_posterior(endpoint: Endpoint, scan: Panorama, match: Match) -> float:

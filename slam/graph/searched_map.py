@@ -16,7 +16,7 @@ from slam.sensor_models.endpoint import Endpoint
 
 MAX_SHIFT, MAX_TURN = 0.1, math.radians(1.0)  # m, rad, of a local map before the map is redone
 MOST_BENT = 0.1  # share of the local maps, at most, that may lie to each other otherwise than drawn
-AROUND = 12.0  # m: a scan that is searched for shows local maps at most so far apart
+NEIGHBOURS = 12.0  # m, at most, between local maps that a scan shows together
 
 
 class SearchedMap:
@@ -47,15 +47,14 @@ class SearchedMap:
     def around(
         self, places: Sequence[LocalMap], poses: Array, pose: Pose2
     ) -> tuple[Endpoint, Pose2]:
-        """The same of local maps each of which lies to those AROUND it about as at `poses`, but
-        perhaps elsewhere: where a loop moves many of them together, the map is not drawn anew; and
-        `pose` in it, which lies to the nearest local map as in the graph. Few may lie to each other
-        as they did before, and none AROUND the pose."""
+        """The field, and `pose` in it. The drawing is kept while local maps have hardly moved
+        against their NEIGHBOURS, even if many have moved together; `pose` is moved with the nearest
+        one. It is drawn at `poses` if one near to `pose` has moved so, or more than MOST_BENT."""
         drawn = self._whole.poses
         for new in poses[len(drawn) :]:
             drawn = np.vstack([drawn, _moved_with_nearest(drawn, poses, new)])
         bent = _bent(drawn, poses)
-        near = np.hypot(*(poses[:, :2] - pose[:2]).T) < AROUND
+        near = np.hypot(*(poses[:, :2] - pose[:2]).T) < NEIGHBOURS
         if bent.sum() > MOST_BENT * len(bent) or (bent & near).any():
             drawn = poses
         endpoint = self.endpoint(places, drawn)
@@ -73,18 +72,19 @@ def _moved_with_nearest(drawn: Array, poses: Array, pose: Array) -> Array:
 
 @kernel
 def _bent(drawn, poses):
-    """(n,) whether each of local maps lies to one AROUND it by one of two arrays of poses (n, 3)
-    otherwise than by the other, by more than MAX_SHIFT or MAX_TURN."""
+    """(n,) whether each local map has moved against one of its NEIGHBOURS from one array of poses
+    (n, 3) to the other, by more than MAX_SHIFT, seen from one of both, or MAX_TURN."""
     bent = np.zeros(len(drawn), np.bool_)
     c, s = np.cos(poses[:, 2] - drawn[:, 2]), np.sin(poses[:, 2] - drawn[:, 2])
     for i in range(len(drawn)):
         for j in range(i):
             x, y = drawn[j, 0] - drawn[i, 0], drawn[j, 1] - drawn[i, 1]
             now_x, now_y = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-            if min(x * x + y * y, now_x * now_x + now_y * now_y) > AROUND * AROUND:
+            if min(x * x + y * y, now_x * now_x + now_y * now_y) > NEIGHBOURS * NEIGHBOURS:
                 continue
-            dx, dy = now_x - c[i] * x + s[i] * y, now_y - s[i] * x - c[i] * y
             turn = np.arctan2(s[j] * c[i] - c[j] * s[i], c[j] * c[i] + s[j] * s[i])
-            if dx * dx + dy * dy > MAX_SHIFT * MAX_SHIFT or abs(turn) > MAX_TURN:
-                bent[i] = bent[j] = True
+            for k in (i, j):
+                dx, dy = now_x - c[k] * x + s[k] * y, now_y - s[k] * x - c[k] * y
+                if dx * dx + dy * dy > MAX_SHIFT * MAX_SHIFT or abs(turn) > MAX_TURN:
+                    bent[i] = bent[j] = True
     return bent

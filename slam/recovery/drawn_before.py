@@ -201,12 +201,12 @@ class DrawnBefore:
         every = math.ceil(len(last) / (stretches * THINNED))
         return panorama([one.seen_from(self.frame) for one in last[::-every]])
 
-    # -- as a `Ground` -------------------------------------------------------------------------
-
     @property
     def frame(self) -> Pose2:
         """The pose of the last keyframe."""
         return self._drawn[-1].keyframe.pose
+
+    # -- as a `Ground` -------------------------------------------------------------------------
 
     def unexplained(self, scan: Scan) -> float | None:
         """The share that the old field knows and does not explain."""

@@ -92,7 +92,7 @@ class OldGround:
     votes     searches in a row that found the same other place; MISPLACED at least, once they show
               together that the robot is not here (cumulative sum, Page 1954)
     open      whether a doubt was dropped, and old ground has agreed with no stretch since
-    arriving  likewise, of a robot that came from new ground
+    arriving  whether the robot came from new ground, and old ground has not agreed with it since
     """
 
     def __init__(self) -> None:
@@ -107,7 +107,8 @@ class OldGround:
 
     def begin(self, ordinal: int) -> None:
         """The robot was found again: stretches from this one on are where they seem to be."""
-        self._begin, self.arriving = ordinal, False
+        self._begin = ordinal
+        self._unknown, self.arriving = 0, False
         self._wait = self._fails = 0
         self._forget_doubt()
 

@@ -97,7 +97,7 @@ class Watch:
         self._unsure = False  # whether the last check left the doubt as it was
         self._checks = 0  # in a row that settled nothing
         self._dropped = 0.0  # probability that a doubt which is over was right
-        self._driven = 0.0  # m, since it was certain where the robot is; inf if it never was
+        self._driven = 0.0  # m, of the whole way; inf once it was lost, or was placed
         self._disagreeing = 0  # matches in a row with which the map hardly agrees
 
     @property
@@ -127,7 +127,7 @@ class Watch:
             usual=max(self.belief.explained, LEAST_USUAL),
             continuous=continuous,
             within=self._within or (None if math.isinf(self._reach) else (self._reach, math.pi)),
-            likely=self._drift if continuous and self._closes_loop else math.inf,
+            likely=self._drift if continuous and self._may_close_loop else math.inf,
             no_new_ground=self.suspected > 0,
         )
 
@@ -145,7 +145,7 @@ class Watch:
         return told._replace(lost=max(told.lost, UNCHECKED)) if startling else told
 
     def placed(self) -> None:
-        """The robot was put somewhere, and may be elsewhere."""
+        """The robot was put somewhere, by hand or as it was found there, and may be elsewhere."""
         self._driven = math.inf
 
     @property
@@ -155,7 +155,7 @@ class Watch:
         return math.inf if self._jump is not None or self.suspected else self._drift
 
     @property
-    def _closes_loop(self) -> bool:
+    def _may_close_loop(self) -> bool:
         """Whether the robot comes to old ground after so long a way that errors may have added up
         to what disagrees."""
         return self.arriving and self._driven > LONG_WAY
@@ -170,7 +170,7 @@ class Watch:
         self.belief.set(FOUND)
         unsure = UNCHECKED if self._jump is None else NOT_FOUND
         self._dropped, self._unsettled = 0.0 if sure else unsure, not sure
-        self.suspected, self.open = 0, False
+        self.suspected, self.open, self.arriving = 0, False, False
         self._trust()
         self._recent.clear()
 

@@ -45,18 +45,6 @@ def test_where_an_item_takes_longer_than_rates_are_measured_over_the_rate_is_tha
     assert last.endswith(" s left")
 
 
-def test_while_one_item_takes_longer_than_those_before_the_rate_falls(hurried, capfd):
-    """`writing: 3 of 8, 147.4 a second` stood while the fourth file was written."""
-    with progress_bar() as bar:
-        task = bar.add_task("writing", total=8)
-        for _ in range(3):
-            bar.update(task, advance=1)
-        time.sleep(0.45)
-    last = capfd.readouterr().err.splitlines()[-1]
-    assert last.startswith("writing: 3 of 8, ")
-    assert float(last.split(", ")[1].removesuffix(" a second")) < 20
-
-
 def test_of_what_has_no_end_the_time_is_told(hurried, capfd):
     with progress_bar() as bar:
         bar.add_task("report", total=None)

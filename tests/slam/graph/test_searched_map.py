@@ -5,7 +5,7 @@ import pytest
 
 from slam.geometry import Array, Pose2, compose
 from slam.graph.local_map import LocalMap
-from slam.graph.searched_map import AROUND, MAX_SHIFT, MOST_BENT, SearchedMap
+from slam.graph.searched_map import MAX_SHIFT, MOST_BENT, NEIGHBOURS, SearchedMap
 from slam.graph.whole_map import WholeMap
 from slam.maps.static import Static
 from slam.sensor_models.endpoint import Endpoint
@@ -14,7 +14,7 @@ from tests.slam.worlds import loop, scan_at
 ROOM = [Pose2.of(pose) for pose in loop(30)]
 MOVED = Pose2(3.0, -2.0, 0.4)
 ROOMS = 24  # far from each other, each with two local maps
-APART = 2.0 * AROUND
+APART = 2.0 * NEIGHBOURS
 
 
 def local_map(k: int) -> LocalMap:
