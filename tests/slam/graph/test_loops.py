@@ -297,6 +297,17 @@ def test_where_other_places_are_nearly_as_likely_a_match_knows_less() -> None:
     assert deviation_along(CORRIDOR, 0.1) > loops.CORRIDOR_STD + 0.2
 
 
+def test_climbs_that_end_at_one_place_count_once() -> None:
+    there, away = Pose2(1.0, 2.0, math.pi / 2), Pose2(1.0, 4.0, math.pi / 2)  # 2 m ahead
+    poses, values = [there, away, there @ Pose2(0.01), away @ Pose2(0.01)], np.zeros(4)
+    expected = np.diag([2.0, 0.0, 0.0])  # half of 2 m squared
+    np.testing.assert_allclose(loops._spread(poses, values, 0), expected, atol=1e-9)
+    alone = loops._spread(poses[::2], values[::2], 1)
+    np.testing.assert_array_equal(alone, np.zeros((3, 3)))
+    less = loops._spread(poses[:2], np.array([0.0, -math.log(3.0)]), 0)
+    np.testing.assert_allclose(less, np.diag([1.0, 0.0, 0.0]), atol=1e-9)
+
+
 def test_along_a_passage_with_doors_alike_the_likeliest_place_closes_the_loop() -> None:
     """In the coarse map of the search a place 0.48 m off looks best; half of that bent the path."""
     episode = record_path("DoorLoop-v0", 7702, difficulty="hard")

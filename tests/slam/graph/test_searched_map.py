@@ -5,7 +5,7 @@ import pytest
 
 from slam.geometry import Array, Pose2, compose
 from slam.graph.local_map import LocalMap
-from slam.graph.searched_map import MAX_SHIFT, MOST_BENT, NEIGHBOURS, SearchedMap
+from slam.graph.searched_map import MAX_SHIFT, MOST_BENT, NEIGHBOURS, SearchedMap, _bent
 from slam.graph.whole_map import WholeMap
 from slam.maps.static import Static
 from slam.sensor_models.endpoint import Endpoint
@@ -91,3 +91,12 @@ def test_it_is_drawn_anew_where_the_robot_is_or_much_of_it_lies_otherwise(places
 
 def test_where_nothing_is_drawn_a_pose_stays() -> None:
     assert SearchedMap().around([], np.zeros((0, 3)), MOVED)[1] == pytest.approx(MOVED)
+
+
+@pytest.mark.parametrize("turned", [0, 1])
+def test_a_turn_moves_what_is_far_from_it(turned: int) -> None:
+    drawn = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [-10.0, 0.0, 0.0]])
+    for degrees, expected in ((0.3, False), (0.9, True)):
+        poses = drawn.copy()
+        poses[turned, 2] = math.radians(degrees)
+        assert _bent(drawn, poses)[:2].tolist() == [expected, expected]

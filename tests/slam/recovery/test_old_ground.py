@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from slam.geometry import Pose2
+from slam.geometry import Array, Pose2, compose
 from slam.graph.local_map import LocalMap, panorama
 from slam.graph.loops import Loops, Matcher
 from slam.graph.searched_map import SearchedMap
@@ -25,6 +25,7 @@ from slam.recovery.old_ground import (
     share,
 )
 from slam.recovery.old_local_maps import LocalGround
+from slam.recovery.places import Surroundings
 from slam.recovery.watch import MISPLACED
 from tests.slam.recovery.drawn_room import reading, room
 
@@ -238,3 +239,30 @@ def test_a_robot_arrives_from_new_ground_until_old_ground_agrees_or_it_is_found(
     ground = arrived()
     ground.begin(9)
     assert not ground.arriving
+    for _ in range(WINDOW):
+        ground.take(math.nan)
+    assert ground.arriving
+
+
+def test_votes_are_for_a_way_from_the_believed_place() -> None:
+    first, here = other(THERE, WEAK), Pose2(2.0, -1.0, 0.1)
+    assert misplaced(first, Other(here, THERE @ here, WEAK)).votes == 2
+    assert misplaced(first, Other(here, THERE, WEAK)).votes == 1
+
+
+def test_old_local_maps_that_moved_together_are_searched_where_they_were_drawn() -> None:
+    places = [place(ordinal) for ordinal in range(RECENT + 3)]
+    moved, drawn, last = Pose2(5.0, 1.0, 0.5), SearchedMap(), Pose2(0.3, 0.2, 0.1)
+    frames = np.array([last] * len(places))
+
+    def old(poses: Array) -> Surroundings:
+        return LocalGround(places, poses, [], Matcher(Loops()), drawn).old()
+
+    field, frame = old(frames)
+    assert frame == pytest.approx(last)
+    tiles, explained = field.tiles, field.shares(room().points, frame)[0]
+    assert explained > 0.9
+    field, frame = old(compose(moved, frames))
+    assert field.tiles is tiles
+    assert frame == pytest.approx(last)
+    assert field.shares(room().points, frame)[0] == pytest.approx(explained)
