@@ -389,13 +389,18 @@ class GraphSlam:
         seemed = Pose2.of(graph.poses[last]) @ believed
         information = np.asarray(np.linalg.inv(JOINED), dtype=np.float64)
         for number in self._by_distance(found):
-            frame = Pose2.of(graph.poses[number])
-            predicted = frame.between(seemed)
-            lever = lever_jacobian(predicted.x, predicted.y)
-            doubt = lever @ covariances[number] @ lever.T
-            if innovation(frame.between(found), information, predicted, doubt) <= MOST_DRIFTED:
+            there = Pose2.of(graph.poses[number]).between(found)
+            seen = self._seen_from(number, seemed, covariances)
+            if innovation(there, information, *seen) <= MOST_DRIFTED:
                 return number
         return None
+
+    def _seen_from(self, number: int, pose: Pose2, covariances: Array) -> tuple[Pose2, Array]:
+        """A pose of the graph in frame `number`, and its (3, 3) covariance there; `covariances`
+        (n, 3, 3) are those of all frames relative to the pose's, see `chained`."""
+        seen = Pose2.of(self.graph.poses[number]).between(pose)
+        lever = lever_jacobian(seen.x, seen.y)
+        return seen, lever @ covariances[number] @ lever.T
 
     def _close_way(self, believed: Pose2) -> None:
         """Add the way from the last local map but one to the last frame, which is tied to the graph
@@ -479,11 +484,8 @@ class GraphSlam:
         covariances = chained(len(graph.poses), graph.edges, graph.trust(), here)
         closed = False
         for other in self._candidates(here, covariances):
-            frame = Pose2.of(graph.poses[other])
-            predicted = frame.between(Pose2.of(graph.poses[here]))
-            lever = lever_jacobian(predicted.x, predicted.y)
-            doubt = lever @ covariances[other] @ lever.T
-            match = self._matcher.match(self.places[other], panorama, predicted, doubt)
+            seen = self._seen_from(other, Pose2.of(graph.poses[here]), covariances)
+            match = self._matcher.match(self.places[other], panorama, *seen)
             if self.loops.accepts(match):
                 loop = Edge(other, here, match.pose, match.information, loop=True)
                 graph.edges.append(loop)
