@@ -54,6 +54,7 @@ class Demands(NamedTuple):
     contradicted   share of the echoes, at most
     sudden         whether a scan that was not continuous preceded: the robot was carried, and is at
                    the believed place only if the map agrees, or is new ground
+    torn           whether that scan changed by more than doors make: the robot was carried
     usual          share of the echoes that the map explains in this recording
     continuous     whether each scan followed from the one before, and only the map tells that the
                    robot is lost: its errors may have added up
@@ -69,6 +70,7 @@ class Demands(NamedTuple):
     path: float
     contradicted: float
     sudden: bool
+    torn: bool = False
     usual: float = 0.9
     continuous: bool = False
     within: tuple[float, float] | None = None
@@ -233,7 +235,7 @@ class Astray:
         """How many attempts in a row must find a place that leads by so many nats, and that is
         clearly better than the believed one or not."""
         clear = clear and lead > MIN_GAIN
-        right = here.agreement.contradicted <= CONTRADICTED
+        right = here.agreement.contradicted <= CONTRADICTED and not self._demands.torn
         if not self._no_new_ground and (right or not clear):
             return LONGER
         return CONFIRMED if lead > MIN_GAIN else REPEATED

@@ -124,6 +124,7 @@ class Watch:
         continuous = self._jump is None or self._turned
         return demands._replace(
             contradicted=max(demands.contradicted, usual),
+            torn=self._torn,
             usual=max(self.belief.explained, LEAST_USUAL),
             continuous=continuous,
             within=self._within or (None if math.isinf(self._reach) else (self._reach, math.pi)),

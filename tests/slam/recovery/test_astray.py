@@ -108,6 +108,8 @@ def test_another_place_must_be_found_longer_where_the_believed_one_is_not_contra
     here = Place(BESIDE, -90.0, Agreement(0.5, contradicted))
     assert beside()._attempts(30.0, True, here) == attempts
     assert beside()._attempts(30.0, False, here) == LONGER
+    assert beside(SUDDEN._replace(torn=True))._attempts(30.0, True, here) == 2
+    assert beside(SUDDEN._replace(torn=True))._attempts(30.0, False, here) == LONGER
     assert beside(SUDDEN._replace(no_new_ground=True))._attempts(30.0, True, here) == 2
 
 
