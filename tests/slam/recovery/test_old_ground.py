@@ -245,9 +245,10 @@ def test_a_robot_arrives_from_new_ground_until_old_ground_agrees_or_it_is_found(
 
 
 def test_votes_are_for_a_way_from_the_believed_place() -> None:
-    first, here = other(THERE, WEAK), Pose2(2.0, -1.0, 0.1)
+    before, here = Pose2(-1.0, 3.0, 0.7), Pose2(2.0, -1.0, 0.1)
+    first = Other(before, THERE @ before, WEAK)
     assert misplaced(first, Other(here, THERE @ here, WEAK)).votes == 2
-    assert misplaced(first, Other(here, THERE, WEAK)).votes == 1
+    assert misplaced(first, Other(here, THERE @ before, WEAK)).votes == 1
 
 
 def test_old_local_maps_that_moved_together_are_searched_where_they_were_drawn() -> None:
