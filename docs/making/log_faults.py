@@ -119,7 +119,9 @@ def row(name: str, fault: Fault, variant: str, episode: Episode, usual: Run) -> 
         result = run(build(variant, episode), replace(episode, odometry=changed))
         away = between(usual.online[-1:], result.online[-1:])[0]
         off += bool(math.hypot(*away[:2]) > FAR or abs(away[2]) > TURNED)
-        scores = score_lost(episode.times, result.online, usual.online, result.lost, result.first)
+        scores = score_lost(
+            episode.times, result.online, usual.poses, result.lost, result.revisions
+        )
         wrong.append(scores.sure_and_wrong)
         alarms += scores.false_alarms
     return (f"| {name} | `{variant}` | {off} of {len(SEEDS)} | {100 * np.mean(wrong):.1f} "

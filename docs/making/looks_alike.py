@@ -75,7 +75,7 @@ def judge(variant: str, episode: Episode, carried: bool) -> Judged:
     times = np.array([scan.time for scan in episode.scans])
     steps = np.hypot(*np.diff(truth[:, :2], axis=0).T)
     moment = times[int(steps.argmax()) + 1] if carried else np.inf
-    scores = score_lost(times, result.online, truth, result.lost, result.first)
+    scores = score_lost(times, result.online, truth, result.lost, result.revisions)
     off = float(np.hypot(*(result.online[-1, :2] - truth[-1, :2])))
     sure = off > FAR and bool(result.lost[-1] < ALARM_LEVEL)
     before = [loss for loss in scores.losses if loss.begin < moment - 1.0]

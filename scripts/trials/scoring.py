@@ -62,7 +62,7 @@ class TruthScorer:
             "ate_bound": self._bound,
             "error_curve": error_curve(errors),
             "calibration": scorer.calibration(run.grid).as_dict(),
-            "lost": scorer.lost(run.online, run.lost, run.first).as_dict(),
+            "lost": scorer.lost(run.online, run.lost, run.revisions).as_dict(),
         }
 
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slam.algorithms.ceilings import CEILINGS
+from slam.benchmark.revisions import Revisions
 from slam.episode import Episode
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid
-from slam.interface import Estimate, Restarting, Revising, Slam, believed
+from slam.interface import Estimate, Revising, Slam, believed
 from slam.kernel import READYING
 from slam.registry import make
 
@@ -23,16 +24,17 @@ WARM_UP_SCANS = 30
 class Run:
     """The result of a SLAM on the scans of an episode.
 
-    poses    (n, 3) at each scan, as estimated at the end
-    online   (n, 3) at each scan, as estimated then; differs from `poses` for a `Revising` SLAM, and
-             where the first scans were mapped again
-    grid     the map after the last scan
-    matched  number of scans that were matched
-    spent    (n,) s, wall time of each update, without that of compiling and loading kernels; the
-             last one includes `finish`
-    lost     (n,) probability that the online pose is off within its map: see `Estimate.lost`
-    drift    (n,) m, by which a drift was taken out of the online pose: see `Estimate.drift`
-    first    (k, 3) poses of the first k scans, if the k-th made the SLAM map them again
+    poses      (n, 3) at each scan, as estimated at the end
+    online     (n, 3) at each scan, as estimated then; differs from `poses` for a `Revising` SLAM,
+               and where the first scans were mapped again
+    grid       the map after the last scan
+    matched    number of scans that were matched
+    spent      (n,) s, wall time of each update, without that of compiling and loading kernels; the
+               last one includes `finish`
+    lost       (n,) probability that the online pose is off within its map: see `Estimate.lost`
+    drift      (n,) m, by which a drift was taken out of the online pose: see `Estimate.drift`
+    revisions  (k, 3) arrays: poses of the first k scans, each time that the k-th made the SLAM move
+               earlier ones, as where a loop closes; of a run by `run`
     """
 
     poses: Array
@@ -42,7 +44,7 @@ class Run:
     spent: Array
     lost: Array
     drift: Array
-    first: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    revisions: tuple[Array, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -94,16 +96,15 @@ class Playback:
         online = np.array(self._poses).reshape(-1, 3)
         poses = believed(self.slam, online)
         spent, lost, drift = (np.array(told) for told in (self._spent, self._lost, self._drift))
-        first = self.slam.first_poses if isinstance(self.slam, Restarting) else online[:0]
-        return Run(poses, online, self.slam.map(), self._matched, spent, lost, drift, first)
+        return Run(poses, online, self.slam.map(), self._matched, spent, lost, drift)
 
 
 def run(slam: Slam, episode: Episode) -> Run:
     """Run `slam` over the whole episode."""
-    playback = Playback(slam, episode)
-    for _ in playback:
-        pass
-    return playback.result()
+    playback, revisions = Playback(slam, episode), Revisions(slam)
+    for estimate in playback:
+        revisions.take(estimate)
+    return replace(playback.result(), revisions=tuple(revisions.poses))
 
 
 def build(variant: str, episode: Episode, seed: int = 0) -> Slam:

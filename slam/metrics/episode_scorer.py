@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from slam.episode import Episode
 from slam.geometry import Array, Pose2
 from slam.grid import OccupancyGrid, moved
@@ -11,7 +13,6 @@ from slam.metrics.lost import LostScores, score_lost
 from slam.metrics.mapping import OccupiedCells
 from slam.metrics.surface import visible_truth
 from slam.metrics.trajectory import alignment, ate, score_trajectory
-from slam.metrics.within_map import NO_POSES
 
 
 class EpisodeScorer:
@@ -53,10 +54,10 @@ class EpisodeScorer:
         """ATE, m, of other poses (n, 3), such as the online estimates."""
         return ate(poses, self._truth)
 
-    def lost(self, online: Array, lost: Array, first: Array = NO_POSES) -> LostScores:
-        """How well `lost` (n,), one a scan, tells where the online poses (n, 3) are wrong; the
-        first k scans were mapped again at the poses (k, 3)."""
-        return score_lost(self._times, online, self._truth, lost, first)
+    def lost(self, online: Array, lost: Array, revisions: Sequence[Array] = ()) -> LostScores:
+        """How well `lost` (n,), one a scan, tells where the online poses (n, 3) are wrong; see
+        `score_lost`."""
+        return score_lost(self._times, online, self._truth, lost, revisions)
 
     def calibration(self, grid: OccupancyGrid) -> Calibration:
         """Calibration of the map's h against the true share of time that cells are occupied."""

@@ -20,7 +20,7 @@ from slam.errors import InputError
 from slam.geometry import Array, wrap_angle
 from slam.metrics.within_map import LOST_DISTANCE as LOST_DISTANCE
 from slam.metrics.within_map import LOST_TURN as LOST_TURN
-from slam.metrics.within_map import NO_POSES, wrong_within_map
+from slam.metrics.within_map import wrong_within_map
 
 ALARM_LEVEL = 0.5  # of `lost`; above it the SLAM tells that it is lost
 DRAWN_LEVEL = 0.1  # of `lost`; above it a scan is not regarded as part of the map
@@ -104,14 +104,15 @@ class LostScores(NamedTuple):
 
 
 def score_lost(
-    times: Array, poses: Array, truth: Array, lost: Array, first: Array = NO_POSES
+    times: Array, poses: Array, truth: Array, lost: Array, revisions: Sequence[Array] = ()
 ) -> LostScores:
     """All scores of one run.
 
     times         (n,) s, of the scans
     poses, truth  (n, 3) online estimates and true poses, in one frame
     lost          (n,) `Estimate.lost`
-    first         (k, 3) poses of the first k scans, if the SLAM mapped them again at the k-th
+    revisions     (k, 3) arrays: poses of the first k scans, each time that the SLAM moved them at
+                  the k-th
 
     Raises InputError for other shapes, for no scan, and for probabilities outside of 0 to 1.
     """
@@ -120,7 +121,7 @@ def score_lost(
     if len(off) != len(times):
         raise InputError(f"there is one pose a scan, got {len(off)} for {len(times)} scans")
     alarm = lost > ALARM_LEVEL
-    wrong = wrong_within_map(poses, truth, may_be_drawn(times, lost), first)
+    wrong = wrong_within_map(poses, truth, may_be_drawn(times, lost), revisions)
     return LostScores(
         lost_share=float(wrong.mean()),
         lost_at_end=bool(off[-1]),

@@ -2,12 +2,13 @@
 
 A pose is compared with the first earlier one at about the same place: it drew what the later one
 sees. An error that both share does no harm, such as the drift of a map without loops, and no scan
-tells of it.
+tells of it. A map that was corrected, as where a loop closes, has the earlier one elsewhere.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,23 +18,25 @@ LOST_DISTANCE = 0.3  # m, LOST_TURN in rad: a pose farther off is wrong
 LOST_TURN = math.radians(10.0)
 NEAR = 1.5  # m, between true positions at which much the same is seen
 CELL = 0.5  # m, of the grid in which the first pose is looked up
-NO_POSES = np.zeros((0, 3))
 Bools = np.ndarray
 
 
-def wrong_within_map(poses: Array, truth: Array, drawn: Bools, first: Array = NO_POSES) -> Bools:
+def wrong_within_map(
+    poses: Array, truth: Array, drawn: Bools, revisions: Sequence[Array] = ()
+) -> Bools:
     """(n,) whether each pose is off by more than LOST_DISTANCE or LOST_TURN, in relation to the
     first pose within NEAR that was `drawn`; where there is none, to the last that was.
 
     poses, truth  (n, 3) online estimates and true poses
     drawn         (n,) whether the scan may be part of the map: the SLAM was not lost
-    first         (k, 3) poses of the first k scans in the map from the k-th on, if they were mapped
-                  again
+    revisions     (k, 3) arrays: poses of the first k scans in the map from the k-th on, where the
+                  SLAM moved them
     """
     reference = _references(truth[:, :2], drawn)
     drawn_at = poses[reference]
-    redrawn = (reference < len(first)) & (np.arange(len(poses)) >= len(first) - 1)
-    drawn_at[redrawn] = first[reference[redrawn]]
+    for revised in revisions:
+        moved = (reference < len(revised)) & (np.arange(len(poses)) >= len(revised) - 1)
+        drawn_at[moved] = revised[reference[moved]]
     true, found = between(truth[reference], truth), between(drawn_at, poses)
     error = between(true, found)
     far = np.hypot(error[:, 0], error[:, 1]) > LOST_DISTANCE

@@ -51,27 +51,29 @@ def errors(poses: np.ndarray, episode: Episode) -> np.ndarray:
 def test_the_first_metres_have_their_true_length(variant: str) -> None:
     episode = drive(1.2)
     result = run(started(variant, episode), episode)
-    again = len(result.first)
+    first = result.revisions[0]
+    again = len(first)
     assert 20 < again < 120
     assert errors(result.online, episode)[: again - 1].max() > 0.3
     assert errors(result.online, episode)[again - 1 :].max() < 0.15
     assert errors(result.poses, episode).max() < 0.15
-    assert result.poses[: again - 1] == pytest.approx(result.first[:-1], abs=0.05)
+    assert result.poses[: again - 1] == pytest.approx(first[:-1], abs=0.05)
 
 
 def test_without_a_second_start_they_stay_too_long() -> None:
     episode = drive(1.2)
     result = run(started("static-ml/no-recovery", episode), episode)
     assert errors(result.online, episode)[-1] > 0.3
-    assert len(result.first) == 0
+    assert not result.revisions
     assert result.poses is result.online
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_an_odometry_that_is_right_is_not_mapped_twice(variant: str) -> None:
     episode = drive(1.02)
-    result = run(started(variant, episode), episode)
-    assert len(result.first) == 0
+    robot = started(variant, episode)
+    run(robot, episode)
+    assert len(robot.first_poses) == 0
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
@@ -103,7 +105,8 @@ def test_the_poses_are_kept_when_a_robot_that_was_carried_is_found() -> None:
     result = run(make("static-ml", true_start(episode)), episode)
     assert (result.lost > 0.5).any()
     assert result.lost[-1] < 0.5
-    assert 20 < len(result.first) < 120
+    (first,) = result.revisions
+    assert 20 < len(first) < 120
 
 
 def test_a_robot_that_is_placed_by_hand_stays_there() -> None:
@@ -131,7 +134,7 @@ def test_a_map_that_cannot_be_copied_is_made_twice() -> None:
     assert isinstance(robot, MaximumLikelihood)
     first = robot.map_model
     result = run(robot, episode)
-    assert len(result.first) > 20
+    assert len(result.revisions[0]) > 20
     assert isinstance(robot.map_model, Locked)
     assert robot.map_model is not first
 

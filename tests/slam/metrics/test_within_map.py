@@ -59,13 +59,30 @@ def test_a_turn_alone_is_wrong():
     assert wrong_within_map(poses, truth, BELIEVED).tolist() == [False] * 60 + [True] * 40
 
 
-def test_scans_that_were_mapped_again_are_compared_with_the_map_that_holds_them() -> None:
+def there_and_back() -> Array:
+    """Ten poses along the x axis."""
     truth = np.zeros((10, 3))
     truth[:, 0] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.4, 0.3, 0.2, 0.1, 0.0]
+    return truth
+
+
+def test_scans_that_were_mapped_again_are_compared_with_the_map_that_holds_them() -> None:
+    truth = there_and_back()
     poses = truth.copy()
     poses[:4, 1] = 1.0  # then found to be wrong, and mapped again
     drawn = np.ones(10, bool)
     assert wrong_within_map(poses, truth, drawn).tolist() == [False] * 4 + [True] * 6
-    assert not wrong_within_map(poses, truth, drawn, truth[:5]).any()
-    wrong = wrong_within_map(poses, truth, drawn, truth[:5] + [1.0, 0.0, 0.0])
+    assert not wrong_within_map(poses, truth, drawn, [truth[:5]]).any()
+    wrong = wrong_within_map(poses, truth, drawn, [truth[:5] + [1.0, 0.0, 0.0]])
     assert wrong.tolist() == [False] * 4 + [True] * 6
+
+
+def test_each_pose_is_compared_with_the_map_of_its_time() -> None:
+    truth = there_and_back()
+    moved = np.array([0.0, 1.0, 0.0])
+    poses = truth + np.repeat([[0.0], [1.0], [0.0]], [4, 3, 3], axis=0) * moved
+    drawn = np.ones(10, bool)
+    revisions = [truth[:5] + moved, truth[:8]]  # moved by the 5th, and back by the 8th
+    assert not wrong_within_map(poses, truth, drawn, revisions).any()
+    wrong = wrong_within_map(poses, truth, drawn, revisions[:1])
+    assert wrong.tolist() == [False] * 7 + [True] * 3

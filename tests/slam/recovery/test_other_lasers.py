@@ -42,7 +42,7 @@ def told(
     )  # fmt: skip
     episode = sparser(episode, every)
     result, truth = run(build(variant, episode), episode), episode.known_truth("this test").poses
-    scores = score_lost(episode.times, result.online, truth, result.lost, result.first)
+    scores = score_lost(episode.times, result.online, truth, result.lost, result.revisions)
     return scores, np.hypot(*(result.online - truth)[:, :2].T), result.lost
 
 

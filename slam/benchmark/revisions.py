@@ -1,0 +1,38 @@
+"""Where the map of a run had its earlier scans, each time that they were moved."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.geometry import Array, Pose2, wrap_angle
+from slam.interface import Estimate, Slam, believed
+from slam.metrics.within_map import LOST_DISTANCE, LOST_TURN
+
+MOVED = 0.1 * LOST_DISTANCE, 0.1 * LOST_TURN  # m, rad: a smaller move is kept with the next one
+
+
+class Revisions:
+    """Follows a run, and keeps the poses of its scans each time that the SLAM moved an earlier one.
+
+    poses  (k, 3) arrays: of the first k scans, as the k-th made the SLAM move them
+    """
+
+    def __init__(self, slam: Slam):
+        self._slam = slam
+        self._online: list[Pose2] = []
+        self.poses: list[Array] = []
+
+    def take(self, estimate: Estimate) -> None:
+        """Take in what the SLAM told of the next scan."""
+        self._online.append(estimate.pose)
+        if not estimate.revised:
+            return
+        online = np.array(self._online)
+        now, kept = believed(self._slam, online), online.copy()
+        if self.poses:
+            kept[: len(self.poses[-1])] = self.poses[-1]
+        off = now - kept
+        farthest, most_turned = MOVED
+        apart, turned = np.hypot(off[:, 0], off[:, 1]), np.abs(wrap_angle(off[:, 2]))
+        if apart.max() > farthest or turned.max() > most_turned:
+            self.poses.append(now)
