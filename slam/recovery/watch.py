@@ -36,10 +36,10 @@ STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardl
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 MISPLACED = 2  # searches in a row by which what was drawn last lies elsewhere
 MIN_VOTES = 3  # for the same place, against the believed one
-MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
-MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
-WELL_KNOWN = 0.95  # usual share of explained echoes, above which the ground was all mapped before
-DISAGREES = 0.8, 0.1  # it disagrees there if it explains less, and contradicts so much more
+MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed; after so many
+MOST_CHECKS = 16  # if the scans fit much better at another place all together, or map disagrees
+WELL_KNOWN = 0.95  # share of a scan that the map explains, above which it knew the ground well
+DISAGREES = 0.8, 0.1  # it disagrees if it explains less, and contradicts so much more than usual
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -87,7 +87,9 @@ class Watch:
         self.suspected = 0
         self.open = self.arriving = self._unsettled = False
         self._since_check = MotionTrigger(CHECKS)
-        self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous
+        self._last: Scan | None = None  # of the last keyframe
+        self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous,
+        self._before_jump: Keyframe | None = None  # and the one before
         self._unexplained = False  # whether the map showed nearly nothing of that one
         self._torn = False  # whether that one changed by more than TORN
         self._turned = False  # whether only the map told that it was not continuous
@@ -174,6 +176,7 @@ class Watch:
         self.suspected, self.open, self.arriving = 0, False, False
         self._trust()
         self._recent.clear()
+        self._last = None
 
     def _trust(self) -> None:
         """No doubt is left."""
@@ -212,15 +215,17 @@ class Watch:
         begins = self.belief.jumped and self._jump is None
         if begins:
             self._jump = Keyframe(match.scan, pose)
+            self._before_jump = self._last and Keyframe(self._last, match.last)
             self._unexplained = self.belief.hardly_explains(agreement)
             self._torn, self._turned = changed > TORN, self.belief.turned
         self._moved = self._moved or self.odometry.far
+        self._last = match.scan
         if not self.doubted:
             self._trust()
         elif begins or self._since_check.due(match.scan.time):
             self._since_check.restart(match.scan.time)
             checked = self._checked(agreement, match.scan, pose, surroundings)
-            self.belief.set(self._settled(checked, agreement))
+            self.belief.set(self._settled(checked, match.scan, pose, surroundings))
         else:
             self.belief.set(max(min(self.belief.probability, UNCHECKED), held))
         self.odometry.sudden = self.odometry.far = False
@@ -229,15 +234,20 @@ class Watch:
         if self.suspected >= MISPLACED:
             self.belief.set(ELSEWHERE[-1])
 
-    def _settled(self, probability: float, agreement: Agreement) -> float:
-        """The probability; a doubt that many checks in a row could not confirm is dropped, but not
-        one that began with a jump, where the map disagrees with ground that it knew well."""
+    def _settled(
+        self,
+        probability: float,
+        scan: Scan,
+        pose: Pose2,
+        surroundings: Callable[[], Surroundings],
+    ) -> float:
+        """The probability; a doubt that many checks in a row could not confirm is dropped, but the
+        robot is lost where the map still disagrees after the most checks."""
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
-        known = self._jump is not None and self.belief.explained > WELL_KNOWN
-        if known and self._disagrees(agreement):
-            return ELSEWHERE[-1]
+        if self._disagrees(scan, pose, surroundings()):
+            return probability if self._checks < MOST_CHECKS else ELSEWHERE[-1]
         self._dropped, self._unsettled = max(self._dropped, DROPPED), True
         return NOT_ELSEWHERE
 
@@ -247,12 +257,18 @@ class Watch:
         unsettled, self._unsettled = self._unsettled, False
         return unsettled
 
-    def _disagrees(self, agreement: Agreement) -> bool:
-        """Whether the map explains too little of a scan and contradicts too much of it: new ground
-        is not known, and contradicts nothing."""
+    def _disagrees(self, scan: Scan, pose: Pose2, surroundings: Surroundings) -> bool:
+        """Whether the doubt began with a jump on ground that the map knew well, and the map now
+        explains too little of the scan and contradicts too much of it: new ground is not known, and
+        contradicts nothing."""
+        if self._jump is None or self._before_jump is None:
+            return False
+        endpoint, frame = surroundings
+        before = endpoint.shares(self._before_jump.scan.pieces, frame @ self._before_jump.pose)
+        now = Agreement(*endpoint.shares(scan.pieces, frame @ pose))
         least, more = DISAGREES
-        contradicted = agreement.contradicted > self.belief.contradicted + more
-        return contradicted and agreement.explained < least
+        contradicted = now.contradicted > self.belief.contradicted + more
+        return before[0] > WELL_KNOWN and contradicted and now.explained < least
 
     def _checked(
         self,
