@@ -64,7 +64,7 @@ class Demands(NamedTuple):
                    where a loop closes another place that looks alike may be known better
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
                    or the map is not drawn any more
-    new_ground     m, driven in vain before it goes on at the believed place
+    new_ground     m, driven in vain before it goes on where the map does not know the ground
     """
 
     path: float
@@ -112,7 +112,8 @@ class Astray:
     less is asked of a place that is the best in LASTING attempts in a row. In a building whose
     corridors look alike that takes long: until then the robot says that it is lost. If none is
     found, and the believed place is new ground that the robot came to through no wall, a scan was
-    misjudged, and it goes on there.
+    misjudged, and it goes on there; or where it left the map, if that explained NEARLY_ALL of it in
+    REPEATED attempts before.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
@@ -143,6 +144,8 @@ class Astray:
         self._since_attempt = MotionTrigger(ATTEMPTS)
         self._found = Repeated()  # origins that are acceptable
         self._best = Repeated()  # origins by places that lead, where the believed one is disputed
+        self._well = Repeated()  # origins that are acceptable, and explain NEARLY_ALL
+        self._goes_on = believed  # the origin, if no place is found any more: it is on new ground
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
@@ -183,6 +186,10 @@ class Astray:
         place, attempts = self._place(scan, self._frame @ self.believed @ last)
         origin = None if place is None else self._origin(place)
         self._found.take(origin)
+        well = place is not None and self._nearly_all(place)
+        self._well.take(origin if well else None)
+        if self._well.times >= REPEATED and self._well.pose is not None:
+            self._goes_on = self._well.pose
         self.sure = self._found.times >= attempts
         if self.sure:
             return origin
@@ -191,7 +198,7 @@ class Astray:
             return self._best.pose
         far = self._path > self._demands.new_ground
         new_ground = origin is None and far and not self._no_new_ground
-        return self.believed if new_ground else None
+        return self._goes_on if new_ground else None
 
     def _origin(self, place: Place) -> Pose2:
         """That of the map apart in the SLAM's frame, if the last keyframe was taken at a place."""
@@ -217,7 +224,7 @@ class Astray:
             return here if accepted else None, CONFIRMED
         if not (near_here or self._meets(best)):
             return here if best.value - here.value < TIE else None, CONFIRMED
-        well = near_here or best.agreement.explained > NEARLY_ALL * self._demands.usual
+        well = near_here or self._nearly_all(best)
         least = LEAD if well and self._path > SOME_WAY else MIN_GAIN
         accepted = lead > least and (clear or well)
         attempts = LONGER if unlikely else self._attempts(lead, clear, here)
@@ -244,6 +251,10 @@ class Astray:
         """Whether the map explains little of the scan at a place, or contradicts it."""
         explained, contradicted = place.agreement
         return explained < HALF * self._demands.usual or contradicted > CONTRADICTED
+
+    def _nearly_all(self, place: Place) -> bool:
+        """Whether the map explains nearly as much at a place as usual."""
+        return place.agreement.explained > NEARLY_ALL * self._demands.usual
 
     def _possible(self, place: Place, believed: Pose2) -> bool:
         """Whether a place is as near to the believed one as the demands ask."""

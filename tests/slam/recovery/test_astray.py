@@ -177,3 +177,25 @@ def test_a_place_that_stays_the_best_is_found_though_the_map_has_changed_there()
     assert attempts_to_find(0.5, known, moving=True) == np.inf
     assert attempts_to_find(0.4, known) == np.inf
     assert attempts_to_find(0.5, SUDDEN) == np.inf  # it may be on new ground
+
+
+@pytest.mark.parametrize(
+    ("attempts", "explained", "likely"),
+    [(REPEATED, 0.85, True), (REPEATED - 1, 0.85, False), (2 * REPEATED, 0.75, False)],
+)
+def test_a_robot_that_leaves_the_map_where_it_was_found_goes_on_there(
+    attempts: int, explained: float, likely: bool
+) -> None:
+    astray = beside(SUDDEN._replace(new_ground=20.0))
+    there = Place(Pose2(-8.0), -20.0, Agreement(explained, 0.02))
+    for k in range(20):
+        astray.update(Pose2(1.0), replace(room(), time=2.5 * k))
+        found = there if k < attempts else None
+        astray._place = lambda scan, believed, one=found: (one, LONGER)
+        origin = astray.found(2.5 * k)
+        if origin is not None:
+            assert k >= attempts
+            assert origin == (there.pose if likely else BESIDE)
+            assert not astray.sure
+            return
+    pytest.fail("it did not go on")

@@ -123,3 +123,25 @@ def test_a_correction_that_the_scan_before_disproves_is_none() -> None:
     _, off, _ = told("static-ml", "DoorOffice-v0", 5262, 0.55, SICK_LMS200, 0.02, 0.35,
                      steps=700, every=4)  # fmt: skip
     assert off.max() < 0.1
+
+
+@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
+def test_a_robot_that_was_carried_back_and_leaves_the_map_goes_on_where_it_was_found(
+    variant: str,
+) -> None:
+    """It was carried 8 m back along the first passage, and found there 19 times in a row until it
+    drove off the end of the map; it went on at the wrong end, and a graph was sure of that."""
+    scores, off, lost = told(
+        variant,
+        "DoorLoop-v0",
+        8829,
+        0.55,
+        Laser(),
+        0.02,
+        faults=[CarriedAway(at=(10.0, 60.0))],
+        steps=1600,
+        world=replace(FURNISHED, furniture=10),
+    )
+    assert scores.sure_and_wrong < 0.02
+    assert off[-1] < 0.3
+    assert (lost > ALARM_LEVEL).any()
