@@ -44,6 +44,7 @@ LASTING = 16  # attempts in a row whose best place is the same: the map has chan
 HALF = 0.5  # of the usual share is explained there, at least (see also `Astray._disputed`)
 CLEARLY_BETTER = 40.0  # nats over the believed place, of another one, or it explains
 NEARLY_ALL = 0.88  # of the usual share, at least
+NEW_GROUND = 10.0  # m, driven in vain, before it goes on where the ground may be new
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
@@ -76,7 +77,7 @@ class Demands(NamedTuple):
     within: tuple[float, float] | None = None
     likely: float = math.inf
     no_new_ground: bool = False
-    new_ground: float = 10.0
+    new_ground: float = NEW_GROUND
 
 
 SUDDEN = Demands(0.7, 0.2, True, new_ground=30.0)
@@ -145,7 +146,8 @@ class Astray:
         self._found = Repeated()  # origins that are acceptable
         self._best = Repeated()  # origins by places that lead, where the believed one is disputed
         self._well = Repeated()  # origins that are acceptable, and explain NEARLY_ALL
-        self._goes_on = believed  # the origin, if no place is found any more: it is on new ground
+        self._goes_on = believed  # the origin, if it is on new ground,
+        self._new_ground = demands.new_ground  # once it has driven so far
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:
@@ -189,14 +191,14 @@ class Astray:
         well = place is not None and self._nearly_all(place)
         self._well.take(origin if well else None)
         if self._well.times >= REPEATED and self._well.pose is not None:
-            self._goes_on = self._well.pose
+            self._goes_on, self._new_ground = self._well.pose, self._path + NEW_GROUND
         self.sure = self._found.times >= attempts
         if self.sure:
             return origin
         self.sure = self._no_new_ground and self._best.times >= LASTING
         if self.sure:
             return self._best.pose
-        far = self._path > self._demands.new_ground
+        far = self._path > self._new_ground
         new_ground = origin is None and far and not self._no_new_ground
         return self._goes_on if new_ground else None
 
