@@ -39,7 +39,8 @@ MIN_VOTES = 3  # for the same place, against the believed one
 MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed; after so many
 MOST_CHECKS = 16  # if the scans fit much better at another place all together, or map disagrees
 WELL_KNOWN = 0.95  # share of a scan that the map explains, above which it knew the ground well
-DISAGREES = 0.8, 0.1  # it disagrees if it explains less, and contradicts so much more than usual
+DISAGREES = 0.8, 0.1, 0.5  # it disagrees if it explains less, contradicts so much more than usual,
+# and knows so much of the scan at least
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
 MAX_WAITING = 10  # matches in a row, with which the map hardly agrees, that wait to be drawn
 FOUND_CONTRADICTED = 0.05  # more than usual, at most, where a lost robot is found
@@ -259,16 +260,15 @@ class Watch:
 
     def _disagrees(self, scan: Scan, pose: Pose2, surroundings: Surroundings) -> bool:
         """Whether the doubt began with a jump on ground that the map knew well, and the map now
-        explains too little of the scan and contradicts too much of it: new ground is not known, and
-        contradicts nothing."""
+        explains too little of the scan and contradicts too much of it: new ground is not known."""
         if self._jump is None or self._before_jump is None:
             return False
         endpoint, frame = surroundings
         before = endpoint.shares(self._before_jump.scan.pieces, frame @ self._before_jump.pose)
         now = Agreement(*endpoint.shares(scan.pieces, frame @ pose))
-        least, more = DISAGREES
-        contradicted = now.contradicted > self.belief.contradicted + more
-        return before[0] > WELL_KNOWN and contradicted and now.explained < least
+        most_explained, more, known = DISAGREES
+        contradicted = now.contradicted > self.belief.contradicted + more and sum(now) > known
+        return before[0] > WELL_KNOWN and contradicted and now.explained < most_explained
 
     def _checked(
         self,
