@@ -44,6 +44,7 @@ LASTING = 16  # attempts in a row whose best place is the same: the map has chan
 HALF = 0.5  # of the usual share is explained there, at least (see also `Astray._disputed`)
 CLEARLY_BETTER = 40.0  # nats over the believed place, of another one, or it explains
 NEARLY_ALL = 0.88  # of the usual share, at least
+SEEN = 5  # attempts in a row that find a place, by NEARLY_ALL: where it goes on off the map's end
 NEW_GROUND = 10.0  # m, driven in vain, before it goes on where the ground may be new
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
@@ -114,7 +115,7 @@ class Astray:
     corridors look alike that takes long: until then the robot says that it is lost. If none is
     found, and the believed place is new ground that the robot came to through no wall, a scan was
     misjudged, and it goes on there; or where it left the map, if that explained NEARLY_ALL of it in
-    REPEATED attempts before.
+    SEEN attempts in a row before.
 
     believed   pose of the origin of its own map when it got lost, in the SLAM's frame
     keyframes  of its own map, in its frame
@@ -190,7 +191,7 @@ class Astray:
         self._found.take(origin)
         well = place is not None and self._nearly_all(place)
         self._well.take(origin if well else None)
-        if self._well.times >= REPEATED and self._well.pose is not None:
+        if self._well.times >= SEEN and self._well.pose is not None:
             self._goes_on, self._new_ground = self._well.pose, self._path + NEW_GROUND
         self.sure = self._found.times >= attempts
         if self.sure:

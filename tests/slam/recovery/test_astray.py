@@ -14,6 +14,7 @@ from slam.recovery.astray import (
     LASTING,
     LONGER,
     REPEATED,
+    SEEN,
     SUDDEN,
     Astray,
     Demands,
@@ -181,7 +182,7 @@ def test_a_place_that_stays_the_best_is_found_though_the_map_has_changed_there()
 
 @pytest.mark.parametrize(
     ("attempts", "explained", "likely"),
-    [(REPEATED, 0.85, True), (REPEATED - 1, 0.85, False), (2 * REPEATED, 0.75, False)],
+    [(SEEN, 0.85, True), (SEEN - 1, 0.85, False), (2 * SEEN, 0.75, False)],
 )
 def test_a_robot_that_leaves_the_map_where_it_was_found_goes_on_there(
     attempts: int, explained: float, likely: bool
