@@ -19,15 +19,16 @@ class Revisions:
 
     def __init__(self, slam: Slam):
         self._slam = slam
-        self._online: list[Pose2] = []
+        self._online, self._new = np.zeros((0, 3)), list[Pose2]()
         self.poses: list[Array] = []
 
     def take(self, estimate: Estimate) -> None:
         """Take in what the SLAM told of the next scan."""
-        self._online.append(estimate.pose)
+        self._new.append(estimate.pose)
         if not estimate.revised:
             return
-        online = np.array(self._online)
+        online = self._online = np.concatenate([self._online, np.array(self._new)])
+        self._new.clear()
         now, kept = believed(self._slam, online), online.copy()
         if self.poses:
             kept[: len(self.poses[-1])] = self.poses[-1]

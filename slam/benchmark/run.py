@@ -103,7 +103,8 @@ def run(slam: Slam, episode: Episode) -> Run:
     """Run `slam` over the whole episode."""
     playback, revisions = Playback(slam, episode), Revisions(slam)
     for estimate in playback:
-        revisions.take(estimate)
+        if playback.done < len(episode.scans):  # the last one comes after `finish`
+            revisions.take(estimate)
     return replace(playback.result(), revisions=tuple(revisions.poses))
 
 

@@ -147,7 +147,9 @@ class Astray:
         self._found = Repeated()  # origins that are acceptable
         self._best = Repeated()  # origins by places that lead, where the believed one is disputed
         self._well = Repeated()  # origins that are acceptable, and explain NEARLY_ALL
-        self._goes_on = believed  # the origin, if it is on new ground,
+        self._goes_on: Pose2 | None = (
+            None  # the origin, if it left the map; None: the believed one,
+        )
         self._new_ground = demands.new_ground  # once it has driven so far
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
@@ -186,12 +188,13 @@ class Astray:
         last = self.keyframes[-1].pose
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([one.seen_from(last) for one in recent])
-        place, attempts = self._place(scan, self._frame @ self.believed @ last)
+        believed = self._frame @ self.believed @ last
+        place, attempts = self._place(scan, believed)
         origin = None if place is None else self._origin(place)
         self._found.take(origin)
-        well = place is not None and self._nearly_all(place)
+        well = place is not None and self._nearly_all(place) and self._likely(place, believed)
         self._well.take(origin if well else None)
-        if self._well.times >= SEEN and self._well.pose is not None:
+        if self._well.times >= SEEN:
             self._goes_on, self._new_ground = self._well.pose, self._path + NEW_GROUND
         self.sure = self._found.times >= attempts
         if self.sure:
@@ -199,9 +202,15 @@ class Astray:
         self.sure = self._no_new_ground and self._best.times >= LASTING
         if self.sure:
             return self._best.pose
-        far = self._path > self._new_ground
-        new_ground = origin is None and far and not self._no_new_ground
-        return self._goes_on if new_ground else None
+        far = origin is None and self._path > self._new_ground
+        return (self._goes_on or self.believed) if far and self._may_go_on(scan) else None
+
+    def _may_go_on(self, scan: Scan) -> bool:
+        """Whether the ground may be new where the robot would go on."""
+        if self._goes_on is None:
+            return not self._no_new_ground
+        start = self._frame @ self._goes_on @ self.keyframes[-1].pose
+        return self._may_be_new(self._places.matched(scan, start), self._goes_on)
 
     def _origin(self, place: Place) -> Pose2:
         """That of the map apart in the SLAM's frame, if the last keyframe was taken at a place."""
@@ -212,14 +221,15 @@ class Astray:
         row must find it."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
-        self._no_new_ground = self._no_new_ground or not self._may_be_new(here)
+        new = self._may_be_new(here, self.believed)
+        self._no_new_ground = self._no_new_ground or not new
         best = max(found, key=partial(_worth, believed=believed), default=here)
         lead = _lead(best, [*found, here], believed)
         near_here = any(same_place(best.pose, pose) for pose in (believed, here.pose))
         clear = near_here or best.value > here.value + CLEARLY_BETTER
         shown = best.agreement.explained > HALF * self._demands.usual
         disputed = near_here or self._disputed(here)
-        unlikely = math.dist(best.pose[:2], believed[:2]) > self._demands.likely
+        unlikely = not self._likely(best, believed)
         lasting = bool(found) and disputed and shown and lead > LEAD and not unlikely
         self._best.take(self._origin(best) if lasting else None)
         if not found or not self._possible(best, believed):
@@ -233,12 +243,16 @@ class Astray:
         attempts = LONGER if unlikely else self._attempts(lead, clear, here)
         return best if accepted else None, attempts
 
-    def _may_be_new(self, here: Place) -> bool:
-        """Whether the robot may be driving on ground that the map does not know, if it is where it
-        believed to be."""
+    def _likely(self, place: Place, believed: Pose2) -> bool:
+        """Whether a place is as near to the believed one as errors lead where a loop closes."""
+        return math.dist(place.pose[:2], believed[:2]) <= self._demands.likely
+
+    def _may_be_new(self, here: Place, origin: Pose2) -> bool:
+        """Whether the robot may be driving on ground that the map does not know, if it is `here`,
+        and its own map at an origin."""
         if self._path > FIRST and sum(here.agreement) > LITTLE_KNOWN:
             return False
-        path = np.array([self._frame @ self.believed @ one.pose for one in self.keyframes])
+        path = np.array([self._frame @ origin @ one.pose for one in self.keyframes])
         return not self._places.crossed(path[:, :2])
 
     def _attempts(self, lead: float, clear: bool, here: Place) -> int:

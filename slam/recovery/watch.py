@@ -36,9 +36,10 @@ STARTLING = 0.06  # change of a scan since the last keyframe, if the robot hardl
 CHECKS = MotionThreshold(distance=0.2, turn=math.radians(20.0), time=2.0)
 MISPLACED = 2  # searches in a row by which what was drawn last lies elsewhere
 MIN_VOTES = 3  # for the same place, against the believed one
-MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed; after so many
-MOST_CHECKS = 16  # if the scans fit much better at another place all together, or map disagrees
-WELL_KNOWN = 0.95  # share of a scan that the map explains, above which it knew the ground well
+MAX_CHECKS = 8  # in a row that settle nothing, after which the place has changed,
+MOST_CHECKS = 16  # or, if the scans fit much better at another place all together, after so many
+LAST_CHECK = 16  # the same, of ground that was well known: if the map still disagrees, it is lost
+WELL_KNOWN = 0.95  # share that the map, with itself, explains of a scan on ground that it knew well
 DISAGREES = 0.8, 0.1, 0.5  # it disagrees if it explains less, contradicts so much more than usual,
 # and knows so much of the scan at least
 FAR_LESS_EXPLAINED = 3.0  # usual deviations below the usual share: not so sure after a jump
@@ -67,8 +68,8 @@ class Watch:
     A place changes piece by piece, while the scan of a robot that was carried changes at once. A
     scan that is not continuous with the one before, or scans that agree ever less with the map,
     raise a doubt. A doubt is settled by a search of the whole map: if no other place explains the
-    scans much better, the place has changed; if another does so three times, the robot is
-    lost.
+    scans much better, the place has changed; if another does so three times, or if the map goes on
+    to disagree with ground that it knew well, the robot is lost.
 
     belief     the probability, and what is usual
     odometry   tells where it failed
@@ -150,7 +151,7 @@ class Watch:
 
     def placed(self) -> None:
         """The robot was put somewhere, by hand or as it was found there, and may be elsewhere."""
-        self._driven = math.inf
+        self._driven, self._last = math.inf, None
 
     @property
     def _reach(self) -> float:
@@ -181,7 +182,8 @@ class Watch:
 
     def _trust(self) -> None:
         """No doubt is left."""
-        self._jump, self._checks = None, 0
+        self._jump = self._before_jump = None
+        self._checks = 0
         self._unsure = self._unexplained = self._torn = self._turned = self._moved = False
         self._rivals.clear()
 
@@ -248,7 +250,7 @@ class Watch:
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
         if self._disagrees(scan, pose, surroundings()):
-            return probability if self._checks < MOST_CHECKS else ELSEWHERE[-1]
+            return probability if self._checks < LAST_CHECK else ELSEWHERE[-1]
         self._dropped, self._unsettled = max(self._dropped, DROPPED), True
         return NOT_ELSEWHERE
 
@@ -264,11 +266,13 @@ class Watch:
         if self._jump is None or self._before_jump is None:
             return False
         endpoint, frame = surroundings
-        before = endpoint.shares(self._before_jump.scan.pieces, frame @ self._before_jump.pose)
+        last = self._before_jump
+        before = Agreement(*endpoint.shares(last.scan.pieces, frame @ last.pose))
         now = Agreement(*endpoint.shares(scan.pieces, frame @ pose))
         most_explained, more, known = DISAGREES
-        contradicted = now.contradicted > self.belief.contradicted + more and sum(now) > known
-        return before[0] > WELL_KNOWN and contradicted and now.explained < most_explained
+        usual = max(self.belief.contradicted, before.contradicted)
+        contradicted = now.contradicted > usual + more and sum(now) > known
+        return before.explained > WELL_KNOWN and contradicted and now.explained < most_explained
 
     def _checked(
         self,

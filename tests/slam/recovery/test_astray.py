@@ -152,10 +152,10 @@ def test_where_a_loop_closes_a_place_that_is_not_likely_must_be_found_longer(
 
 def test_ground_behind_a_wall_is_not_new() -> None:
     astray, beyond = beside(), Agreement(0.0, 0.0)
-    assert astray._may_be_new(Place(BESIDE, -90.0, beyond))
+    assert astray._may_be_new(Place(BESIDE, -90.0, beyond), astray.believed)
     astray.believed = Pose2(1.0, 0.0, 0.0)  # in the known room, from where it drives through a wall
     astray.keyframes.append(astray.keyframes[-1]._replace(pose=Pose2(3.0, 0.0, 0.0)))
-    assert not astray._may_be_new(Place(BESIDE, -90.0, beyond))
+    assert not astray._may_be_new(Place(BESIDE, -90.0, beyond), astray.believed)
 
 
 def attempts_to_find(explained: float, demands: Demands, *, moving: bool = False) -> float:
@@ -180,23 +180,45 @@ def test_a_place_that_stays_the_best_is_found_though_the_map_has_changed_there()
     assert attempts_to_find(0.5, SUDDEN) == np.inf  # it may be on new ground
 
 
-@pytest.mark.parametrize(
-    ("attempts", "explained", "likely"),
-    [(SEEN, 0.85, True), (SEEN - 1, 0.85, False), (2 * SEEN, 0.75, False)],
-)
-def test_a_robot_that_leaves_the_map_where_it_was_found_goes_on_there(
-    attempts: int, explained: float, likely: bool
-) -> None:
-    astray = beside(SUDDEN._replace(new_ground=20.0))
-    there = Place(Pose2(-8.0), -20.0, Agreement(explained, 0.02))
-    for k in range(20):
+UNKNOWN, KNOWN = Agreement(0.1, 0.0), Agreement(0.4, 0.3)
+
+
+def goes_on(
+    attempts: int, place: Place, demands: Demands = SUDDEN, later: Agreement = UNKNOWN
+) -> tuple[Pose2 | None, int]:
+    """Where a robot goes on that finds a place so many times, and then none; and after how many
+    attempts. The map agrees `later` with what it sees there."""
+    astray = beside(demands)
+    for k in range(60):
         astray.update(Pose2(1.0), replace(room(), time=2.5 * k))
-        found = there if k < attempts else None
+        found = place if k < attempts else None
         astray._place = lambda scan, believed, one=found: (one, LONGER)
+        astray._places.matched = lambda scan, start: Place(start, -90.0, later)
         origin = astray.found(2.5 * k)
         if origin is not None:
-            assert k >= attempts
-            assert origin == (there.pose if likely else BESIDE)
             assert not astray.sure
-            return
-    pytest.fail("it did not go on")
+            return origin, k
+    return None, 60
+
+
+WELL = Place(Pose2(-8.0), -20.0, Agreement(0.85, 0.02))
+
+
+def test_a_robot_that_leaves_the_map_where_it_was_found_goes_on_there() -> None:
+    origin, attempts = goes_on(SEEN, WELL)
+    assert origin == WELL.pose
+    assert SEEN + 9 <= attempts < 20
+    less = WELL._replace(agreement=Agreement(0.75, 0.02))
+    for seen, place in ((SEEN - 1, WELL), (SEEN, less)):
+        origin, attempts = goes_on(seen, place)
+        assert origin == BESIDE
+        assert attempts > 20
+
+
+def test_it_does_not_go_on_where_the_map_knows_the_ground() -> None:
+    assert goes_on(SEEN, WELL, later=KNOWN) == (None, 60)
+
+
+def test_it_does_not_go_on_where_errors_of_a_loop_do_not_lead() -> None:
+    assert goes_on(SEEN, WELL, SUDDEN._replace(likely=5.0))[0] == BESIDE
+    assert goes_on(SEEN, WELL, SUDDEN._replace(likely=50.0))[0] == WELL.pose

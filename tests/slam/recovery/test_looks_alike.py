@@ -41,7 +41,8 @@ def scores(seed: int, variant: str = "static-ml") -> LostScores:
 
 def scored(episode: Episode, result: Run) -> LostScores:
     times = np.array([scan.time for scan in episode.scans])
-    return score_lost(times, result.online, episode.known_truth("a test").poses, result.lost)
+    truth = episode.known_truth("a test").poses
+    return score_lost(times, result.online, truth, result.lost, result.revisions)
 
 
 @pytest.mark.parametrize("seed", [5600, 5601, 5602])
