@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,9 +18,10 @@ from slam.algorithms.particle_filter import ParticleFilter
 from slam.benchmark.run import run, true_start
 from slam.episode import Episode
 from slam.errors import InputError
-from slam.geometry import Pose2, wrap_angle
+from slam.geometry import Array, Pose2, wrap_angle
 from slam.graph.local_map import Keyframe
 from slam.interface import LOST_DISTANCE, LOST_TURN, Estimate, Slam
+from slam.recovery.places import Surroundings
 from slam.recovery.watch import Watch
 from slam.sensor_models.beam import Beam
 from tests.slam.recovery.drawn_room import room
@@ -390,3 +392,38 @@ def test_who_goes_on_on_new_ground_is_less_sure_if_the_robot_seemed_to_be_carrie
         watch.found(sure=True)
         assert watch.told(estimate).lost < 0.01
         assert not watch.take_unsettled()
+
+
+class Agreeing:
+    """A map that explains and contradicts these shares of a scan, by the x of its pose, m."""
+
+    def __init__(self, shares: dict[float, tuple[float, float]]):
+        self._shares = shares
+
+    def shares(self, points: Array, pose: Pose2) -> tuple[float, float]:
+        return self._shares[pose.x]
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "checks", "probability"),
+    [
+        ((0.99, 0.0), (0.6, 0.2), 8, 0.3),
+        ((0.99, 0.0), (0.6, 0.2), 15, 0.3),
+        ((0.99, 0.0), (0.6, 0.2), 16, 0.95),
+        ((0.9, 0.0), (0.6, 0.2), 8, 0.001),  # the ground was not known well,
+        ((0.99, 0.15), (0.6, 0.2), 8, 0.001),  # or contradicted as much before,
+        ((0.99, 0.0), (0.9, 0.1), 8, 0.001),  # or the map agrees
+        ((0.99, 0.0), (0.25, 0.14), 16, 0.001),  # or the ground is new
+    ],
+)
+def test_a_doubt_goes_on_where_the_map_disagrees_with_ground_that_it_knew_well(
+    before: tuple[float, float], now: tuple[float, float], checks: int, probability: float
+) -> None:
+    """By the map that is searched, in which the SLAM's frame lies 10 m farther on."""
+    scan, watch = room(), Watch()
+    watch._jump = watch._before_jump = Keyframe(scan, Pose2(1.0))
+    watch._checks = checks - 1
+    endpoint: Any = Agreeing({11.0: before, 12.0: now})
+    surroundings = Surroundings(endpoint, Pose2(10.0))
+    assert watch._settled(0.3, scan, Pose2(2.0), lambda: surroundings) == probability
+    assert watch.take_unsettled() == (probability == 0.001)
