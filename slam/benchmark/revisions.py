@@ -19,7 +19,8 @@ class Revisions:
 
     def __init__(self, slam: Slam):
         self._slam = slam
-        self._online, self._new = np.zeros((0, 3)), list[Pose2]()
+        self._online = np.zeros((0, 3))
+        self._new: list[Pose2] = []  # of the scans since the last move
         self.poses: list[Array] = []
 
     def take(self, estimate: Estimate) -> None:
@@ -29,10 +30,8 @@ class Revisions:
             return
         online = self._online = np.concatenate([self._online, np.array(self._new)])
         self._new.clear()
-        now, kept = believed(self._slam, online), online.copy()
-        if self.poses:
-            kept[: len(self.poses[-1])] = self.poses[-1]
-        off = now - kept
+        now, kept = believed(self._slam, online), self.poses[-1] if self.poses else online[:0]
+        off = now - np.concatenate([kept, online[len(kept) :]])
         farthest, most_turned = MOVED
         apart, turned = np.hypot(off[:, 0], off[:, 1]), np.abs(wrap_angle(off[:, 2]))
         if apart.max() > farthest or turned.max() > most_turned:

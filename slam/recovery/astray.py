@@ -147,10 +147,8 @@ class Astray:
         self._found = Repeated()  # origins that are acceptable
         self._best = Repeated()  # origins by places that lead, where the believed one is disputed
         self._well = Repeated()  # origins that are acceptable, and explain NEARLY_ALL
-        self._goes_on: Pose2 | None = (
-            None  # the origin, if it left the map; None: the believed one,
-        )
-        self._new_ground = demands.new_ground  # once it has driven so far
+        self._goes_on: Pose2 | None = None  # the origin where it left the map; None: it did not
+        self._new_ground = demands.new_ground  # m, of the path, after which it goes on
         self._no_new_ground = demands.no_new_ground  # at the believed place
 
     def update(self, displacement: Pose2, scan: Scan) -> Estimate:

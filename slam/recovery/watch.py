@@ -249,7 +249,7 @@ class Watch:
         self._checks = self._checks + 1 if DOUBTED < probability < ELSEWHERE[-1] else 0
         if self._checks < (MOST_CHECKS if self._rivals.leading else MAX_CHECKS):
             return probability
-        if self._disagrees(scan, pose, surroundings()):
+        if self._disagrees(scan, pose, surroundings):
             return probability if self._checks < LAST_CHECK else ELSEWHERE[-1]
         self._dropped, self._unsettled = max(self._dropped, DROPPED), True
         return NOT_ELSEWHERE
@@ -260,15 +260,14 @@ class Watch:
         unsettled, self._unsettled = self._unsettled, False
         return unsettled
 
-    def _disagrees(self, scan: Scan, pose: Pose2, surroundings: Surroundings) -> bool:
+    def _disagrees(self, scan: Scan, pose: Pose2, surroundings: Callable[[], Surroundings]) -> bool:
         """Whether the doubt began with a jump on ground that the map knew well, and the map now
         explains too little of the scan and contradicts too much of it: new ground is not known."""
-        if self._jump is None or self._before_jump is None:
+        if self._before_jump is None:
             return False
-        endpoint, frame = surroundings
-        last = self._before_jump
-        before = Agreement(*endpoint.shares(last.scan.pieces, frame @ last.pose))
-        now = Agreement(*endpoint.shares(scan.pieces, frame @ pose))
+        (endpoint, frame), last = surroundings(), self._before_jump
+        before = at(endpoint, last.scan, frame @ last.pose).agreement
+        now = at(endpoint, scan, frame @ pose).agreement
         most_explained, more, known = DISAGREES
         usual = max(self.belief.contradicted, before.contradicted)
         contradicted = now.contradicted > usual + more and sum(now) > known

@@ -78,6 +78,7 @@ def test_a_graph_is_told_by_what_it_drew_long_before_that_it_was_carried() -> No
     assert carried.told is not None  # it was sure and wrong to the end
     assert carried.told - carried.begin < 60.0
     assert carried.end is not None
+    assert carried.end - carried.begin < 120.0
 
 
 def test_a_match_that_is_wrong_by_some_degrees_at_a_corner_before_new_ground_is_no_loss() -> None:
