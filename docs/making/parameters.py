@@ -63,7 +63,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     ),
     "Lost robots": (
         "slam.recovery.watch.Watch", "slam.recovery.wide_search.WideSearch",
-        "slam.recovery.astray.Demands", "slam.algorithms.second_start.SecondStart",
+        "slam.recovery.demands.Demands", "slam.algorithms.second_start.SecondStart",
     ),
     "Recordings": (
         "slam.preprocessing.clock.Clock",
@@ -87,6 +87,7 @@ INTERNAL = {  # what a SLAM makes for itself, by class: no parts that are chosen
     "slam.maps.windowed.Windowed": "the base of other maps",
     "slam.preprocessing.clock.ClockEstimate": "what a recording tells",
     "slam.recovery.astray.Astray": "the map of a robot that is lost",
+    "slam.recovery.astray.Attempt": "what an attempt finds",
     "slam.recovery.match.Match": "a matched keyframe",
     "slam.recovery.places.Places": "a map prepared for a search",
     "slam.motion.systematic.Systematic": "what AdaptiveOdometry has learned",

@@ -12,6 +12,7 @@ from slam.geometry import Array, Pose2, near
 from slam.graph.local_map import Keyframe, panorama
 from slam.interface import Estimate, Slam
 from slam.motion.threshold import KEYFRAMES, MotionThreshold, MotionTrigger
+from slam.recovery.demands import NEW_GROUND, SUDDEN, Demands
 from slam.recovery.places import (
     CAREFUL,
     MANY,
@@ -45,44 +46,20 @@ HALF = 0.5  # of the usual share is explained there, at least (see also `Astray.
 CLEARLY_BETTER = 40.0  # nats over the believed place, of another one, or it explains
 NEARLY_ALL = 0.88  # of the usual share, at least
 SEEN = 5  # attempts in a row that find a place, by NEARLY_ALL: where it goes on off the map's end
-NEW_GROUND = 10.0  # m, driven in vain, before it goes on where the ground may be new
 TIE = 5.0  # nats by which the best place must exceed the believed one, if it is not the same
 
 
-class Demands(NamedTuple):
-    """What is asked of a place before a lost robot is believed to be there.
+class Attempt(NamedTuple):
+    """What an attempt finds.
 
-    path           m, driven since it got lost
-    contradicted   share of the echoes, at most
-    sudden         whether a scan that was not continuous preceded: the robot was carried, and is at
-                   the believed place only if the map agrees, or is new ground
-    torn           whether that scan changed by more than doors make: the robot was carried
-    usual          share of the echoes that the map explains in this recording
-    continuous     whether each scan followed from the one before, and only the map tells that the
-                   robot is lost: its errors may have added up
-    within         m and rad from the believed place; None: anywhere. After a gap in the scans the
-                   odometry did not fail: the robot may see new ground that looks like another place
-    likely         m from the believed place; a place farther away must be found LONGER times, as
-                   where a loop closes another place that looks alike may be known better
-    no_new_ground  whether the believed place is none: known ground did not agree with the robot,
-                   or the map is not drawn any more
-    new_ground     m, driven in vain before it goes on where the map does not know the ground
+    place      that is acceptable; None: none is
+    times      attempts in a row that must find it
+    undecided  the best place, if it is acceptable but for its lead over others
     """
 
-    path: float
-    contradicted: float
-    sudden: bool
-    torn: bool = False
-    usual: float = 0.9
-    continuous: bool = False
-    within: tuple[float, float] | None = None
-    likely: float = math.inf
-    no_new_ground: bool = False
-    new_ground: float = NEW_GROUND
-
-
-SUDDEN = Demands(0.7, 0.2, True, new_ground=30.0)
-GRADUAL = Demands(1.0, 0.1, False)
+    place: Place | None
+    times: int = CONFIRMED
+    undecided: Place | None = None
 
 
 class Repeated:
@@ -101,6 +78,14 @@ class Repeated:
         before, self.pose = self.pose, pose
         same = pose is not None and before is not None and agree(before, pose)
         self.times = self.times + 1 if same else int(pose is not None)
+
+    def wait(self, pose: Pose2) -> None:
+        """Take in that the next attempt leaves it open whether the robot is at this pose: if it is
+        the same as before, that counts neither for nor against it."""
+        if self.pose is not None and agree(self.pose, pose):
+            self.pose = pose
+        else:
+            self.take(None)
 
 
 class Astray:
@@ -187,20 +172,23 @@ class Astray:
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([one.seen_from(last) for one in recent])
         believed = self._frame @ self.believed @ last
-        place, attempts = self._place(scan, believed)
+        place, times, undecided = self._attempt(scan, believed)
         origin = None if place is None else self._origin(place)
-        self._found.take(origin)
+        if undecided is None:
+            self._found.take(origin)
+        else:
+            self._found.wait(self._origin(undecided))
         well = place is not None and self._nearly_all(place) and self._likely(place, believed)
         self._well.take(origin if well else None)
         if self._well.times >= SEEN:
             self._goes_on, self._new_ground = self._well.pose, self._path + NEW_GROUND
-        self.sure = self._found.times >= attempts
+        self.sure = origin is not None and self._found.times >= times
         if self.sure:
             return origin
         self.sure = self._no_new_ground and self._best.times >= LASTING
         if self.sure:
             return self._best.pose
-        far = origin is None and self._path > self._new_ground
+        far = self._found.pose is None and self._path > self._new_ground
         return (self._goes_on or self.believed) if far and self._may_go_on(scan) else None
 
     def _may_go_on(self, scan: Scan) -> bool:
@@ -214,9 +202,8 @@ class Astray:
         """That of the map apart in the SLAM's frame, if the last keyframe was taken at a place."""
         return self._frame.inverse() @ place.pose @ self.keyframes[-1].pose.inverse()
 
-    def _place(self, scan: Scan, believed: Pose2) -> tuple[Place | None, int]:
-        """The place of the scan, or the believed one if none is better; and how many attempts in a
-        row must find it."""
+    def _attempt(self, scan: Scan, believed: Pose2) -> Attempt:
+        """Find the place of the scan, or the believed one if none is better."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
         new = self._may_be_new(here, self.believed)
@@ -232,14 +219,14 @@ class Astray:
         self._best.take(self._origin(best) if lasting else None)
         if not found or not self._possible(best, believed):
             accepted = not self._demands.sudden or self._meets(here)
-            return here if accepted else None, CONFIRMED
+            return Attempt(here if accepted else None)
         if not (near_here or self._meets(best)):
-            return here if best.value - here.value < TIE else None, CONFIRMED
+            return Attempt(here if best.value - here.value < TIE else None)
         well = near_here or self._nearly_all(best)
         least = LEAD if well and self._path > SOME_WAY else MIN_GAIN
-        accepted = lead > least and (clear or well)
-        attempts = LONGER if unlikely else self._attempts(lead, clear, here)
-        return best if accepted else None, attempts
+        if lead <= least or not (clear or well):
+            return Attempt(None, undecided=best)
+        return Attempt(best, LONGER if unlikely else self._times(lead, clear, here))
 
     def _likely(self, place: Place, believed: Pose2) -> bool:
         """Whether a place is as near to the believed one as errors lead where a loop closes."""
@@ -253,7 +240,7 @@ class Astray:
         path = np.array([self._frame @ origin @ one.pose for one in self.keyframes])
         return not self._places.crossed(path[:, :2])
 
-    def _attempts(self, lead: float, clear: bool, here: Place) -> int:
+    def _times(self, lead: float, clear: bool, here: Place) -> int:
         """How many attempts in a row must find a place that leads by so many nats, and that is
         clearly better than the believed one or not."""
         clear = clear and lead > MIN_GAIN

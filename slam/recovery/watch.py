@@ -9,8 +9,8 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe
 from slam.interface import Estimate
 from slam.motion.threshold import MotionThreshold, MotionTrigger
-from slam.recovery.astray import GRADUAL, SUDDEN, Demands
 from slam.recovery.continuity import Recent
+from slam.recovery.demands import GRADUAL, SUDDEN, Demands
 from slam.recovery.lost_belief import Agreement, LostBelief
 from slam.recovery.match import Match
 from slam.recovery.odometry_failure import OdometryFailure

@@ -10,15 +10,15 @@ from slam.geometry import Pose2
 from slam.interface import Estimate
 from slam.recovery.astray import (
     CLEARLY_BETTER,
-    GRADUAL,
     LASTING,
     LONGER,
     REPEATED,
     SEEN,
-    SUDDEN,
     Astray,
-    Demands,
+    Attempt,
+    Repeated,
 )
+from slam.recovery.demands import GRADUAL, SUDDEN, Demands
 from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import Place, Places, Surroundings
 from slam.scan import Scan
@@ -63,7 +63,7 @@ def test_a_place_that_is_being_confirmed_comes_before_new_ground() -> None:
     astray = Astray(Turning(), Surroundings(reading(), Pose2()), BESIDE, 0.95)
     there = astray._places.matched(room(), Pose2())
     found, origin = iter([None] * 10 + [there] * 10), None
-    astray._place = lambda scan, believed: (next(found), 5)
+    astray._attempt = lambda scan, believed: Attempt(next(found), 5)
     for k in range(15):
         scan = replace(room(), time=2.0 * k)
         astray.update(Pose2(0.95, 0.0, 0.0), scan)
@@ -99,7 +99,46 @@ def test_where_the_ground_may_be_new_a_place_that_is_not_alone_must_be_found_lon
         astray, good = beside(demands), Agreement(0.9, 0.0)
         first, second = Place(Pose2(0.0), -20.0, good), Place(Pose2(0.0, 5.0), -28.0, good)
         astray._places.all = lambda scan, explained, both=(first, second): list(both)
-        assert astray._place(room(), BESIDE) == (first, attempts)
+        assert astray._attempt(room(), BESIDE) == Attempt(first, attempts)
+
+
+def attempts_by(leads: str, other: Pose2 = Pose2()) -> float:
+    """Attempts until a place is found that leads by 8 nats (+) or by 1 (-) over another one; at (o)
+    it is the `other` one that leads by 1."""
+    astray = beside(SUDDEN._replace(no_new_ground=True))
+    for k, lead in enumerate(leads):
+        astray.update(STEP, replace(room(), time=2.5 * k))
+        poses = Pose2(), Pose2(0.0, 9.0)
+        if lead == "o":
+            poses = other, poses[1]
+        gain = 8.0 if lead == "+" else 1.0
+        last, good = astray.keyframes[-1].pose, Agreement(0.9, 0.0)
+        places = [Place(pose @ last, -20.0 - n * gain, good) for n, pose in enumerate(poses)]
+        astray._places.all = lambda scan, explained, both=places: list(both)
+        if astray.found(2.5 * k) is not None:
+            assert astray.sure
+            return k + 1
+    return np.inf
+
+
+def test_an_attempt_that_leaves_it_open_counts_neither_for_nor_against_a_place() -> None:
+    assert attempts_by("+++++") == REPEATED == 5
+    assert attempts_by("++--+-+-+") == 9
+    assert attempts_by("-----------") == np.inf
+    assert attempts_by("++++-") == np.inf  # it is not found where it is open
+    assert attempts_by("++o+++++", Pose2(0.0, -9.0)) == 8
+
+
+def test_of_another_place_it_counts_against_the_one_before() -> None:
+    repeated = Repeated()
+    for pose in (Pose2(), Pose2(0.1)):
+        repeated.take(pose)
+    repeated.wait(Pose2(0.2))
+    assert (repeated.pose, repeated.times) == (Pose2(0.2), 2)
+    repeated.wait(Pose2(9.0))
+    assert (repeated.pose, repeated.times) == (None, 0)
+    repeated.wait(Pose2(9.0))
+    assert repeated.times == 0
 
 
 @pytest.mark.parametrize(("contradicted", "attempts"), [(0.02, LONGER), (0.15, 2)])
@@ -107,11 +146,11 @@ def test_another_place_must_be_found_longer_where_the_believed_one_is_not_contra
     contradicted: float, attempts: int
 ) -> None:
     here = Place(BESIDE, -90.0, Agreement(0.5, contradicted))
-    assert beside()._attempts(30.0, True, here) == attempts
-    assert beside()._attempts(30.0, False, here) == LONGER
-    assert beside(SUDDEN._replace(torn=True))._attempts(30.0, True, here) == 2
-    assert beside(SUDDEN._replace(torn=True))._attempts(30.0, False, here) == LONGER
-    assert beside(SUDDEN._replace(no_new_ground=True))._attempts(30.0, True, here) == 2
+    assert beside()._times(30.0, True, here) == attempts
+    assert beside()._times(30.0, False, here) == LONGER
+    assert beside(SUDDEN._replace(torn=True))._times(30.0, True, here) == 2
+    assert beside(SUDDEN._replace(torn=True))._times(30.0, False, here) == LONGER
+    assert beside(SUDDEN._replace(no_new_ground=True))._times(30.0, True, here) == 2
 
 
 @pytest.mark.parametrize(
@@ -126,7 +165,7 @@ def test_a_place_must_explain_nearly_all_unless_it_is_clearly_better(
     there = Place(Pose2(), -90.0 + gain, Agreement(explained, 0.02))
     astray._places.all = lambda scan, explained: [there]
     astray._places.matched = lambda scan, start: here
-    assert astray._place(room(), BESIDE)[0] == (there if found else None)
+    assert astray._attempt(room(), BESIDE).place == (there if found else None)
 
 
 def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it() -> None:
@@ -134,7 +173,7 @@ def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it()
     drifted = Place(BESIDE @ Pose2(0.8), -90.0, Agreement(0.76, 0.02))
     astray._places.all = lambda scan, explained: [drifted]
     astray._places.matched = lambda scan, start: drifted
-    assert astray._place(room(), BESIDE)[0] == drifted
+    assert astray._attempt(room(), BESIDE).place == drifted
 
 
 @pytest.mark.parametrize(("likely", "attempts"), [(20.0, 2), (4.0, LONGER)])
@@ -146,7 +185,7 @@ def test_where_a_loop_closes_a_place_that_is_not_likely_must_be_found_longer(
     astray, there = beside(known), Place(Pose2(), -20.0, Agreement(0.9, 0.02))
     astray._places.all = lambda scan, explained: [there]
     astray._places.matched = lambda scan, start: Place(BESIDE, -90.0, Agreement(0.1, 0.3))
-    assert astray._place(room(), BESIDE) == (there, attempts)
+    assert astray._attempt(room(), BESIDE) == Attempt(there, attempts)
     assert attempts_to_find(0.5, known) == (np.inf if attempts == LONGER else LASTING)
 
 
@@ -192,7 +231,7 @@ def goes_on(
     for k in range(60):
         astray.update(Pose2(1.0), replace(room(), time=2.5 * k))
         found = place if k < attempts else None
-        astray._place = lambda scan, believed, one=found: (one, LONGER)
+        astray._attempt = lambda scan, believed, one=found: Attempt(one, LONGER)
         astray._places.matched = lambda scan, start: Place(start, -90.0, later)
         origin = astray.found(2.5 * k)
         if origin is not None:

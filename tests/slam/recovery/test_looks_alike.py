@@ -75,10 +75,8 @@ def test_a_robot_that_was_sure_for_minutes_of_a_place_that_looks_alike_is_found(
 def test_a_graph_is_told_by_what_it_drew_long_before_that_it_was_carried() -> None:
     carried = scores(5602, "dynamic-graph").losses[-1]
     assert carried.begin > SECOND_LAP + 30.0
-    assert carried.told is not None  # it was sure and wrong to the end
-    assert carried.told - carried.begin < 60.0
-    assert carried.end is not None
-    assert carried.end - carried.begin < 120.0
+    assert carried.end is not None  # it was sure and wrong to the end
+    assert carried.end - carried.begin < 60.0
 
 
 def test_a_match_that_is_wrong_by_some_degrees_at_a_corner_before_new_ground_is_no_loss() -> None:
