@@ -36,7 +36,7 @@ UNSURE_COVARIANCE = np.diag([0.5, 0.5, 0.07]) ** 2  # or that goes on on new gro
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 SOME_WAY = 6.0  # m, driven before that
-DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
+DRIFT = 1.5, math.radians(20.0)  # from the believed place: one that it may be in a drifted map
 FIRST = 8.0  # m of the way on new ground, of which the map may know more:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
@@ -52,14 +52,12 @@ TIE = 5.0  # nats by which the best place must exceed the believed one, if it is
 class Attempt(NamedTuple):
     """What an attempt finds.
 
-    place      that is acceptable; None: none is
-    times      attempts in a row that must find it
-    undecided  the best place, if it is acceptable but for its lead over others
+    place  that is acceptable; None: none is
+    times  attempts in a row that must find it
     """
 
     place: Place | None
     times: int = CONFIRMED
-    undecided: Place | None = None
 
 
 class Repeated:
@@ -78,14 +76,6 @@ class Repeated:
         before, self.pose = self.pose, pose
         same = pose is not None and before is not None and agree(before, pose)
         self.times = self.times + 1 if same else int(pose is not None)
-
-    def wait(self, pose: Pose2) -> None:
-        """Take in that the next attempt leaves it open whether the robot is at this pose: if it is
-        the same as before, that counts neither for nor against it."""
-        if self.pose is not None and agree(self.pose, pose):
-            self.pose = pose
-        else:
-            self.take(None)
 
 
 class Astray:
@@ -172,23 +162,20 @@ class Astray:
         recent = self.keyframes[-MAX_RECENT:]
         scan = panorama([one.seen_from(last) for one in recent])
         believed = self._frame @ self.believed @ last
-        place, times, undecided = self._attempt(scan, believed)
+        place, times = self._attempt(scan, believed)
         origin = None if place is None else self._origin(place)
-        if undecided is None:
-            self._found.take(origin)
-        else:
-            self._found.wait(self._origin(undecided))
+        self._found.take(origin)
         well = place is not None and self._nearly_all(place) and self._likely(place, believed)
         self._well.take(origin if well else None)
         if self._well.times >= SEEN:
             self._goes_on, self._new_ground = self._well.pose, self._path + NEW_GROUND
-        self.sure = origin is not None and self._found.times >= times
+        self.sure = self._found.times >= times
         if self.sure:
             return origin
         self.sure = self._no_new_ground and self._best.times >= LASTING
         if self.sure:
             return self._best.pose
-        far = self._found.pose is None and self._path > self._new_ground
+        far = origin is None and self._path > self._new_ground
         return (self._goes_on or self.believed) if far and self._may_go_on(scan) else None
 
     def _may_go_on(self, scan: Scan) -> bool:
@@ -208,8 +195,8 @@ class Astray:
         here = self._places.matched(scan, believed)
         new = self._may_be_new(here, self.believed)
         self._no_new_ground = self._no_new_ground or not new
-        best = max(found, key=partial(_worth, believed=believed), default=here)
-        lead = _lead(best, [*found, here], believed)
+        best = max(found, key=partial(self._worth, believed=believed), default=here)
+        lead = self._lead(best, [*found, here], believed)
         near_here = any(same_place(best.pose, pose) for pose in (believed, here.pose))
         clear = near_here or best.value > here.value + CLEARLY_BETTER
         shown = best.agreement.explained > HALF * self._demands.usual
@@ -225,7 +212,7 @@ class Astray:
         well = near_here or self._nearly_all(best)
         least = LEAD if well and self._path > SOME_WAY else MIN_GAIN
         if lead <= least or not (clear or well):
-            return Attempt(None, undecided=best)
+            return Attempt(None)
         return Attempt(best, LONGER if unlikely else self._times(lead, clear, here))
 
     def _likely(self, place: Place, believed: Pose2) -> bool:
@@ -272,16 +259,15 @@ class Astray:
         share /= WELL_EXPLAINED - LEAST_EXPLAINED
         return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
 
+    def _worth(self, place: Place, believed: Pose2) -> float:
+        """The value of a place with its prior."""
+        return place.value + self._demands.drifted * near(place.pose, believed, *DRIFT)
 
-def _worth(place: Place, believed: Pose2) -> float:
-    """The value of a place with its prior: a map is drifted, or wheels slip, more often than a
-    robot is carried."""
-    return place.value + DRIFTED * near(place.pose, believed, *DRIFT)
-
-
-def _lead(best: Place, found: list[Place], believed: Pose2) -> float:
-    """Nats by which the best place is worth more than any other one that explains about as much."""
-    least = best.agreement.explained - LESS_EXPLAINED
-    others = [_worth(place, believed) for place in found if place.agreement.explained > least
-              and not same_place(place.pose, best.pose)]  # fmt: skip
-    return _worth(best, believed) - max(others, default=-math.inf)
+    def _lead(self, best: Place, found: list[Place], believed: Pose2) -> float:
+        """Nats by which the best place is worth more than any other one that explains about as
+        much."""
+        least = best.agreement.explained - LESS_EXPLAINED
+        others = [self._worth(place, believed) for place in found
+                  if place.agreement.explained > least
+                  and not same_place(place.pose, best.pose)]  # fmt: skip
+        return self._worth(best, believed) - max(others, default=-math.inf)

@@ -16,7 +16,6 @@ from slam.recovery.astray import (
     SEEN,
     Astray,
     Attempt,
-    Repeated,
 )
 from slam.recovery.demands import GRADUAL, SUDDEN, Demands
 from slam.recovery.lost_belief import Agreement
@@ -102,45 +101,6 @@ def test_where_the_ground_may_be_new_a_place_that_is_not_alone_must_be_found_lon
         assert astray._attempt(room(), BESIDE) == Attempt(first, attempts)
 
 
-def attempts_by(leads: str, other: Pose2 = Pose2()) -> float:
-    """Attempts until a place is found that leads by 8 nats (+) or by 1 (-) over another one; at (o)
-    it is the `other` one that leads by 1."""
-    astray = beside(SUDDEN._replace(no_new_ground=True))
-    for k, lead in enumerate(leads):
-        astray.update(STEP, replace(room(), time=2.5 * k))
-        poses = Pose2(), Pose2(0.0, 9.0)
-        if lead == "o":
-            poses = other, poses[1]
-        gain = 8.0 if lead == "+" else 1.0
-        last, good = astray.keyframes[-1].pose, Agreement(0.9, 0.0)
-        places = [Place(pose @ last, -20.0 - n * gain, good) for n, pose in enumerate(poses)]
-        astray._places.all = lambda scan, explained, both=places: list(both)
-        if astray.found(2.5 * k) is not None:
-            assert astray.sure
-            return k + 1
-    return np.inf
-
-
-def test_an_attempt_that_leaves_it_open_counts_neither_for_nor_against_a_place() -> None:
-    assert attempts_by("+++++") == REPEATED == 5
-    assert attempts_by("++--+-+-+") == 9
-    assert attempts_by("-----------") == np.inf
-    assert attempts_by("++++-") == np.inf  # it is not found where it is open
-    assert attempts_by("++o+++++", Pose2(0.0, -9.0)) == 8
-
-
-def test_of_another_place_it_counts_against_the_one_before() -> None:
-    repeated = Repeated()
-    for pose in (Pose2(), Pose2(0.1)):
-        repeated.take(pose)
-    repeated.wait(Pose2(0.2))
-    assert (repeated.pose, repeated.times) == (Pose2(0.2), 2)
-    repeated.wait(Pose2(9.0))
-    assert (repeated.pose, repeated.times) == (None, 0)
-    repeated.wait(Pose2(9.0))
-    assert repeated.times == 0
-
-
 @pytest.mark.parametrize(("contradicted", "attempts"), [(0.02, LONGER), (0.15, 2)])
 def test_another_place_must_be_found_longer_where_the_believed_one_is_not_contradicted(
     contradicted: float, attempts: int
@@ -174,6 +134,18 @@ def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it()
     astray._places.all = lambda scan, explained: [drifted]
     astray._places.matched = lambda scan, start: drifted
     assert astray._attempt(room(), BESIDE).place == drifted
+
+
+@pytest.mark.parametrize(("drifted", "near"), [(10.0, True), (0.0, False)])
+def test_a_place_near_the_believed_one_is_likelier_unless_the_robot_is_known_to_be_elsewhere(
+    drifted: float, near: bool
+) -> None:
+    astray = beside(SUDDEN._replace(no_new_ground=True, drifted=drifted))
+    here = Place(BESIDE @ Pose2(0.5), -26.0, Agreement(0.9, 0.02))
+    there = Place(Pose2(), -20.0, Agreement(0.9, 0.02))
+    astray._places.all = lambda scan, explained: [there, here]
+    astray._places.matched = lambda scan, start: here
+    assert astray._attempt(room(), BESIDE).place == (here if near else there)
 
 
 @pytest.mark.parametrize(("likely", "attempts"), [(20.0, 2), (4.0, LONGER)])
