@@ -88,7 +88,6 @@ RULES: Mapping[str, Rule] = {
     "nearly all explained": Rule(astray, "NEARLY_ALL", 0.0),
     "clearly better": Rule(astray, "CLEARLY_BETTER", -NEVER),
     "the map may have changed there": Rule(astray, "LASTING", NEVER),
-    "told by old ground: not near the believed place": Rule(watch, "ELSEWHERE_DRIFTED", 10.0),
     "off the end of the map, where it was found": Rule(astray, "SEEN", NEVER),
     "each scan followed: nearby": Rule(watch.Watch, "_reach", property(_nothing(math.inf))),
     "where a loop closes: 20 times": Rule(watch, "LONG_WAY", NEVER),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-DRIFTED = 10.0  # nats: maps drift, and wheels slip, more often than a robot is carried
 NEW_GROUND = 10.0  # m, driven in vain, before it goes on where the ground may be new
 
 
@@ -27,7 +26,6 @@ class Demands(NamedTuple):
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
                    or the map is not drawn any more
     new_ground     m, driven in vain before it goes on where the map does not know the ground
-    drifted        nats by which a place near the believed one is likelier than others
     """
 
     path: float
@@ -40,7 +38,6 @@ class Demands(NamedTuple):
     likely: float = math.inf
     no_new_ground: bool = False
     new_ground: float = NEW_GROUND
-    drifted: float = DRIFTED
 
 
 SUDDEN = Demands(0.7, 0.2, True, new_ground=30.0)

@@ -50,7 +50,6 @@ POOR = 0.55  # of the usual share; more agrees with the believed place, less not
 TORN = 0.4  # change of the scan with which a doubt began: more than doors make
 STRANGE_CONTRADICTED = 0.2  # share of contradicted echoes, at least, of a scan that fits no place
 ELSEWHERE = 0.45, 0.8, 0.95  # probability of being lost after so many votes
-ELSEWHERE_DRIFTED = 0.0  # nats of a place near the believed one, if old ground contradicts that
 NOT_ELSEWHERE = 1e-3  # the same after a check that found no better place
 UNCHECKED = 0.3  # the largest probability of being lost without votes
 GAP_DEVIATIONS = 4.0  # of the odometry: after a gap in the scans the robot is not farther off
@@ -135,7 +134,6 @@ class Watch:
             within=self._within or (None if math.isinf(self._reach) else (self._reach, math.pi)),
             likely=self._drift if continuous and self._may_close_loop else math.inf,
             no_new_ground=self.suspected > 0,
-            drifted=ELSEWHERE_DRIFTED if self.suspected else demands.drifted,
         )
 
     def told(self, estimate: Estimate) -> Estimate:

@@ -21,7 +21,6 @@ from slam.errors import InputError
 from slam.geometry import Array, Pose2, wrap_angle
 from slam.graph.local_map import Keyframe
 from slam.interface import LOST_DISTANCE, LOST_TURN, Estimate, Slam
-from slam.recovery.demands import DRIFTED
 from slam.recovery.places import Surroundings
 from slam.recovery.watch import Watch
 from slam.scan import Scan
@@ -368,13 +367,6 @@ def test_where_a_long_loop_closes_the_robot_is_likely_as_near_as_errors_lead() -
     assert watch.demands.likely == pytest.approx(8.0)
     watch.arriving = False
     assert watch.demands.likely == math.inf
-
-
-def test_once_old_ground_tells_that_the_robot_is_elsewhere_it_has_not_only_drifted() -> None:
-    watch = Watch()
-    assert watch.demands.drifted == DRIFTED
-    watch.suspected = 1
-    assert watch.demands.drifted == 0.0
 
 
 def test_a_robot_that_stands_after_a_correction_stays_where_it_was_corrected_to() -> None:
