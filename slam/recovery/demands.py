@@ -21,8 +21,8 @@ class Demands(NamedTuple):
                    robot is lost: its errors may have added up
     within         m and rad from the believed place; None: anywhere. After a gap in the scans the
                    odometry did not fail: the robot may see new ground that looks like another place
-    likely         m from the believed place; a place farther away must be found LONGER times, as
-                   where a loop closes another place that looks alike may be known better
+    likely         m from the believed place; a place farther away must be found `astray.LONGER`
+                   times, as where a loop closes another place that looks alike may be known better
     no_new_ground  whether the believed place is none: known ground did not agree with the robot,
                    or the map is not drawn any more
     new_ground     m, driven in vain before it goes on where the map does not know the ground
