@@ -6,23 +6,23 @@ share a bound; their sums are added up SQUARE at a time, as lanes of one word.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from slam.graph.kept_places import best_first, keep, no_places
 from slam.kernel import kernel
 from slam.sensor_models.pyramid import MAX_UNITS
 
 SQUARE = 4  # candidates along the side of the squares that share a bound
-OTHER_TURN = math.radians(20.0)  # rad: two poses farther apart are different places
 LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
+HALF_LANE = LANE // 2  # bits of a cell
+CELLS = EVERY_LANE * np.uint64((1 << HALF_LANE) - 1)  # the lower half of each lane
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
 LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
 FEW = 8  # squares of a row that are added up at once, in windows at most so wide
 U_0, U_1, U_2, U_3, U_4, U_5, U_6, U_7 = [np.uint64(k) for k in range(8)]
-U_FEW = np.uint64(FEW)  # unsigned: numba need not check the sign
+U_FEW, U_HALF = np.uint64(FEW), np.uint64(HALF_LANE)  # unsigned: numba need not check the sign
 CHUNK = 64  # numbers that are compared with a limit at once
 
 
@@ -42,15 +42,14 @@ def best_candidates(
     beams = _beams(points, turns, middle, words.shape[1])
     runs, squares = runs_of(standing, middle, window)
     bounds = bounds_of(phases, beams, runs, len(squares), window, unknown)
-    found, values = np.full((most, 3), -1), np.full(most, least)
     if not len(squares):
-        return found[:0]
-    kept, sums = (found, values, turns, radius, least), np.empty(SQUARE, np.uint64)
+        return np.empty((0, 3), np.int64)
+    kept, sums = no_places(most, least, turns, radius, window), np.empty(SQUARE, np.uint64)
     rows, cols, box, places = beams
     flat, cells, pitch = bounds.ravel(), words.ravel(), words.shape[1]
     up = np.uint64(pitch)
     for first in (True, False):  # the most promising square, then those that may be better
-        worst = values.min()
+        worst = kept.values.min()
         nodes = _first_largest(flat) if first else _above(flat, worst)
         for o in nodes[_descending(flat[nodes], len(points) * MAX_UNITS)]:
             if flat[o] <= worst:
@@ -63,18 +62,16 @@ def best_candidates(
                 a = b = c = d = np.uint64(0)
                 for k in range(places.shape[1]):  # here: calls count references to arrays
                     place = np.uint64(places[t, k] + shift)
-                    a += cells[place]
-                    b += cells[place + up]
-                    c += cells[place + U_2 * up]
-                    d += cells[place + U_3 * up]
+                    low, high = cells[place], cells[place + U_2 * up]
+                    a, b = a + (low & CELLS), b + ((low >> U_HALF) & CELLS)
+                    c, d = c + (high & CELLS), d + ((high >> U_HALF) & CELLS)
                 sums[0], sums[1], sums[2], sums[3] = a, b, c, d
             else:
                 _add_up(words, unknown, rows[t] + i, cols[t] + j + MARGIN, sums)
             if _largest(sums[0], sums[1], sums[2], sums[3]) > worst:
                 node = t, i, j
                 worst = _keep_best(sums, standing, middle, window, excluded, node, kept, worst)
-    order = np.argsort(-values, kind="mergesort")
-    return found[order[: (values > least).sum()]]
+    return best_first(kept)
 
 
 @kernel
@@ -85,35 +82,6 @@ def _largest(a, b, c, d):
         for k in range(SQUARE):
             best = max(best, (word >> np.uint64(LANE * k)) & LANE_MASK)
     return np.int64(best)
-
-
-@kernel
-def _keep(kept, turn, row, col, value, worst):
-    """Keep a candidate instead of the worst one, unless a better one is of the same place; worse
-    ones of the same place are dropped. Returns the worst value that is kept then."""
-    found, values, turns, radius, least = kept
-    worse = False
-    for k in range(len(values)):
-        if _same_place(found, k, turns, turn, row, col, radius):
-            if values[k] >= value:  # none is dropped for a candidate that is not kept
-                return worst
-            worse = True
-    for k in range(len(values) if worse else 0):
-        if _same_place(found, k, turns, turn, row, col, radius):
-            found[k, 0], values[k] = -1, least
-    slot = np.argmin(values)
-    if value > values[slot]:
-        found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value
-    return values.min()
-
-
-@kernel
-def _same_place(found, k, turns, turn, row, col, radius):
-    """Whether candidate k of those found is of the same place as another one."""
-    if (row - found[k, 1]) ** 2 + (col - found[k, 2]) ** 2 > radius or found[k, 0] < 0:
-        return False
-    apart = abs(turns[turn] - turns[found[k, 0]])
-    return min(apart, abs(2.0 * np.pi - apart)) <= OTHER_TURN
 
 
 @kernel
@@ -285,7 +253,7 @@ def _keep_best(sums, standing, middle, window, excluded, node, kept, worst):
             if value <= worst or not _stands(standing, 0, middle, i + r, j + c):
                 continue
             if not _is_excluded(excluded, t, i + r, j + c):
-                worst = _keep(kept, t, i + r, j + c, value, worst)
+                worst = keep(kept, t, i + r, j + c, value, worst)
     return worst
 
 
@@ -350,4 +318,7 @@ def _add_up(words, unknown, rows, cols, sums):
     for k in range(len(rows)):
         for a in range(SQUARE):
             within = 0 <= rows[k] + a < high and 0 <= cols[k] < wide
-            sums[a] += words[rows[k] + a, cols[k]] if within else EVERY_LANE * np.uint64(unknown)
+            word = (
+                words[rows[k] + a, cols[k]] & CELLS if within else EVERY_LANE * np.uint64(unknown)
+            )
+            sums[a] += word

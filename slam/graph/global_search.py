@@ -9,12 +9,13 @@ import numpy as np
 
 from slam.geometry import Array, Pose2, wrap_angle
 from slam.graph.branch_and_bound import (
+    HALF_LANE,
     LANE,
     MARGIN,
-    OTHER_TURN,
     SQUARE,
     best_candidates,
 )
+from slam.graph.kept_places import OTHER_TURN
 from slam.kernel import kernel
 from slam.maps.tiles import TILE, Tiles
 from slam.sensor_models.endpoint import Endpoint
@@ -115,15 +116,16 @@ class GlobalSearch:
         """The best poses as of `best`, at most so many, each `apart`, m, or OTHER_TURN from better
         ones, the best one first; those with a mean of the field above `least`."""
         n = max(math.ceil(reach[2] / turn_step), 0)
-        turns = np.array(sorted(range(-n, n + 1), key=abs)) * turn_step + around.theta
+        turns = _inside_out(n) * turn_step + around.theta
         window = np.ceil(reach[:2] / self._cell).astype(np.int64)
-        every = np.linspace(0, len(points) - 1, min(len(points), MAX_POINTS)).astype(np.int64)
+        if len(points) > MAX_POINTS:
+            points = points[np.linspace(0, len(points) - 1, MAX_POINTS).astype(np.int64)]
         middle = (np.array(around[:2]) - self._origin) / self._cell + self._pad
         least_units = max((least - self._low) / self._unit, -1.0)
         found = best_candidates(
-            self._words, self._phases, self._standing, points[every] / self._cell, turns, middle,
+            self._words, self._phases, self._standing, points / self._cell, turns, middle,
             window, self._excluded(turns, around, but), self._unknown,
-            max(math.floor(least_units * len(every)), 0), (apart / self._cell) ** 2, most,
+            max(math.floor(least_units * len(points)), 0), (apart / self._cell) ** 2, most,
         )  # fmt: skip
         xy = np.array(around[:2]) + found[:, :0:-1] * self._cell
         angles = [math.remainder(turn, math.tau) for turn in turns[found[:, 0]]]
@@ -132,10 +134,19 @@ class GlobalSearch:
     def _excluded(self, turns: Array, around: Pose2, but: Sequence[Pose2]) -> tuple[Array, Array]:
         """(turns, n) squared radii, in candidates, of the circles excluded at each turn, -1 where
         there is none; (n, 2) their centres."""
-        poses = np.array(but).reshape(-1, 3)
+        if not but:
+            return np.empty((len(turns), 0)), np.empty((0, 2))
+        poses = np.array(but)
         near = np.abs(wrap_angle(turns[:, None] - poses[:, 2])) <= OTHER_TURN
         radii = np.where(near, (OTHER_DISTANCE / self._cell) ** 2, -1.0)
         return radii, (poses[:, :2] - around[:2]) / self._cell
+
+
+def _inside_out(n: int) -> np.ndarray:
+    """(2 n + 1,) 0, -1, 1, -2, 2, ... up to -n and n."""
+    numbers = np.arange(1, 2 * n + 2) // 2
+    numbers[1::2] *= -1
+    return numbers
 
 
 def _tiles(tiles: Tiles, region: tuple[Array, Array] | None) -> tuple[np.ndarray, np.ndarray]:
@@ -222,13 +233,15 @@ def _widened(cells: np.ndarray) -> np.ndarray:
 @kernel
 def _words(cells, unknown):
     """(rows, MARGIN + cols) uint64: each holds SQUARE neighbouring cells of a row, in LANE bits
-    each, so that one addition adds to SQUARE sums; those at the borders hold unknown cells too."""
+    each, so that one addition adds to SQUARE sums, and those of the row above in the upper halves
+    of the lanes; those at the borders hold unknown cells too."""
     rows, cols = cells.shape
     words, row = np.empty((rows, MARGIN + cols), np.uint64), np.empty(2 * MARGIN + cols, np.uint64)
-    row[:] = unknown
+    row[:] = unknown | unknown << HALF_LANE
     for r in range(rows):
         for c in range(cols):
-            row[MARGIN + c] = cells[r, c]
+            above = cells[r + 1, c] if r + 1 < rows else unknown
+            row[MARGIN + c] = np.uint64(cells[r, c]) | np.uint64(above) << np.uint64(HALF_LANE)
         for c in range(MARGIN + cols):
             word = np.uint64(0)
             for k in range(SQUARE):

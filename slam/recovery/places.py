@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.geometry import Array, Pose2, near
-from slam.graph.branch_and_bound import OTHER_TURN
 from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
+from slam.graph.kept_places import OTHER_TURN
 from slam.recovery.lost_belief import Agreement
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton, climbed

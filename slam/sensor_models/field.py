@@ -255,13 +255,16 @@ def _beside_unknown(x, y, index, field, origin, resolution, low):
     """Whether unknown ground, and no wall, is nearest to a free point, within about BESIDE."""
     reach = max(round(BESIDE / resolution), 1)
     unknown = wall = reach + 1  # cells to the nearest
-    for i in range(-reach, reach + 1):
-        for j in range(-reach, reach + 1):
-            value = _value(x + i * resolution, y + j * resolution, index, field, origin, resolution)
+    col, row = int((x - origin[0]) / resolution), int((y - origin[1]) / resolution)
+    rows, cols = index.shape[0] << SHIFT, index.shape[1] << SHIFT
+    for i in range(row - reach, row + reach + 1):
+        for j in range(col - reach, col + reach + 1):
+            inside = 0 <= i < rows and 0 <= j < cols
+            value = field[cell_at(index, i, j) if inside else 0]
             if abs(value - field[0]) < NEAR_UNKNOWN:
-                unknown = min(unknown, max(abs(i), abs(j)))
+                unknown = min(unknown, max(abs(i - row), abs(j - col)))
             elif value >= low:
-                wall = min(wall, max(abs(i), abs(j)))
+                wall = min(wall, max(abs(i - row), abs(j - col)))
     return unknown < wall
 
 

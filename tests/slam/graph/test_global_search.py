@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.geometry import Pose2, transform_points
-from slam.graph.branch_and_bound import FEW, LONG_ROW, SQUARE, _keep, bounds_of, runs_of
+from slam.graph.branch_and_bound import FEW, LONG_ROW, SQUARE, bounds_of, runs_of
 from slam.graph.global_search import (
     ANYWHERE,
     CANDIDATE_CELL,
@@ -153,17 +153,6 @@ def test_the_candidates_are_places_of_their_own_the_best_one_first(seed: int) ->
     assert sums[0] == pytest.approx(sums[3], abs=rounding)
     assert sums[0] >= sums[1] - rounding >= sums[2] - 2.0 * rounding
     assert sums[4] >= sums[1] - rounding  # outside of its circle it is the best of all
-
-
-def test_a_candidate_that_is_not_kept_displaces_none() -> None:
-    found, values = np.full((3, 3), -1), np.full(3, 10)
-    kept, turns, radius = (found, values), np.zeros(1), 4.0
-    for col, candidate in ((0, 20), (4, 40), (2, 30)):  # the last one is near to both others
-        _keep((*kept, turns, radius, 10), 0, 0, col, candidate, 10)
-    assert sorted(values.tolist()) == [10, 20, 40]
-    _keep((*kept, turns, radius, 10), 0, 0, 2, 50, 10)  # it is better than both
-    assert sorted(values.tolist()) == [10, 10, 50]
-    assert found[values.argmax()].tolist() == [0, 0, 2]
 
 
 def test_no_candidate_is_below_the_least() -> None:
