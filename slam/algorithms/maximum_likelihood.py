@@ -14,6 +14,7 @@ from slam.geometry import Array, Pose2
 from slam.graph.whole_map import NO_CELLS
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
+from slam.maps.bulk import Bulk
 from slam.maps.outline import outlined
 from slam.maps.static import Static
 from slam.maps.surfaces import Surfaces
@@ -34,7 +35,6 @@ from slam.sensor_models.endpoint import Endpoint
 MATCHES = MotionThreshold(distance=0.01, turn=math.radians(0.5), time=2.0)
 MAX_LOSS = 3.0  # nats of the log-likelihood by which a registered pose may be worse than before
 BEFORE_ALL = -1e12  # s: earlier than any scan
-AT_ONCE = 64  # lists of changed cells, after which they become one
 EXACT = np.zeros((3, 3))  # covariance of a known pose
 
 
@@ -148,26 +148,18 @@ class MaximumLikelihood:
         """Integrate scans at known poses, of (3, 3) `covariance`, and continue from the last."""
         self._stay()
         self._catch_up()
-        changed: list[np.ndarray] = []
+        bulk, before = Bulk(self.map_model), self.keyframe
         for scan, pose in keyframes:
-            if len(changed) == AT_ONCE:
-                changed = [self._once(changed)]
             estimate = Estimate(pose, covariance, score, True)
-            drawn = self._draw(scan, estimate)
-            self._add_surfaces(drawn)
-            changed.append(drawn.changed)
+            if not self._frozen:
+                bulk.integrate(scan, pose)
+                self._add_surfaces(scan, pose)
+            self._continue_from(scan, estimate)
             self._matched = estimate
             self._since_match.restart(scan.time)
-        if changed:
-            self._refresh(np.concatenate(changed))
+        if self.keyframe is not before:
+            self._refresh(bulk.finish())
             self.pose = self.keyframe.pose
-
-    def _once(self, cells: list[np.ndarray]) -> np.ndarray:
-        """(n,) the ids in all arrays of `cells`, each once: keyframes see the same cells."""
-        found = np.zeros(len(self.map_model.cells.observed.flat), np.bool_)
-        for ids in cells:
-            found[ids] = True
-        return np.flatnonzero(found)
 
     def place(self, pose: Pose2, covariance: Array = EXACT) -> None:
         """Set the robot's pose, known with (3, 3) `covariance`; the next scan is matched there."""
@@ -299,12 +291,13 @@ class MaximumLikelihood:
         """Compute what matches read of the last keyframe: its surfaces, and the sensor model."""
         if self._unread is not None:
             drawn, self._unread = self._unread, None
-            self._add_surfaces(drawn)
+            if not self._frozen:
+                self._add_surfaces(drawn.scan, drawn.pose)
             self._refresh(drawn.changed)
 
-    def _add_surfaces(self, drawn: Drawn) -> None:
-        if self._surfaces is not None and not self._frozen:
-            self._surfaces.add(outlined(drawn.scan), drawn.pose)
+    def _add_surfaces(self, scan: Scan, pose: Pose2) -> None:
+        if self._surfaces is not None:
+            self._surfaces.add(outlined(scan), pose)
 
     def _refresh(self, changed: np.ndarray) -> None:
         self._sensor_model.refresh(self.map_model, changed)
@@ -363,13 +356,16 @@ class MaximumLikelihood:
 
     def _draw(self, scan: Scan, estimate: Estimate) -> Drawn:
         """Integrate the keyframe."""
-        changed = NO_CELLS
+        changed = NO_CELLS if self._frozen else self.map_model.integrate(scan, estimate.pose)
+        self._continue_from(scan, estimate)
+        return Drawn(scan, estimate.pose, changed)
+
+    def _continue_from(self, scan: Scan, estimate: Estimate) -> None:
+        """The next scans are matched relative to a keyframe, which is integrated."""
         if not self._frozen:
-            changed = self.map_model.integrate(scan, estimate.pose)
             self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate
         self._since_keyframe.restart(scan.time)
-        return Drawn(scan, estimate.pose, changed)
 
     def _dead_reckoned(self) -> Estimate:
         """The last match moved by the odometry, with the covariance propagated."""

@@ -15,6 +15,7 @@ from slam.graph.covariance import MIN_INFORMATION
 from slam.graph.global_search import GlobalSearch
 from slam.graph.local_map import LocalMap, Panorama
 from slam.interface import Posterior
+from slam.maps.bulk import Bulk
 from slam.maps.static import Static
 from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton
@@ -123,8 +124,10 @@ def cautious(information: Array) -> Array:
 def mapped(place: LocalMap) -> Endpoint:
     """Build the static map of a local map's keyframes; returns its sensor model."""
     grid, endpoint = Static(), Endpoint()
-    changed = [grid.integrate(scan, pose) for scan, pose in place]
-    endpoint.refresh(grid, np.concatenate(changed))
+    bulk = Bulk(grid)
+    for scan, pose in place:
+        bulk.integrate(scan, pose)
+    endpoint.refresh(grid, bulk.finish())
     return endpoint
 
 

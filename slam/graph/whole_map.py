@@ -12,6 +12,7 @@ from slam.geometry import Array, Pose2, between
 from slam.graph.local_map import LocalMap
 from slam.grid import OccupancyGrid
 from slam.interface import MapModel
+from slam.maps.bulk import Bulk
 
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
 NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
@@ -70,9 +71,9 @@ class WholeMap:
         self.poses = np.vstack([self.poses, poses[new : len(places)]])
         self._keyframes += [0] * (len(places) - new)
         for number in range(max(new - 1, 0), len(places)):
-            frame, changed = Pose2.of(self.poses[number]), [NO_CELLS]
+            frame, bulk = Pose2.of(self.poses[number]), Bulk(self.map_model)
             for scan, pose in places[number].keyframes[self._keyframes[number] :]:
                 bare = scan.bare()  # its cached properties are freed with it
-                changed.append(self.map_model.integrate(bare, frame @ pose))
+                bulk.integrate(bare, frame @ pose)
             self._keyframes[number] = len(places[number].keyframes)
-            yield np.concatenate(changed)
+            yield bulk.finish()

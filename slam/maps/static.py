@@ -39,6 +39,13 @@ class Static:
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the observed cells (equations 3 and 4)."""
+        cells = self.accumulate(scan, pose)
+        self.settle(cells)
+        return cells
+
+    def accumulate(self, scan: Scan, pose: Pose2) -> np.ndarray:
+        """The same, but h waits until the cells that are returned, or those of many scans, are
+        settled: it takes longer than the rest."""
         return _add(
             self.cells.trace(scan, pose),
             self.log_odds.flat,
@@ -48,19 +55,40 @@ class Static:
             np.float32(self.limit),
         )
 
+    def settle(self, cells: np.ndarray) -> None:
+        """Compute h of cells (n,)."""
+        _settle(cells, self.log_odds.flat, self.cells.occupied.flat)
+
 
 @kernel
 def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidence, limit):
-    """Add the evidence; returns the cells whose h or centroid may have changed."""
+    """Add the evidence; returns the cells whose h or centroid may have changed. Of those that
+    `_settle` will leave as they are, h is computed at once."""
     cells, hit = observed.cells, observed.hit
-    one = np.float32(1.0)
     changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
         i = np.uint64(cells[k])  # unsigned: numba need not check the sign
-        sum_ = log_odds[i] + (hit_evidence if hit[k] else free_evidence)
+        before = log_odds[i]
+        sum_ = before + (hit_evidence if hit[k] else free_evidence)
         log_odds[i] = min(max(sum_, -limit), limit)
+        if log_odds[i] <= NO_DOUBT and (hit[k] or before > NO_DOUBT):
+            occupied[i] = _h(log_odds[i] if hit[k] else before)
         if hit[k] or log_odds[i] > NO_DOUBT:
-            occupied[i] = one / (one + np.exp(-log_odds[i]))
             changed[n] = cells[k]
             n += 1
     return changed[:n]
+
+
+@kernel
+def _settle(cells, log_odds, occupied):
+    """Compute h of cells, but of those that are free without a doubt."""
+    for cell in cells:
+        i = np.uint64(cell)
+        if log_odds[i] > NO_DOUBT:
+            occupied[i] = _h(log_odds[i])
+
+
+@kernel
+def _h(log_odds):
+    one = np.float32(1.0)
+    return one / (one + np.exp(-log_odds))

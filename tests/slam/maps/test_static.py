@@ -1,14 +1,17 @@
 """Static and clamped maps against their references, and by hand."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slam.errors import InputError
+from slam.geometry import Pose2
 from slam.maps.clamped import Clamped
 from slam.maps.log_odds import Evidence
-from slam.maps.static import Static
+from slam.maps.static import NO_DOUBT, Static
+from slam.scan import Scan
 from tests.slam import naive
 from tests.slam.maps.driving import (
     CLOSED,
@@ -86,3 +89,15 @@ def test_static_is_clamped_nowhere() -> None:
 def test_a_limit_that_leaves_nothing_is_refused(limit: float) -> None:
     with pytest.raises(InputError, match="limit"):
         Clamped(limit=limit)
+
+
+def test_h_of_an_echo_in_a_cell_that_was_free_without_a_doubt() -> None:
+    grid, wall = Static(), Scan(np.full(9, 4.0), np.linspace(-0.2, 0.2, 9), 10.0)
+    for _ in range(80):
+        grid.integrate(wall, Pose2())
+    box = replace(wall, ranges=np.full(9, 2.0))
+    grid.integrate(box, Pose2())
+    log_odds, h = grid.log_odds.flat.astype(np.float64), grid.cells.occupied.flat
+    hit = (grid.cells.centroids.count.flat > 0) & (log_odds < NO_DOUBT)
+    assert hit.sum() > 5
+    np.testing.assert_allclose(h[hit], np.exp(log_odds[hit]), rtol=1e-5)

@@ -1,0 +1,42 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from slam.geometry import Pose2
+from slam.interface import MapModel
+from slam.maps.bulk import Bulk
+from slam.maps.clamped import Clamped
+from slam.maps.histogram import Histogram
+from slam.maps.static import NO_DOUBT, Static
+from slam.scan import Scan
+from tests.slam.worlds import scan_at
+
+NUMBER = 150  # of scans: many cells are free without a doubt, some of which are occupied again
+
+
+def keyframes(seed: int) -> list[tuple[Scan, Pose2]]:
+    rng = np.random.default_rng(seed)
+    poses = [Pose2.of(rng.normal(0.0, [0.02, 0.02, 0.02])) for _ in range(NUMBER)]
+    near = Scan(np.full(8, 0.5), np.linspace(-0.1, 0.1, 8), 10.0)  # where all others saw farther
+    return [(near if k % 40 == 39 else scan_at(pose), pose) for k, pose in enumerate(poses)]
+
+
+@pytest.mark.parametrize("make", [Static, Clamped, Histogram])
+@pytest.mark.parametrize("seed", range(3))
+def test_it_draws_what_one_by_one_draws(make: Callable[[], MapModel], seed: int) -> None:
+    alone, together = make(), make()
+    bulk, changed = Bulk(together), []
+    for k, (scan, pose) in enumerate(keyframes(seed)):
+        changed.append(alone.integrate(scan, pose))
+        bulk.integrate(scan, pose)
+        if k % 60 == 59 or k == NUMBER - 1:
+            np.testing.assert_array_equal(bulk.finish(), np.unique(np.concatenate(changed)))
+            changed.clear()
+            for layer in ("occupied", "observed"):
+                expected = getattr(alone.cells, layer).values
+                np.testing.assert_array_equal(getattr(together.cells, layer).values, expected)
+    if make is Static:
+        assert isinstance(alone, Static)
+        assert (alone.log_odds.values < NO_DOUBT).sum() > 1000
+    assert len(bulk.finish()) == 0
