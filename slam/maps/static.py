@@ -39,13 +39,14 @@ class Static:
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the observed cells (equations 3 and 4)."""
-        cells = self.accumulate(scan, pose)
-        self.settle(cells)
-        return cells
+        return self._add(scan, pose, at_once=True)
 
     def accumulate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """The same, but h waits until the cells that are returned, or those of many scans, are
         settled: it takes longer than the rest."""
+        return self._add(scan, pose, at_once=False)
+
+    def _add(self, scan: Scan, pose: Pose2, at_once: bool) -> np.ndarray:
         return _add(
             self.cells.trace(scan, pose),
             self.log_odds.flat,
@@ -53,6 +54,7 @@ class Static:
             np.float32(self.evidence.hit),
             np.float32(self.evidence.free),
             np.float32(self.limit),
+            at_once,
         )
 
     def settle(self, cells: np.ndarray) -> None:
@@ -61,9 +63,9 @@ class Static:
 
 
 @kernel
-def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidence, limit):
-    """Add the evidence; returns the cells whose h or centroid may have changed. Of those that
-    `_settle` will leave as they are, h is computed at once."""
+def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidence, limit, at_once):
+    """Add the evidence; returns the cells whose h or centroid may have changed. If not `at_once`,
+    h is computed only of those cells that `_settle` will leave as they are."""
     cells, hit = observed.cells, observed.hit
     changed, n = np.empty(len(cells), np.int64), 0
     for k in range(len(cells)):
@@ -71,11 +73,13 @@ def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidenc
         before = log_odds[i]
         sum_ = before + (hit_evidence if hit[k] else free_evidence)
         log_odds[i] = min(max(sum_, -limit), limit)
-        if log_odds[i] <= NO_DOUBT and (hit[k] or before > NO_DOUBT):
-            occupied[i] = _h(log_odds[i] if hit[k] else before)
         if hit[k] or log_odds[i] > NO_DOUBT:
+            if at_once or log_odds[i] <= NO_DOUBT:
+                occupied[i] = _h(log_odds[i])
             changed[n] = cells[k]
             n += 1
+        elif before > NO_DOUBT and not at_once:
+            occupied[i] = _h(before)
     return changed[:n]
 
 
