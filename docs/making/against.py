@@ -1,5 +1,5 @@
-"""`python -m docs.making.against CHECKOUT LOG [VARIANT ...] [--rounds N]`: the processor time of
-this code on a log, by that of another checkout of the project (`git worktree add`), in turn.
+"""`python -m docs.making.against CHECKOUT LOG [VARIANT ...] [--rounds N]`: the processor time that
+a matched scan of a log takes, by that of another checkout of the project (`git worktree add`).
 
 Each round is a process of each that drives the log twice, one thread, and counts the second time,
 `finish` of a graph included. Prints ms a matched scan, and the median ratio with all of them.
@@ -51,10 +51,8 @@ def main(checkout: Path, log: Path, variants: list[str], rounds: int) -> None:
     """Print a line for each variant."""
     for variant in variants:
         costs = [(cost(HERE, log, variant), cost(checkout, log, variant)) for _ in range(rounds)]
-        ratios, (own, other) = (
-            sorted(a / b for a, b in costs),
-            map(median, zip(*costs, strict=True)),
-        )
+        ratios = sorted(own / other for own, other in costs)
+        own, other = (median(some) for some in zip(*costs, strict=True))
         every = ", ".join(f"{ratio:.2f}" for ratio in ratios)
         print(
             f"{variant} on {log.name}: {own:.3f} ms against {other:.3f} ms, "

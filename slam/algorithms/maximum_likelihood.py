@@ -11,10 +11,9 @@ import numpy as np
 from slam.algorithms.pose_covariance import MapUncertainty, carried, of_motion
 from slam.algorithms.second_start import NO_POSES, SecondStart
 from slam.geometry import Array, Pose2
-from slam.graph.whole_map import NO_CELLS
+from slam.graph.bulk import NO_CELLS, Bulk
 from slam.grid import OccupancyGrid
 from slam.interface import Estimate, MapModel, MotionModel, Posterior, Search, SensorModel
-from slam.maps.bulk import Bulk
 from slam.maps.outline import outlined
 from slam.maps.static import Static
 from slam.maps.surfaces import Surfaces
@@ -361,7 +360,7 @@ class MaximumLikelihood:
         return Drawn(scan, estimate.pose, changed)
 
     def _continue_from(self, scan: Scan, estimate: Estimate) -> None:
-        """The next scans are matched relative to a keyframe, which is integrated."""
+        """The next scans are matched relative to this keyframe; what it draws is as uncertain."""
         if not self._frozen:
             self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate

@@ -17,7 +17,7 @@ LANE = 16  # bits of one of the SQUARE sums in a word of 64
 EVERY_LANE = np.uint64(sum(1 << LANE * k for k in range(SQUARE)))  # 1 in each
 LANE_MASK = np.uint64((1 << LANE) - 1)
 HALF_LANE = LANE // 2  # bits of a cell
-CELLS = EVERY_LANE * np.uint64((1 << HALF_LANE) - 1)  # the lower half of each lane
+CELL_MASK = EVERY_LANE * np.uint64((1 << HALF_LANE) - 1)  # the lower half of each lane
 MARGIN = SQUARE - 1  # columns of words that begin before the first cell
 LONG_ROW, MOST_PADDED = 24, 3  # squares; their number in a row with padding, by that without
 FEW = 8  # squares of a row that are added up at once, in windows at most so wide
@@ -63,8 +63,8 @@ def best_candidates(
                 for k in range(places.shape[1]):  # here: calls count references to arrays
                     place = np.uint64(places[t, k] + shift)
                     low, high = cells[place], cells[place + U_2 * up]
-                    a, b = a + (low & CELLS), b + ((low >> U_HALF) & CELLS)
-                    c, d = c + (high & CELLS), d + ((high >> U_HALF) & CELLS)
+                    a, b = a + (low & CELL_MASK), b + ((low >> U_HALF) & CELL_MASK)
+                    c, d = c + (high & CELL_MASK), d + ((high >> U_HALF) & CELL_MASK)
                 sums[0], sums[1], sums[2], sums[3] = a, b, c, d
             else:
                 _add_up(words, unknown, rows[t] + i, cols[t] + j + MARGIN, sums)
@@ -319,6 +319,8 @@ def _add_up(words, unknown, rows, cols, sums):
         for a in range(SQUARE):
             within = 0 <= rows[k] + a < high and 0 <= cols[k] < wide
             word = (
-                words[rows[k] + a, cols[k]] & CELLS if within else EVERY_LANE * np.uint64(unknown)
+                words[rows[k] + a, cols[k]] & CELL_MASK
+                if within
+                else EVERY_LANE * np.uint64(unknown)
             )
             sums[a] += word

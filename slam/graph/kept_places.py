@@ -19,8 +19,8 @@ class KeptPlaces(NamedTuple):
 
     found   (most, 3) turns, rows and columns, these from the middle of the window; NONE: empty
     values  (most,) their sums; of empty room `least`
-    first   (rows, columns) of the window: the number of a candidate that is kept there
-    other   (most,) that of another one there
+    first   (rows, columns) of the window: the number of a candidate that is kept there, or NONE
+    other   (most,) that of another one there, or NONE
     turns   (turns,) rad
     radius  squared, of a place, in candidates
     least   a candidate must be better
@@ -45,10 +45,10 @@ def no_places(most, least, turns, radius, window):
 
 @kernel
 def keep(kept: KeptPlaces, turn, row, col, value, worst):
-    """Keep a candidate that is better than the worst one, instead of it, unless a better one is of
+    """Keep a candidate, of a `value` above the worst one, instead of that, unless one as good is of
     the same place; worse ones of the same place are dropped. Returns the worst value that is kept
     then."""
-    if not _is_best_of_its_place(kept, turn, row, col, value):
+    if not _drop_worse(kept, turn, row, col, value):
         return worst
     found, values, slot = kept.found, kept.values, 0
     lowest = values.min()
@@ -70,9 +70,9 @@ def best_first(kept: KeptPlaces):
 
 
 @kernel
-def _is_best_of_its_place(kept: KeptPlaces, turn, row, col, value):
-    """Whether no candidate of the same place is as good. Then worse ones are dropped: none is
-    dropped for a candidate that is not kept."""
+def _drop_worse(kept: KeptPlaces, turn, row, col, value):
+    """Drop worse candidates of the same place, but none if one is as good, and the candidate will
+    not be kept; returns whether it will."""
     first, reach = kept.first, int(math.sqrt(kept.radius))
     i, j = row + first.shape[0] // 2, col + first.shape[1] // 2
     for dropping in (False, True):

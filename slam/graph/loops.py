@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.geometry import Array, Pose2, near, turned, wrap_angle
+from slam.graph.bulk import Bulk
 from slam.graph.covariance import MIN_INFORMATION
 from slam.graph.global_search import GlobalSearch
 from slam.graph.local_map import LocalMap, Panorama
 from slam.interface import Posterior
-from slam.maps.bulk import Bulk
 from slam.maps.static import Static
 from slam.motion.gaussian import Prediction
 from slam.search.gauss_newton import GaussNewton

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from slam.geometry import Array, Pose2, between, compose
+from slam.graph.bulk import NO_CELLS
 from slam.graph.local_map import LocalMap
-from slam.graph.whole_map import NO_CELLS, WholeMap
+from slam.graph.whole_map import WholeMap
 from slam.kernel import kernel
 from slam.maps.static import Static
 from slam.sensor_models.endpoint import Endpoint

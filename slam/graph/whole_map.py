@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from slam.geometry import Array, Pose2, between
+from slam.graph.bulk import Bulk
 from slam.graph.local_map import LocalMap
 from slam.grid import OccupancyGrid
 from slam.interface import MapModel
-from slam.maps.bulk import Bulk
 
 MAX_SHIFT, MAX_TURN = 0.01, math.radians(0.2)  # m, rad, of a local map before the map is redone
-NO_CELLS = np.empty(0, dtype=np.int64)  # cell ids
 
 
 class WholeMap:

@@ -14,8 +14,8 @@ LONGEST = np.iinfo(np.uint16).max  # cells of a run
 
 
 class PackedLayer:
-    """A lossless compressed copy of one layer of a map's tiles, of one value a cell: runs of equal
-    values, as most of a map is unknown or free, compressed by zlib.
+    """A compressed copy of one layer of a map's tiles, of one value a cell. Runs of equal values
+    are stored, as most of a map is unknown or free. Nothing is lost but the sign of zeros.
 
     nbytes  size of the copy
     """

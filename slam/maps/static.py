@@ -42,8 +42,8 @@ class Static:
         return self._add(scan, pose, at_once=True)
 
     def accumulate(self, scan: Scan, pose: Pose2) -> np.ndarray:
-        """The same, but h waits until the cells that are returned, or those of many scans, are
-        settled: it takes longer than the rest."""
+        """The same, but h of the cells that are returned is computed by `settle`: once for many
+        scans. Until then `cells.occupied` is out of date, and the map must not be forked."""
         return self._add(scan, pose, at_once=False)
 
     def _add(self, scan: Scan, pose: Pose2, at_once: bool) -> np.ndarray:
@@ -78,7 +78,7 @@ def _add(observed: ObservedCells, log_odds, occupied, hit_evidence, free_evidenc
                 occupied[i] = _h(log_odds[i])
             changed[n] = cells[k]
             n += 1
-        elif before > NO_DOUBT and not at_once:
+        elif before > NO_DOUBT and not at_once:  # free without a doubt from now on: h stays
             occupied[i] = _h(before)
     return changed[:n]
 

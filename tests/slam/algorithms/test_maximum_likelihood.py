@@ -11,8 +11,8 @@ from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.algorithms.maximum_likelihood import MaximumLikelihood
 from slam.benchmark.run import run, true_start
 from slam.geometry import Pose2, between, wrap_angle
+from slam.graph.bulk import AT_ONCE
 from slam.interface import MapModel, Slope
-from slam.maps.bulk import AT_ONCE
 from slam.maps.histogram import Histogram
 from slam.maps.static import Static
 from slam.motion.gaussian import GaussianMotion, Prediction, odometry_covariance

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.maps.packed import PackedLayer
+from slam.maps.packed import LONGEST, PackedLayer
 from slam.maps.tiles import Tiles
 
 
@@ -32,4 +32,11 @@ def test_a_layer_comes_out_as_it_went_in(seed: int, dtype) -> None:
 def test_what_is_the_same_everywhere_takes_little() -> None:
     tiles = Tiles(0.1)
     layer = tiles.layer(np.float32, 0.5)
-    assert PackedLayer(tiles, layer).nbytes == pytest.approx(0, abs=layer.values.nbytes / 50)
+    tiles.extend((0.0, 0.0), (40.0, 40.0))
+    tiles.index[:] = 1 + np.arange(tiles.index.size).reshape(tiles.index.shape)
+    tiles.allocate(1 + tiles.index.size)
+    layer.values[5:] = 0.25
+    assert len(layer.flat) > 2 * LONGEST
+    packed = PackedLayer(tiles, layer)
+    assert packed.nbytes == pytest.approx(0, abs=layer.values.nbytes / 500)
+    np.testing.assert_array_equal(packed.unpacked()[1].values, layer.values)
