@@ -19,8 +19,9 @@ MORE_EXPLAINED = 0.1  # share of the echoes, at least, that are explained there 
 BEGAN_GAIN = 0.055  # nats a beam by which the scan with which a doubt began fits better there
 BEGAN_EXPLAINED = 0.2  # or share of its surface that is explained there and not here,
 SINCE_GAIN = 0.3  # or nats a beam by which the scans since then do, all together,
-SINCE_EXPLAINED = 0.9  # if so much of the usual share of the first and of the last is explained,
-LED_EXPLAINED = 0.1  # and by so much more of the surface of the first one than here
+SINCE_EXPLAINED = 0.85  # if so much of the usual share of the first and of the last is explained,
+LED_EXPLAINED = 0.1  # and by so much more of the surface of the first one than here,
+CLEARLY_LED = 0.3  # or by so much more, though doors that moved there make it fit no better
 SUSPECTS = 4  # places, at most, that are compared at each check
 MAX_SEARCHES, SEARCH_SPACING = 6, 30  # of the whole map in a row; keyframes for one more
 
@@ -241,7 +242,7 @@ class Rivals:
             suspect.way = place.pose @ here.inverse()
             suspect.gain += check.gain(place)
             if check.jump is not None:
-                led = began.gain > 0.0 and began.more > LED_EXPLAINED
+                led = began.more > (LED_EXPLAINED if began.gain > 0.0 else CLEARLY_LED)
                 both = min(began.explained, place.agreement.explained)
                 suspect.plausible = led and check.as_usual(both)
             since = suspect.gain if suspect.plausible else 0.0
