@@ -152,7 +152,7 @@ class MaximumLikelihood:
             estimate = Estimate(pose, covariance, score, True)
             if not self._frozen:
                 bulk.integrate(scan, pose)
-                self._add_surfaces(scan, pose)
+            self._add_surfaces(scan, pose)
             self._continue_from(scan, estimate)
             self._matched = estimate
             self._since_match.restart(scan.time)
@@ -290,12 +290,11 @@ class MaximumLikelihood:
         """Compute what matches read of the last keyframe: its surfaces, and the sensor model."""
         if self._unread is not None:
             drawn, self._unread = self._unread, None
-            if not self._frozen:
-                self._add_surfaces(drawn.scan, drawn.pose)
+            self._add_surfaces(drawn.scan, drawn.pose)
             self._refresh(drawn.changed)
 
     def _add_surfaces(self, scan: Scan, pose: Pose2) -> None:
-        if self._surfaces is not None:
+        if self._surfaces is not None and not self._frozen:
             self._surfaces.add(outlined(scan), pose)
 
     def _refresh(self, changed: np.ndarray) -> None:
@@ -360,7 +359,7 @@ class MaximumLikelihood:
         return Drawn(scan, estimate.pose, changed)
 
     def _continue_from(self, scan: Scan, estimate: Estimate) -> None:
-        """The next scans are matched relative to this keyframe; what it draws is as uncertain."""
+        """Match the next scans relative to this keyframe; a map that is not frozen holds it."""
         if not self._frozen:
             self._map_uncertainty.settle(estimate.pose, estimate.covariance, scan.points)
         self.keyframe = estimate

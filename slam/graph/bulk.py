@@ -40,8 +40,8 @@ class Bulk:
 
     def _once(self) -> np.ndarray:
         """(n,) the ids of all cells so far, each once: scans see the same ones."""
-        if not self._changed:
-            return NO_CELLS
+        if len(self._changed) < 2:  # as at each step of an environment that shows the map
+            return self._changed[0] if self._changed else NO_CELLS
         return _each_once(np.concatenate(self._changed), self._map_model.cells.tiles.used)
 
 

@@ -57,7 +57,7 @@ def keep(kept: KeptPlaces, turn, row, col, value, worst):
     if found[slot, 0] != NONE:
         _drop(kept, slot)
     found[slot, 0], found[slot, 1], found[slot, 2], values[slot] = turn, row, col, value
-    i, j = row + kept.first.shape[0] // 2, col + kept.first.shape[1] // 2
+    i, j = _in_window(kept, row, col)
     kept.other[slot], kept.first[i, j] = kept.first[i, j], slot
     return values.min()
 
@@ -71,10 +71,9 @@ def best_first(kept: KeptPlaces):
 
 @kernel
 def _drop_worse(kept: KeptPlaces, turn, row, col, value):
-    """Drop worse candidates of the same place, but none if one is as good, and the candidate will
-    not be kept; returns whether it will."""
+    """Drop the candidates of the same place if all of them are worse; returns whether they are."""
     first, reach = kept.first, int(math.sqrt(kept.radius))
-    i, j = row + first.shape[0] // 2, col + first.shape[1] // 2
+    i, j = _in_window(kept, row, col)
     for dropping in (False, True):
         worse = False
         for r in range(max(i - reach, 0), min(i + reach + 1, first.shape[0])):
@@ -107,7 +106,7 @@ def _same_place(kept: KeptPlaces, k, turn, row, col):
 def _drop(kept: KeptPlaces, k):
     """Make the room of candidate k empty."""
     first, other = kept.first, kept.other
-    i, j = kept.found[k, 1] + first.shape[0] // 2, kept.found[k, 2] + first.shape[1] // 2
+    i, j = _in_window(kept, kept.found[k, 1], kept.found[k, 2])
     if first[i, j] == k:
         first[i, j] = other[k]
     else:
@@ -116,3 +115,9 @@ def _drop(kept: KeptPlaces, k):
             before = other[before]
         other[before] = other[k]
     kept.found[k, 0], kept.values[k] = NONE, kept.least
+
+
+@kernel
+def _in_window(kept: KeptPlaces, row, col):
+    """Row and column from the corner of the window."""
+    return row + kept.first.shape[0] // 2, col + kept.first.shape[1] // 2

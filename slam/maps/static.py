@@ -39,14 +39,14 @@ class Static:
 
     def integrate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """Add the scan's evidence to the observed cells (equations 3 and 4)."""
-        return self._add(scan, pose, at_once=True)
+        return self._add_evidence(scan, pose, at_once=True)
 
     def accumulate(self, scan: Scan, pose: Pose2) -> np.ndarray:
         """The same, but h of the cells that are returned is computed by `settle`: once for many
         scans. Until then `cells.occupied` is out of date, and the map must not be forked."""
-        return self._add(scan, pose, at_once=False)
+        return self._add_evidence(scan, pose, at_once=False)
 
-    def _add(self, scan: Scan, pose: Pose2, at_once: bool) -> np.ndarray:
+    def _add_evidence(self, scan: Scan, pose: Pose2, at_once: bool) -> np.ndarray:
         return _add(
             self.cells.trace(scan, pose),
             self.log_odds.flat,
