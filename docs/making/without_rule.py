@@ -26,7 +26,7 @@ from scripts.bench.suites import faults
 from slam.episode import Episode
 from slam.geometry import Pose2
 from slam.graph import loops
-from slam.recovery import astray, drawn_before, lost_belief, odometry_failure, rivals, watch
+from slam.recovery import astray, drawn_before, lost_belief, odometry_failure, rivals, signs, watch
 
 SUITE = range(350, 352)  # seeds, on which the rules were made
 ANY = range(5000, 5056)
@@ -68,7 +68,7 @@ RULES: Mapping[str, Rule] = {
         odometry_failure.OdometryFailure, "_farther", _found
     ),
     "a gap: the odometry is believed": Rule(odometry_failure.OdometryFailure, "_after_gap", _found),
-    "only the map tells": Rule(lost_belief, "TURNED", NEVER),
+    "only the map tells": Rule(signs, "TURNED", NEVER),
     "0.06 changed though the robot hardly moved": Rule(watch, "STARTLING", NEVER),
     "hardly agrees: waits": Rule(lost_belief.LostBelief, "hardly_agrees", _nothing(False)),
     "more than 0.4 changed, and the map shows little": Rule(watch, "TORN", NEVER),

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import NamedTuple
 
-from slam.recovery.surprise import Surprise
+from slam.recovery.agreement import Agreement
+from slam.recovery.signs import Sign, Signs
 
 LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
 JUMP_RATE = 0.3  # the same if the scans are not continuous
-JUMP, USUAL_FACTOR = 0.12, 4.0  # a change of the scan by more, and by a multiple of the usual one
-TURNED = 0.12  # share of the echoes that the map explained in one scan, and contradicts in the next
 RETURN_RATE = 1e-3  # probability that a lost robot is right by chance at the next keyframe
 EXPLAINED_WEIGHT, CONTRADICTED_WEIGHT = -3.2, 5.9  # nats, fitted by logistic regression
 CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
@@ -29,13 +27,6 @@ MORE_CONTRADICTED = 0.15  # and share of contradicted ones above the usual: the 
 HARDLY_EXPLAINED = 0.25, 5.0  # of the usual share, and usual deviations below it
 
 
-class Agreement(NamedTuple):
-    """Shares of a scan's echoes that the map explains (occupied) and contradicts (free)."""
-
-    explained: float
-    contradicted: float
-
-
 class LostBelief:
     """A hidden Markov model of two states, lost or not, updated at keyframes.
 
@@ -44,8 +35,7 @@ class LostBelief:
     agreement of every scan.
 
     probability  that the robot is lost
-    jumped       whether the last scan was not continuous with the ones before
-    turned       whether only the map tells so, which explained one scan and contradicts the next
+    sign         that the last scan was not continuous with the ones before, if there is one
     explained    usual share of echoes that the map explains; contradicted: that it contradicts
     spread       usual deviation of the share of explained echoes from its mean;
                  contradicted_spread: of contradicted ones
@@ -55,13 +45,10 @@ class LostBelief:
         self.probability = LOSS_RATE
         self.explained, self.contradicted = USUAL
         self.spread, self.contradicted_spread = LEAST_SPREAD, 0.0
-        self._change = 0.0
-        self._changes = Surprise(JUMP)
-        self._before: Agreement | None = None  # of the last keyframe
-        self._turns = Surprise(TURNED)
+        self.sign: Sign | None = None
+        self._signs = Signs()
         self._score = 0.0  # usual mean log-likelihood per beam
         self._recent: deque[float] = deque([-math.inf], RECENT)  # of the last keyframes
-        self.jumped = self.turned = False
         self._learned = 0.0  # number of keyframes that the usual shares are the mean of
 
     def evidence(self, agreement: Agreement) -> float:
@@ -74,32 +61,28 @@ class LostBelief:
         )
 
     def update(
-        self, agreement: Agreement, change: float, sudden: bool = False, continuous: bool = True
+        self,
+        agreement: Agreement,
+        change: float,
+        sudden: bool = False,
+        continuous: bool = True,
+        arriving: bool = False,
     ) -> None:
         """Update the probability by a keyframe.
 
         change      of the scan since the keyframe before (see `continuity.change`)
         sudden      whether it does not follow from the keyframes before for another reason
         continuous  whether it sees much the same as the one before
+        arriving    whether the robot comes from new ground, of which the map explains less
         """
         known = self._learned >= MIN_LEARNED
-        changed = self._changes.surprising(change, USUAL_FACTOR * self._change)
-        turned = self._turns.surprising(self._turned(agreement)) and continuous
-        self.jumped = (changed or turned or sudden) and known
-        self.turned = self.jumped and not (changed or sudden)
-        loss = JUMP_RATE if self.jumped else LOSS_RATE
+        signs = self._signs.seen(agreement, change)
+        self.sign = _counting(signs, sudden, continuous, arriving) if known else None
+        loss = LOSS_RATE if self.sign is None else JUMP_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)
         ratio = math.exp(min(max(evidence, -MAX_EVIDENCE), MAX_EVIDENCE))
         self.probability = before * ratio / (before * ratio + 1.0 - before) if known else LOSS_RATE
-
-    def _turned(self, agreement: Agreement) -> float:
-        """By how much the map explains less and contradicts more than at the keyframe before."""
-        before, self._before = self._before, agreement
-        if before is None:
-            return 0.0
-        less = before.explained - agreement.explained
-        return min(less, agreement.contradicted - before.contradicted)
 
     def learn(self, agreement: Agreement, score: float, change: float) -> None:
         """Learn what is usual from a keyframe at a pose that is not doubted."""
@@ -113,7 +96,7 @@ class LostBelief:
         self.contradicted += rate * (agreement.contradicted - self.contradicted)
         self._score += rate * (score - self._score)
         self._recent.append(score)
-        self._change += rate * (change - self._change)
+        self._signs.learn(change, rate)
 
     @property
     def score(self) -> float:
@@ -142,9 +125,20 @@ class LostBelief:
         return agreement.explained < min(share * self.explained, least)
 
     def dismiss(self) -> None:
-        """The last change of the scan, or turn of the map's agreement, meant nothing."""
-        (self._turns if self.turned else self._changes).dismiss()
+        """The last sign meant nothing."""
+        self._signs.dismiss(self.sign or Sign.SCAN)
 
     def set(self, probability: float) -> None:
         """Set the probability, after a search of the whole map."""
         self.probability = probability
+
+
+def _counting(signs: list[Sign], sudden: bool, continuous: bool, arriving: bool) -> Sign | None:
+    """The sign that counts: the map tells little of a scan that sees something else than the one
+    before, and explains less of each where the robot comes from new ground."""
+    if sudden or Sign.SCAN in signs:
+        return Sign.SCAN
+    if not continuous:
+        return None
+    told = [sign for sign in signs if sign is Sign.TURN or not arriving]
+    return next(iter(told), None)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from slam.geometry import Pose2, near
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
-from slam.recovery.lost_belief import Agreement
+from slam.recovery.agreement import Agreement
 from slam.scan import Scan
 from slam.sensor_models.endpoint import Endpoint
 

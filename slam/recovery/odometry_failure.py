@@ -9,8 +9,9 @@ import numpy as np
 from slam.geometry import Array, Pose2, near
 from slam.interface import Estimate
 from slam.motion.gaussian import Prediction
+from slam.recovery.agreement import Agreement
 from slam.recovery.continuity import RECENT, Recent
-from slam.recovery.lost_belief import Agreement, LostBelief
+from slam.recovery.lost_belief import LostBelief
 from slam.recovery.match import Match
 from slam.recovery.surprise import Surprise
 from slam.recovery.wide_search import WideSearch

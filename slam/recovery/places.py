@@ -10,7 +10,7 @@ import numpy as np
 from slam.geometry import Array, Pose2, near
 from slam.graph.global_search import OTHER_DISTANCE, GlobalSearch
 from slam.graph.kept_places import OTHER_TURN
-from slam.recovery.lost_belief import Agreement
+from slam.recovery.agreement import Agreement
 from slam.scan import Scan
 from slam.search.gauss_newton import GaussNewton, climbed
 from slam.sensor_models.endpoint import Endpoint
@@ -22,7 +22,7 @@ WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose od
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
-CANDIDATES = 8  # of a search in its coarse map, of which the most likely in the map is taken
+CANDIDATES = 16  # of a search in its coarse map, of which the most likely in the map is taken
 APART = 0.25  # m between them, where places look alike: they are rated
 RATED_BY = 100  # echoes, in the map itself,
 ROUGHLY = 6, 0.005  # after so many steps uphill, the last of so many m and rad;
@@ -87,7 +87,8 @@ class Places:
     def best(self, scan: Scan, explained: float, value: float = -math.inf) -> Place | None:
         """The place at which the map agrees best with the scan, if it explains that share of it;
         most of those worse than `value`, nats, are left out, as the coarse map tells roughly."""
-        return self._best(scan, max(self._least(explained), self._mean(scan, value)), [])
+        least = max(self._least(explained), self._mean(scan, value))
+        return next(iter(self._found(scan, least, [])), None)
 
     def all(self, scan: Scan, explained: float) -> list[Place]:
         """The places of the candidates that explain so large a share in the coarse map."""
@@ -101,23 +102,21 @@ class Places:
         points = np.column_stack([np.interp(steps, driven, along) for along in path.T])
         return self._endpoint.shares(points, Pose2())[0] > 0.0
 
-    def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> Place | None:
-        """The best other place that explains so large a share of the scan, if it is by `gain` nats
-        more likely there than at `place`."""
+    def better_than(self, scan: Scan, place: Place, gain: float, explained: float) -> list[Place]:
+        """Other places that explain so large a share of the scan, where it is by `gain` nats more
+        likely than at `place`; the best one first."""
         least = max(self._least(explained), self._mean(scan, place.value + gain))
-        other = self._best(scan, least, [place.pose])
-        return other if other is not None and other.value > place.value + gain else None
+        found = self._found(scan, least, [place.pose])
+        return [other for other in found if other.value > place.value + gain]
 
-    def _best(self, scan: Scan, least: float, but: list[Pose2]) -> Place | None:
-        """The most likely of the candidates with at least so large a mean log-likelihood in the
-        coarse map of the search; `but` are places that are not considered."""
+    def _found(self, scan: Scan, least: float, but: list[Pose2]) -> list[Place]:
+        """The candidates with at least so large a mean log-likelihood in the coarse map of the
+        search, the most likely one first; `but` are places that are not considered."""
         starts = self._starts(scan, least, but)
-        if not starts:
-            return None
         climbs = zip(_tops(self._endpoint, scan, starts), starts, strict=True)
         poses = [start if _among(but, top) else top for top, start in climbs]
-        values = self._endpoint.log_likelihood(scan, np.array(poses))
-        return at(self._endpoint, scan, poses[int(values.argmax())])
+        found = [at(self._endpoint, scan, pose) for pose in poses]
+        return sorted(found, key=lambda place: -place.value)
 
     def _starts(self, scan: Scan, least: float, but: list[Pose2]) -> list[Pose2]:
         region = self._search

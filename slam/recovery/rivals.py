@@ -50,6 +50,8 @@ class Proof(NamedTuple):
 AFTER_JUMP = Proof(0.04, 0.7, 0.0, 0.2, 1.0, CANDIDATES, False)  # after a scan that changed at once
 AFTER_CORRECTION = AFTER_JUMP._replace(gain=0.02)  # after one that was found far away
 AFTER_TURN = AFTER_JUMP._replace(gain=0.08, contradicted=0.1, sure=True)  # that only the map tells
+AFTER_FADE = AFTER_JUMP._replace(gain=0.03, explained=1.0, contradicted=0.12)  # the same, if it
+# only explains less: nearly all is explained at the true place
 WITHOUT_JUMP = Proof(0.12, 0.85, 3.0, 0.12, 0.4, 1, False)
 NEARBY = AFTER_JUMP._replace(gain=0.1, explained=0.65)  # after a jump, within ...
 SLIPPED = 1.0, 1.0, math.radians(30.0)  # m, m, rad, to which the wheels may have slipped, ...
@@ -259,13 +261,18 @@ class Rivals:
         here = check.here
         places = Places(check.endpoint, known=True, candidates=check.proof.candidates)
         gain = check.proof.gain * len(check.scan.points)
-        place = places.better_than(check.scan, here, gain, check.least)
-        if place is None or not check.speaks_for(place, check.least):
-            return None
-        began = check.began(place)
-        if not any(agree(suspect.way @ here.pose, place.pose) for suspect in self._suspects):
-            way = place.pose @ here.pose.inverse()
-            self._suspects.append(Suspect(way, check.gain(place)))
-            self._suspects.sort(key=lambda suspect: -suspect.gain)
-            del self._suspects[SUSPECTS:]
-        return place if began.speaks(0.0) else None
+        found = places.better_than(check.scan, here, gain, check.least)
+        found = [place for place in found if check.speaks_for(place, check.least)]
+        begun = [place for place in found if check.began(place).speaks(0.0)]
+        for place in (begun or found)[:1]:
+            self._suspect(place, check)
+        return next(iter(begun), None)
+
+    def _suspect(self, place: Place, check: Check) -> None:
+        """Remember a place, to be compared at the next checks."""
+        here = check.here.pose
+        if any(agree(suspect.way @ here, place.pose) for suspect in self._suspects):
+            return
+        self._suspects.append(Suspect(place.pose @ here.inverse(), check.gain(place)))
+        self._suspects.sort(key=lambda suspect: -suspect.gain)
+        del self._suspects[SUSPECTS:]

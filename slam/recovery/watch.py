@@ -9,15 +9,17 @@ from slam.geometry import Pose2
 from slam.graph.local_map import Keyframe
 from slam.interface import Estimate
 from slam.motion.threshold import MotionThreshold, MotionTrigger
+from slam.recovery.agreement import Agreement
 from slam.recovery.continuity import Recent
 from slam.recovery.demands import GRADUAL, SUDDEN, Demands
-from slam.recovery.lost_belief import Agreement, LostBelief
+from slam.recovery.lost_belief import LostBelief
 from slam.recovery.match import Match
 from slam.recovery.odometry_failure import OdometryFailure
 from slam.recovery.pace import Pace
 from slam.recovery.places import Surroundings, at
 from slam.recovery.rivals import (
     AFTER_CORRECTION,
+    AFTER_FADE,
     AFTER_JUMP,
     AFTER_TURN,
     LEAST_USUAL,
@@ -27,6 +29,7 @@ from slam.recovery.rivals import (
     Rivals,
     around,
 )
+from slam.recovery.signs import Sign
 from slam.recovery.wide_search import WideSearch
 from slam.scan import Scan
 
@@ -94,7 +97,7 @@ class Watch:
         self._before_jump: Keyframe | None = None  # and the one before
         self._unexplained = False  # whether the map showed nearly nothing of that one
         self._torn = False  # whether that one changed by more than TORN
-        self._turned = False  # whether only the map told that it was not continuous
+        self._sign = Sign.SCAN  # which told that it was not continuous
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -125,7 +128,7 @@ class Watch:
         """What is asked of another place, if the robot is lost."""
         demands = GRADUAL if self._jump is None else SUDDEN
         usual = min(self.belief.contradicted + FOUND_CONTRADICTED, MOST_CONTRADICTED)
-        continuous = self._jump is None or self._turned
+        continuous = self._jump is None or self._told_by_map
         return demands._replace(
             contradicted=max(demands.contradicted, usual),
             torn=self._torn,
@@ -160,6 +163,11 @@ class Watch:
         return math.inf if self._jump is not None or self.suspected else self._drift
 
     @property
+    def _told_by_map(self) -> bool:
+        """Whether only the map told that the scan with which the doubt began was not continuous."""
+        return self._sign is not Sign.SCAN
+
+    @property
     def _may_close_loop(self) -> bool:
         """Whether the robot comes to old ground after so long a way that errors may have added up
         to what disagrees."""
@@ -184,7 +192,8 @@ class Watch:
         """No doubt is left."""
         self._jump = self._before_jump = None
         self._checks = 0
-        self._unsure = self._unexplained = self._torn = self._turned = self._moved = False
+        self._sign = Sign.SCAN
+        self._unsure = self._unexplained = self._torn = self._moved = False
         self._rivals.clear()
 
     def surprised(self, scan: Scan, estimate: Estimate) -> bool:
@@ -208,19 +217,20 @@ class Watch:
         self._disagreeing = self._disagreeing + 1 if waits else 0
         startled = self._startled and self.belief.contradicts_more(agreement)
         sudden = self.odometry.sudden or startled
-        self.belief.update(agreement, changed, sudden, match.continuous)
+        self.belief.update(agreement, changed, sudden, match.continuous, self.arriving)
         self._startled = False
         self._rivals.keyframe()
         if not self.open:
             self._dropped *= FORGETTING
         self._since_check.move(match.last.between(pose))
         self._driven += math.dist(match.last[:2], pose[:2])
-        begins = self.belief.jumped and self._jump is None
-        if begins:
+        sign, begins = self.belief.sign, False
+        if sign is not None and self._jump is None:
+            begins, self._sign = True, sign
             self._jump = Keyframe(match.scan, pose)
             self._before_jump = self._last and Keyframe(self._last, match.last)
             self._unexplained = self.belief.hardly_explains(agreement)
-            self._torn, self._turned = changed > TORN, self.belief.turned
+            self._torn = changed > TORN
         self._moved = self._moved or self.odometry.far
         self._last = match.scan
         if not self.doubted:
@@ -287,7 +297,7 @@ class Watch:
             return self._dismissed()
         endpoint, frame = surroundings()
         here = at(endpoint, scan, frame @ pose)
-        if self._turned:  # where a loop closes with a drift, the map shows the scan beside it
+        if self._told_by_map:  # where a loop closes with a drift, the map shows the scan beside it
             beside = around(endpoint, scan, here.pose)
             here = here._replace(value=max(here.value, beside.value))
         strange = self._strange(agreement)
@@ -297,7 +307,7 @@ class Watch:
         against = self._rivals.vote(check)
         if strange:
             self._rivals.votes = votes + 1
-        elif not against and (self._turned or self._hardly_doubted(agreement)):
+        elif not against and (self._told_by_map or self._hardly_doubted(agreement)):
             return self._dismissed()
         elif not against:
             self._unsure = True
@@ -310,9 +320,8 @@ class Watch:
         """What is asked of another place."""
         if self._jump is None:
             return WITHOUT_JUMP
-        if self._turned:
-            return AFTER_TURN
-        return AFTER_CORRECTION if self._moved else AFTER_JUMP
+        after_scan = AFTER_CORRECTION if self._moved else AFTER_JUMP
+        return {Sign.TURN: AFTER_TURN, Sign.FADE: AFTER_FADE}.get(self._sign, after_scan)
 
     def _agrees(self, agreement: Agreement) -> bool:
         """Whether the map agrees with the scan so well that no other place is searched for."""

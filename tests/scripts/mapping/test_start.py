@@ -8,7 +8,7 @@ from dynslam_cli.mapping.start import judged, parsed_pose
 
 from slam.errors import InputError
 from slam.geometry import Pose2
-from slam.recovery.lost_belief import Agreement
+from slam.recovery.agreement import Agreement
 from slam.recovery.places import Place
 from slam.sessions.relocalisation import Comparison
 

@@ -8,6 +8,7 @@ import pytest
 from slam.algorithms.dead_reckoning import DeadReckoning
 from slam.geometry import Pose2
 from slam.interface import Estimate
+from slam.recovery.agreement import Agreement
 from slam.recovery.astray import (
     CLEARLY_BETTER,
     LASTING,
@@ -18,7 +19,6 @@ from slam.recovery.astray import (
     Attempt,
 )
 from slam.recovery.demands import GRADUAL, SUDDEN, Demands
-from slam.recovery.lost_belief import Agreement
 from slam.recovery.places import Place, Places, Surroundings
 from slam.scan import Scan
 from tests.slam.recovery.drawn_room import reading, room

@@ -2,7 +2,9 @@
 
 import pytest
 
-from slam.recovery.lost_belief import Agreement, LostBelief
+from slam.recovery.agreement import Agreement
+from slam.recovery.lost_belief import LostBelief
+from slam.recovery.signs import Sign
 from slam.recovery.watch import DOUBTED
 
 USUAL, CHANGED, STRANGE = Agreement(0.92, 0.02), Agreement(0.8, 0.1), Agreement(0.15, 0.5)
@@ -38,7 +40,7 @@ def test_scans_that_agree_with_nothing_are(belief):
 
 def test_a_scan_that_is_not_continuous_is_a_doubt_at_once(belief):
     assert after(belief, CHANGED, 1, change=0.3) > 0.05
-    assert belief.jumped
+    assert belief.sign is Sign.SCAN
     assert after(belief, USUAL, 15) < 0.005
 
 
@@ -48,20 +50,38 @@ def test_a_map_that_explained_a_scan_and_contradicts_the_next_is_a_doubt_at_once
 ):
     """Scans that are far apart see different parts of the map, which may be as different."""
     belief.update(Agreement(0.75, 0.2), 0.0, continuous=continuous)
-    assert belief.jumped is continuous
+    assert belief.sign is (Sign.TURN if continuous else None)
+
+
+@pytest.mark.parametrize("arriving", [True, False])
+def test_a_map_that_explains_far_less_at_once_is_a_doubt_but_on_the_way_from_new_ground(
+    belief, arriving
+):
+    belief.update(Agreement(0.7, 0.03), 0.0, arriving=arriving)
+    assert belief.sign is (None if arriving else Sign.FADE)
+
+
+def test_a_map_that_often_explains_far_less_means_nothing(belief):
+    for _ in range(10):
+        after(belief, USUAL, 1)
+        belief.update(Agreement(0.6, 0.03), 0.0)
+        belief.dismiss()
+    after(belief, USUAL, 1)
+    belief.update(Agreement(0.7, 0.03), 0.0)
+    assert belief.sign is None
 
 
 def test_a_map_that_is_ever_less_sure_is_none(belief):
     for share in (0.85, 0.75, 0.65):
         belief.update(Agreement(share, 0.95 - share), 0.0)
-        assert not belief.jumped
+        assert belief.sign is None
 
 
 def test_scans_that_always_change_are_usual():
     belief = LostBelief()
     after(belief, Agreement(0.7, 0.15), 60, change=0.3)
     assert after(belief, Agreement(0.7, 0.15), 1, change=0.4) < 0.005
-    assert not belief.jumped
+    assert belief.sign is None
 
 
 def test_poor_agreement_is_usual_in_some_recordings():

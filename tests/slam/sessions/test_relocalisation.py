@@ -8,7 +8,7 @@ import pytest
 from slam.episode import Episode, Truth
 from slam.errors import InputError
 from slam.geometry import Pose2, between, compose
-from slam.recovery.lost_belief import Agreement
+from slam.recovery.agreement import Agreement
 from slam.recovery.places import Place
 from slam.sessions import beginning
 from slam.sessions.relocalisation import Comparison, certain, compared
