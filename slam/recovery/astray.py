@@ -36,7 +36,8 @@ UNSURE_COVARIANCE = np.diag([0.5, 0.5, 0.07]) ** 2  # or that goes on on new gro
 CONFIRMED = 2  # attempts in a row that find a sure place, before the robot is believed to be there
 LEAD, REPEATED = 3.0, 5  # nats over the second best place, and attempts, of one that is less sure
 SOME_WAY = 6.0  # m, driven before that
-DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one
+DRIFTED, DRIFT = 10.0, (1.5, math.radians(20.0))  # nats of a place so near to the believed one,
+# if it was not carried
 FIRST = 8.0  # m of the way on new ground, of which the map may know more:
 LITTLE_KNOWN = 0.5  # share of the echoes that the map knows there, at most
 LONGER = 20  # attempts, where the believed place may be right: new ground may look like another
@@ -195,8 +196,8 @@ class Astray:
         here = self._places.matched(scan, believed)
         new = self._may_be_new(here, self.believed)
         self._no_new_ground = self._no_new_ground or not new
-        best = max(found, key=partial(_worth, believed=believed), default=here)
-        lead = _lead(best, [*found, here], believed)
+        best = max(found, key=partial(self._worth, believed=believed), default=here)
+        lead = self._lead(best, [*found, here], believed)
         near_here = any(same_place(best.pose, pose) for pose in (believed, here.pose))
         clear = near_here or best.value > here.value + CLEARLY_BETTER
         shown = best.agreement.explained > HALF * self._demands.usual
@@ -214,6 +215,21 @@ class Astray:
         if lead <= least or not (clear or well):
             return Attempt(None)
         return Attempt(best, LONGER if unlikely else self._times(lead, clear, here))
+
+    def _worth(self, place: Place, believed: Pose2) -> float:
+        """The value of a place with its prior: where each scan followed from the one before, errors
+        add up more often than a robot is carried."""
+        drifted = self._demands.continuous and near(place.pose, believed, *DRIFT)
+        return place.value + DRIFTED * drifted
+
+    def _lead(self, best: Place, found: list[Place], believed: Pose2) -> float:
+        """Nats by which the best place is worth more than any other one that explains about as
+        much."""
+        least = best.agreement.explained - LESS_EXPLAINED
+        others = [self._worth(place, believed) for place in found
+                  if place.agreement.explained > least
+                  and not same_place(place.pose, best.pose)]  # fmt: skip
+        return self._worth(best, believed) - max(others, default=-math.inf)
 
     def _likely(self, place: Place, believed: Pose2) -> bool:
         """Whether a place is as near to the believed one as errors lead where a loop closes."""
@@ -258,17 +274,3 @@ class Astray:
         share = explained / self._demands.usual - LEAST_EXPLAINED
         share /= WELL_EXPLAINED - LEAST_EXPLAINED
         return share >= 0.0 and contradicted <= min(share, 1.0) * self._demands.contradicted
-
-
-def _worth(place: Place, believed: Pose2) -> float:
-    """The value of a place with its prior: a map is drifted, or wheels slip, more often than a
-    robot is carried."""
-    return place.value + DRIFTED * near(place.pose, believed, *DRIFT)
-
-
-def _lead(best: Place, found: list[Place], believed: Pose2) -> float:
-    """Nats by which the best place is worth more than any other one that explains about as much."""
-    least = best.agreement.explained - LESS_EXPLAINED
-    others = [_worth(place, believed) for place in found if place.agreement.explained > least
-              and not same_place(place.pose, best.pose)]  # fmt: skip
-    return _worth(best, believed) - max(others, default=-math.inf)

@@ -136,9 +136,13 @@ def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it()
     assert astray._attempt(room(), BESIDE).place == drifted
 
 
-@pytest.mark.parametrize(("off", "near"), [(0.5, True), (2.0, False)])
-def test_a_place_near_the_believed_one_is_likelier(off: float, near: bool) -> None:
-    astray = beside(SUDDEN._replace(no_new_ground=True))
+@pytest.mark.parametrize(
+    ("off", "continuous", "near"), [(0.5, True, True), (2.0, True, False), (0.5, False, False)]
+)
+def test_a_place_near_the_believed_one_is_likelier_if_no_scan_tells_that_it_was_carried(
+    off: float, continuous: bool, near: bool
+) -> None:
+    astray = beside(SUDDEN._replace(no_new_ground=True, continuous=continuous))
     here = Place(BESIDE @ Pose2(off), -26.0, Agreement(0.9, 0.02))
     there = Place(Pose2(), -20.0, Agreement(0.9, 0.02))
     astray._places.all = lambda scan, explained: [there, here]

