@@ -69,6 +69,7 @@ RULES: Mapping[str, Rule] = {
     ),
     "a gap: the odometry is believed": Rule(odometry_failure.OdometryFailure, "_after_gap", _found),
     "only the map tells": Rule(signs, "TURNED", NEVER),
+    "the map explains less at once": Rule(signs, "FADED", NEVER),
     "0.06 changed though the robot hardly moved": Rule(watch, "STARTLING", NEVER),
     "hardly agrees: waits": Rule(lost_belief.LostBelief, "hardly_agrees", _nothing(False)),
     "more than 0.4 changed, and the map shows little": Rule(watch, "TORN", NEVER),

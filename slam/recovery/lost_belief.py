@@ -35,7 +35,7 @@ class LostBelief:
     agreement of every scan.
 
     probability  that the robot is lost
-    sign         that the last scan was not continuous with the ones before, if there is one
+    sign         that the robot was carried since the keyframe before, if there is one
     explained    usual share of echoes that the map explains; contradicted: that it contradicts
     spread       usual deviation of the share of explained echoes from its mean;
                  contradicted_spread: of contradicted ones
@@ -124,9 +124,9 @@ class LostBelief:
         least = self.explained - deviations * self.spread
         return agreement.explained < min(share * self.explained, least)
 
-    def dismiss(self) -> None:
-        """The last sign meant nothing."""
-        self._signs.dismiss(self.sign or Sign.SCAN)
+    def dismiss(self, sign: Sign) -> None:
+        """The last doubt that began with a sign meant nothing."""
+        self._signs.dismiss(sign)
 
     def set(self, probability: float) -> None:
         """Set the probability, after a search of the whole map."""
@@ -134,8 +134,8 @@ class LostBelief:
 
 
 def _counting(signs: list[Sign], sudden: bool, continuous: bool, arriving: bool) -> Sign | None:
-    """The sign that counts: the map tells little of a scan that sees something else than the one
-    before, and explains less of each where the robot comes from new ground."""
+    """The sign that counts. The map gives none of a scan that sees something else than the one
+    before, and it explains less of each scan where the robot comes from new ground."""
     if sudden or Sign.SCAN in signs:
         return Sign.SCAN
     if not continuous:

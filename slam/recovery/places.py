@@ -1,4 +1,4 @@
-"""The places of a map that a scan may have been taken at: the best one, and the best other one."""
+"""The places of a map that a scan may have been taken at, the best one first."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WIDE = 1.0, 1.0, math.radians(100.0)  # m, m, rad: a window for a robot whose od
 MARGIN = 0.5  # m, of the map around its echoes,
 FINE_TURN_STEP = math.radians(1.0)  # between its candidates
 WELL_EXPLAINED = -0.4  # mean log-likelihood of an echo, at the candidate nearest to its place
-CANDIDATES = 16  # of a search in its coarse map, of which the most likely in the map is taken
+CANDIDATES = 16  # of a search in its coarse map, which are compared in the map itself
 APART = 0.25  # m between them, where places look alike: they are rated
 RATED_BY = 100  # echoes, in the map itself,
 ROUGHLY = 6, 0.005  # after so many steps uphill, the last of so many m and rad;

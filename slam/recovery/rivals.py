@@ -254,7 +254,8 @@ class Rivals:
         return best
 
     def _found(self, check: Check) -> Place | None:
-        """The place that a search of the whole map finds, if the scan speaks for it."""
+        """The best place of a search of the whole map, if the scan speaks for it, and the one with
+        which the doubt began does, too; the best without that one is suspected, if none is."""
         if self._searches < 1.0:
             return None
         self._searches -= 1.0
@@ -263,10 +264,10 @@ class Rivals:
         gain = check.proof.gain * len(check.scan.points)
         found = places.better_than(check.scan, here, gain, check.least)
         found = [place for place in found if check.speaks_for(place, check.least)]
-        begun = [place for place in found if check.began(place).speaks(0.0)]
-        for place in (begun or found)[:1]:
-            self._suspect(place, check)
-        return next(iter(begun), None)
+        begun = next((place for place in found if check.began(place).speaks(0.0)), None)
+        if found:
+            self._suspect(begun or found[0], check)
+        return begun
 
     def _suspect(self, place: Place, check: Check) -> None:
         """Remember a place, to be compared at the next checks."""

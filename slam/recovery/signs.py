@@ -1,4 +1,4 @@
-"""Signs that a scan is not continuous with the one before: the robot may be elsewhere."""
+"""Signs that a robot was carried from one scan to the next."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ USUAL_FACTOR = 4.0  # a change of a scan, or of what is explained, that is so mu
 
 
 class Sign(Enum):
-    """What tells it."""
+    """What tells it: two scans that are not continuous, or else the map."""
 
     SCAN = "the scan changed at once, or the odometry failed"
     TURN = "the map explained one scan, and contradicts the next"
-    FADE = "the map explained one scan, and far less of the next: it was carried to a frontier"
+    FADE = "the map explained one scan, and far less of the next"
 
 
 class Signs:
-    """Tells whether a scan is continuous with the one before, by itself and by the map.
+    """Finds the signs of each keyframe.
 
     Each sign is surprising above a threshold, above a multiple of what is usual in this recording,
     and above what was dismissed.
@@ -36,25 +36,25 @@ class Signs:
         }
         self._before: Agreement | None = None  # of the last keyframe
         self._less = 0.0  # share that the map explains less of the last keyframe than of that one
-        self._change = self._usual_less = 0.0  # usual change of a scan, and of what is explained
+        self._change = self._step = 0.0  # usual change of a scan, and of the share explained
 
     def seen(self, agreement: Agreement, change: float) -> list[Sign]:
-        """The signs of a keyframe, the strongest first."""
+        """The signs of a keyframe; the first one counts."""
         before, self._before = self._before or agreement, agreement
         self._less = before.explained - agreement.explained
         turn = min(self._less, agreement.contradicted - before.contradicted)
         values = {
             Sign.SCAN: (change, USUAL_FACTOR * self._change),
             Sign.TURN: (turn, 0.0),
-            Sign.FADE: (self._less, USUAL_FACTOR * self._usual_less),
+            Sign.FADE: (self._less, USUAL_FACTOR * self._step),
         }
         return [sign for sign, value in values.items() if self._surprises[sign].surprising(*value)]
 
     def learn(self, change: float, rate: float) -> None:
-        """Learn what is usual from a keyframe at a pose that is not doubted."""
+        """Learn what is usual from the last keyframe, at a pose that is not doubted."""
         self._change += rate * (change - self._change)
-        self._usual_less += rate * (abs(self._less) - self._usual_less)
+        self._step += rate * (abs(self._less) - self._step)
 
     def dismiss(self, sign: Sign) -> None:
-        """The last value of a sign meant nothing."""
+        """The last one of a kind meant nothing."""
         self._surprises[sign].dismiss()

@@ -15,15 +15,16 @@ class Surprise:
 
     def __init__(self, threshold: float):
         self._threshold = threshold
-        self._latest = self._dismissed = 0.0
+        self._surprising = self._dismissed = 0.0
 
     def surprising(self, value: float, usual: float = 0.0) -> bool:
         """Whether the next value is surprising, where `usual` ones are not."""
-        self._latest = value
         result = value > max(self._threshold, usual, self._dismissed)
+        if result:
+            self._surprising = value
         self._dismissed *= 1.0 - 1.0 / MEMORY
         return result
 
     def dismiss(self) -> None:
-        """The latest value meant nothing."""
-        self._dismissed += RATE * max(self._latest - self._dismissed, 0.0)
+        """The latest surprising value meant nothing."""
+        self._dismissed += RATE * max(self._surprising - self._dismissed, 0.0)

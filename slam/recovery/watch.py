@@ -69,10 +69,10 @@ class Watch:
     """Tells at every keyframe how probable it is that the robot is lost.
 
     A place changes piece by piece, while the scan of a robot that was carried changes at once. A
-    scan that is not continuous with the one before, or scans that agree ever less with the map,
-    raise a doubt. A doubt is settled by a search of the whole map: if no other place explains the
-    scans much better, the place has changed; if another does so three times, or if the map goes on
-    to disagree with ground that it knew well, the robot is lost.
+    sign of that, or scans that agree ever less with the map, raise a doubt. A doubt is settled by a
+    search of the whole map: if no other place explains the scans much better, the place has
+    changed; if another does so three times, or if the map goes on to disagree with ground that it
+    knew well, the robot is lost.
 
     belief     the probability, and what is usual
     odometry   tells where it failed
@@ -93,11 +93,11 @@ class Watch:
         self.open = self.arriving = self._unsettled = False
         self._since_check = MotionTrigger(CHECKS)
         self._last: Scan | None = None  # of the last keyframe
-        self._jump: Keyframe | None = None  # with which the doubt began, if it was not continuous,
+        self._jump: Keyframe | None = None  # with which the doubt began, if there was a sign,
         self._before_jump: Keyframe | None = None  # and the one before
         self._unexplained = False  # whether the map showed nearly nothing of that one
         self._torn = False  # whether that one changed by more than TORN
-        self._sign = Sign.SCAN  # which told that it was not continuous
+        self._sign = Sign.SCAN  # which one
         self._moved = False  # whether a scan since then was found far from where it was matched
         self._within: tuple[float, float] | None = None  # m, rad: it began after a gap in the scans
         self._startled = False  # whether a scan that was not matched has changed since
@@ -128,7 +128,7 @@ class Watch:
         """What is asked of another place, if the robot is lost."""
         demands = GRADUAL if self._jump is None else SUDDEN
         usual = min(self.belief.contradicted + FOUND_CONTRADICTED, MOST_CONTRADICTED)
-        continuous = self._jump is None or self._told_by_map
+        continuous = self._jump is None or self._sign is Sign.TURN
         return demands._replace(
             contradicted=max(demands.contradicted, usual),
             torn=self._torn,
@@ -164,7 +164,7 @@ class Watch:
 
     @property
     def _told_by_map(self) -> bool:
-        """Whether only the map told that the scan with which the doubt began was not continuous."""
+        """Whether the scan with which the doubt began was continuous with the one before."""
         return self._sign is not Sign.SCAN
 
     @property
@@ -225,7 +225,7 @@ class Watch:
         self._since_check.move(match.last.between(pose))
         self._driven += math.dist(match.last[:2], pose[:2])
         sign, begins = self.belief.sign, False
-        if sign is not None and self._jump is None:
+        if sign is not None and (self._jump is None or (self._told_by_map and sign is Sign.SCAN)):
             begins, self._sign = True, sign
             self._jump = Keyframe(match.scan, pose)
             self._before_jump = self._last and Keyframe(self._last, match.last)
@@ -346,7 +346,8 @@ class Watch:
     def _dismissed(self) -> float:
         """The probability after a check that does not speak against the believed place."""
         self._rivals.clear()
-        self.belief.dismiss()
+        if self._jump is not None:
+            self.belief.dismiss(self._sign)
         return NOT_ELSEWHERE
 
     def _strange(self, agreement: Agreement) -> bool:

@@ -49,8 +49,13 @@ def test_a_map_that_explained_a_scan_and_contradicts_the_next_is_a_doubt_at_once
     belief, continuous
 ):
     """Scans that are far apart see different parts of the map, which may be as different."""
-    belief.update(Agreement(0.75, 0.2), 0.0, continuous=continuous)
+    belief.update(Agreement(0.7, 0.2), 0.0, continuous=continuous, arriving=True)
     assert belief.sign is (Sign.TURN if continuous else None)
+
+
+def test_scans_that_see_different_parts_of_the_map_give_no_sign_by_it(belief):
+    belief.update(Agreement(0.7, 0.03), 0.0, continuous=False)
+    assert belief.sign is None
 
 
 @pytest.mark.parametrize("arriving", [True, False])
@@ -65,10 +70,27 @@ def test_a_map_that_often_explains_far_less_means_nothing(belief):
     for _ in range(10):
         after(belief, USUAL, 1)
         belief.update(Agreement(0.6, 0.03), 0.0)
-        belief.dismiss()
+        belief.dismiss(Sign.FADE)
     after(belief, USUAL, 1)
     belief.update(Agreement(0.7, 0.03), 0.0)
     assert belief.sign is None
+    belief.update(Agreement(0.5, 0.3), 0.0)
+    assert belief.sign is Sign.TURN
+
+
+def test_a_share_that_always_changes_is_usual():
+    belief = LostBelief()
+    for _ in range(60):
+        after(belief, Agreement(0.92, 0.02), 1)
+        after(belief, Agreement(0.84, 0.02), 1)
+    belief.update(Agreement(0.92, 0.02), 0.0)
+    belief.update(Agreement(0.7, 0.02), 0.0)
+    assert belief.sign is None
+
+
+def test_odometry_that_failed_is_a_doubt_whatever_the_map_tells(belief):
+    belief.update(USUAL, 0.0, sudden=True)
+    assert belief.sign is Sign.SCAN
 
 
 def test_a_map_that_is_ever_less_sure_is_none(belief):
