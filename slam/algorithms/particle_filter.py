@@ -111,6 +111,8 @@ class ParticleFilter:
         self.spread = spread
         self.matches = matches
         self.keyframes = keyframes
+        if watch is not None:
+            watch.arriving = None  # particles are not compared with old ground, which would tell
         self.watch = watch
         self.pose = start
         self._poses = np.tile(np.array(start), (particles, 1))

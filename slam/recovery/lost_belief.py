@@ -73,7 +73,7 @@ class LostBelief:
         change      of the scan since the keyframe before (see `continuity.change`)
         sudden      whether it does not follow from the keyframes before for another reason
         continuous  whether it sees much the same as the one before
-        arriving    whether the robot comes from new ground, of which the map explains less
+        arriving    whether the robot may come from new ground, of which the map explains less
         """
         known = self._learned >= MIN_LEARNED
         signs = self._signs.seen(agreement, change)

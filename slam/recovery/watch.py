@@ -80,7 +80,8 @@ class Watch:
     wide       the search around the predicted pose after a failure of the odometry
     suspected  searches in a row by which what was drawn last lies elsewhere (`OldGround`)
     open       whether a doubt was dropped, and old ground has not agreed with the robot since
-    arriving   whether it came from new ground, and old ground has not agreed with it since
+    arriving   whether it came from new ground, and old ground has not agreed with it since; None:
+               nobody tells
     """
 
     def __init__(self, wide: WideSearch | None = None):
@@ -90,7 +91,8 @@ class Watch:
         self._rivals = Rivals()
         self._recent = Recent()
         self.suspected = 0
-        self.open = self.arriving = self._unsettled = False
+        self.open = self._unsettled = False
+        self.arriving: bool | None = False
         self._since_check = MotionTrigger(CHECKS)
         self._last: Scan | None = None  # of the last keyframe
         self._jump: Keyframe | None = None  # with which the doubt began, if there was a sign,
@@ -171,7 +173,7 @@ class Watch:
     def _may_close_loop(self) -> bool:
         """Whether the robot comes to old ground after so long a way that errors may have added up
         to what disagrees."""
-        return self.arriving and self._driven > LONG_WAY
+        return bool(self.arriving) and self._driven > LONG_WAY
 
     @property
     def _drift(self) -> float:
@@ -183,7 +185,8 @@ class Watch:
         self.belief.set(FOUND)
         unsure = UNCHECKED if self._jump is None else NOT_FOUND
         self._dropped, self._unsettled = 0.0 if sure else unsure, not sure
-        self.suspected, self.open, self.arriving = 0, False, False
+        self.suspected, self.open = 0, False
+        self.arriving = None if self.arriving is None else False
         self._trust()
         self._recent.clear()
         self._last = None
@@ -217,7 +220,8 @@ class Watch:
         self._disagreeing = self._disagreeing + 1 if waits else 0
         startled = self._startled and self.belief.contradicts_more(agreement)
         sudden = self.odometry.sudden or startled
-        self.belief.update(agreement, changed, sudden, match.continuous, self.arriving)
+        arriving = self.arriving is not False
+        self.belief.update(agreement, changed, sudden, match.continuous, arriving)
         self._startled = False
         self._rivals.keyframe()
         if not self.open:

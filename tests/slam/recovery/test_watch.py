@@ -369,6 +369,14 @@ def test_where_a_long_loop_closes_the_robot_is_likely_as_near_as_errors_lead() -
     assert watch.demands.likely == math.inf
 
 
+def test_nobody_tells_a_particle_filter_that_it_comes_from_new_ground() -> None:
+    watch = Watch()
+    ParticleFilter(watch=watch)
+    assert watch.arriving is None
+    watch.found(sure=True)
+    assert watch.arriving is None
+
+
 def test_a_robot_that_stands_after_a_correction_stays_where_it_was_corrected_to() -> None:
     slam = MaximumLikelihood(watch=Watch())
     slam.update(Pose2(), room())
