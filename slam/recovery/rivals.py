@@ -35,7 +35,8 @@ class Proof(NamedTuple):
     contradicted  share of the echoes, at most
     here          of the usual share, at most, that is explained at the believed place
     candidates    of a search
-    sure          whether half of the echoes that usually are not explained must be, too
+    sure          whether half of the echoes that usually are not explained must be, too, and only
+                  the best place of a search counts: where all looks alike, some place always fits
     """
 
     gain: float
@@ -263,6 +264,7 @@ class Rivals:
         places = Places(check.endpoint, known=True, candidates=check.proof.candidates)
         gain = check.proof.gain * len(check.scan.points)
         found = places.better_than(check.scan, here, gain, check.least)
+        found = found[:1] if check.proof.sure else found
         found = [place for place in found if check.speaks_for(place, check.least)]
         begun = next((place for place in found if check.began(place).speaks(0.0)), None)
         if found:
