@@ -13,12 +13,12 @@ class Demands(NamedTuple):
 
     path           m, driven since it got lost
     contradicted   share of the echoes, at most
-    sudden         whether a scan that was not continuous preceded: the robot was carried, and is at
-                   the believed place only if the map agrees, or is new ground
+    sudden         whether a sign preceded that the robot was carried: it is at the believed place
+                   only if the map agrees, or is new ground
     torn           whether that scan changed by more than doors make: the robot was carried
     usual          share of the echoes that the map explains in this recording
-    continuous     whether each scan followed from the one before, and only the map tells that the
-                   robot is lost: its errors may have added up
+    continuous     whether its errors may have added up: each scan followed from the one before, and
+                   the share that the map explains did not only fall at once
     within         m and rad from the believed place; None: anywhere. After a gap in the scans the
                    odometry did not fail: the robot may see new ground that looks like another place
     likely         m from the believed place; a place farther away must be found `astray.LONGER`

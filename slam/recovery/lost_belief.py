@@ -9,7 +9,7 @@ from slam.recovery.agreement import Agreement
 from slam.recovery.signs import Sign, Signs
 
 LOSS_RATE = 1e-5  # probability of getting lost from one keyframe to the next
-JUMP_RATE = 0.3  # the same if the scans are not continuous
+JUMP_RATE = 0.3  # the same after a sign of it
 RETURN_RATE = 1e-3  # probability that a lost robot is right by chance at the next keyframe
 EXPLAINED_WEIGHT, CONTRADICTED_WEIGHT = -3.2, 5.9  # nats, fitted by logistic regression
 CONTRADICTED_SPREAD = 0.05  # added to the usual share of contradicted echoes
@@ -76,8 +76,8 @@ class LostBelief:
         arriving    whether the robot may come from new ground, of which the map explains less
         """
         known = self._learned >= MIN_LEARNED
-        signs = self._signs.seen(agreement, change)
-        self.sign = _counting(signs, sudden, continuous, arriving) if known else None
+        seen = self._signs.seen(agreement, change, continuous, arriving)
+        self.sign = (Sign.SCAN if sudden else seen) if known else None
         loss = LOSS_RATE if self.sign is None else JUMP_RATE
         before = self.probability * (1.0 - RETURN_RATE) + (1.0 - self.probability) * loss
         evidence = CORRELATION * self.evidence(agreement)
@@ -125,20 +125,9 @@ class LostBelief:
         return agreement.explained < min(share * self.explained, least)
 
     def dismiss(self, sign: Sign) -> None:
-        """The last doubt that began with a sign meant nothing."""
+        """The last doubt that began with this sign meant nothing."""
         self._signs.dismiss(sign)
 
     def set(self, probability: float) -> None:
         """Set the probability, after a search of the whole map."""
         self.probability = probability
-
-
-def _counting(signs: list[Sign], sudden: bool, continuous: bool, arriving: bool) -> Sign | None:
-    """The sign that counts. The map gives none of a scan that sees something else than the one
-    before, and it explains less of each scan where the robot comes from new ground."""
-    if sudden or Sign.SCAN in signs:
-        return Sign.SCAN
-    if not continuous:
-        return None
-    told = [sign for sign in signs if sign is Sign.TURN or not arriving]
-    return next(iter(told), None)

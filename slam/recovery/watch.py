@@ -166,7 +166,7 @@ class Watch:
 
     @property
     def _told_by_map(self) -> bool:
-        """Whether the scan with which the doubt began was continuous with the one before."""
+        """Whether the doubt began with a sign that only the map gave."""
         return self._sign is not Sign.SCAN
 
     @property

@@ -142,15 +142,17 @@ def put_elsewhere(seed: int, world: str) -> Episode:
 
 
 @pytest.mark.parametrize(
-    ("seed", "world", "variant"),
+    ("seed", "world", "variant", "within"),
     [
-        *((432, "corridor", variant) for variant in ("static-ml", "dynamic-graph")),
-        *((452, "loop", variant) for variant in ("static-ml", "dynamic-graph")),
-        (442, "corridor", "static-ml"),
-        (450, "loop", "dynamic-graph"),
+        *((432, "corridor", variant, 10.0) for variant in ("static-ml", "dynamic-graph")),
+        *((452, "loop", variant, 10.0) for variant in ("static-ml", "dynamic-graph")),
+        (442, "corridor", "static-ml", 10.0),
+        (450, "loop", "dynamic-graph", 12.0),
     ],
 )
-def test_a_robot_put_where_it_looks_alike_is_found(seed: int, world: str, variant: str) -> None:
+def test_a_robot_put_where_it_looks_alike_is_found(
+    seed: int, world: str, variant: str, within: float
+) -> None:
     """They were sure of the believed place to the end. 432: the first scan there fits no better,
     as doors have moved. 442 and 452: back from the frontier of the map, which explains far less of
     the next scan at the believed place, and contradicts little. 450: the place that fits the last
@@ -159,6 +161,6 @@ def test_a_robot_put_where_it_looks_alike_is_found(seed: int, world: str, varian
     found = scored(episode, run(make(variant, true_start(episode)), episode))
     (carried,) = found.losses
     assert carried.end is not None
-    assert carried.end - carried.begin < 12.0
+    assert carried.end - carried.begin < within
     assert found.sure_and_wrong < 0.1
     assert found.false_alarms == 0

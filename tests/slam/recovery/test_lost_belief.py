@@ -44,12 +44,13 @@ def test_a_scan_that_is_not_continuous_is_a_doubt_at_once(belief):
     assert after(belief, USUAL, 15) < 0.005
 
 
+@pytest.mark.parametrize("explained", [0.75, 0.7])
 @pytest.mark.parametrize("continuous", [True, False])
 def test_a_map_that_explained_a_scan_and_contradicts_the_next_is_a_doubt_at_once(
-    belief, continuous
+    belief, continuous, explained
 ):
     """Scans that are far apart see different parts of the map, which may be as different."""
-    belief.update(Agreement(0.7, 0.2), 0.0, continuous=continuous, arriving=True)
+    belief.update(Agreement(explained, 0.2), 0.0, continuous=continuous, arriving=True)
     assert belief.sign is (Sign.TURN if continuous else None)
 
 
