@@ -205,11 +205,12 @@ class Astray:
         unlikely = not self._likely(best, believed)
         lasting = bool(found) and disputed and shown and lead > LEAD and not unlikely
         self._best.take(self._origin(best) if lasting else None)
+        right_here = not self._demands.sudden or self._meets(here)
         if not found or not self._possible(best, believed):
-            accepted = not self._demands.sudden or self._meets(here)
-            return Attempt(here if accepted else None)
+            return Attempt(here if right_here else None)
         if not (near_here or self._meets(best)):
-            return Attempt(here if best.value - here.value < TIE else None)
+            tied = best.value - here.value < TIE
+            return Attempt(here if right_here and tied else None)
         well = near_here or self._nearly_all(best)
         least = LEAD if well and self._path > SOME_WAY else MIN_GAIN
         if lead <= least or not (clear or well):

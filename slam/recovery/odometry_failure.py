@@ -121,7 +121,8 @@ class OdometryFailure:
     def _accepted(self, match: Match, pose: Pose2, overlaps: Array, corrected: Array) -> bool:
         """Whether the map, or the scans before, agree with a correction."""
         found = match.estimate.pose
-        if not near(found, pose, *SLIGHT) and not _shown_at_once(overlaps, corrected):
+        slight = near(found, pose, *SLIGHT) or not _may_be_shown_at_once(overlaps)
+        if not slight and not _shown_at_once(overlaps, corrected):
             return False
         there, here = match.agreement(pose), match.agreement(found)
         usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP

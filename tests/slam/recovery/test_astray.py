@@ -137,6 +137,20 @@ def test_the_place_to_which_the_believed_one_climbs_need_not_be_better_than_it()
 
 
 @pytest.mark.parametrize(
+    ("demands", "explained", "found"),
+    [(SUDDEN, 0.02, False), (SUDDEN, 0.85, True), (GRADUAL, 0.02, True)],
+)
+def test_the_believed_place_is_not_proven_by_a_place_that_fits_worse(
+    demands: Demands, explained: float, found: bool
+) -> None:
+    astray, worse = beside(demands), Place(Pose2(), -100.0, Agreement(0.25, 0.4))
+    here = Place(BESIDE, -90.0, Agreement(explained, 0.02))
+    astray._places.all = lambda scan, explained: [worse]
+    astray._places.matched = lambda scan, start: here
+    assert astray._attempt(room(), BESIDE).place == (here if found else None)
+
+
+@pytest.mark.parametrize(
     ("off", "continuous", "near"), [(0.5, True, True), (2.0, True, False), (0.5, False, False)]
 )
 def test_a_place_near_the_believed_one_is_likelier_if_no_scan_tells_that_it_was_carried(
