@@ -40,7 +40,8 @@ LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, a
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
-STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, or as before
+STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, or as before,
+NEARBY = 0.3, 0.3, 1.0  # and the window in which it is searched for
 AGREES = 0.3  # share of a scan that the one before, if that is far away, saw too: nothing failed
 LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes, is asked of a match after a gap,
 FAR, FAR_EXPLAINED = 2.0, 0.55  # deviations of the odometry, beyond which more is asked
@@ -178,11 +179,12 @@ class OdometryFailure:
         otherwise = match.last @ (driven if match.expected is None else match.expected)
         other = Prediction(otherwise, Pose2(), np.array(STRAIGHT))
         wide = self.wide.around(match.prediction.pose)
-        places = [self.wide.best(match, prior) for prior in (other, wide)]
+        places = self.wide.best(match, other, NEARBY), self.wide.best(match, wide)
         pose, odds = max(places, key=lambda place: place[1])
         proof = _gained(overlaps, recent.overlaps(match, pose))
         explains = match.agreement(pose).explained >= match.agreement(found).explained
-        if proof < PROVEN or odds + proof < CERTAIN or not explains:
+        least = CERTAIN if match.expected is None else PROVEN
+        if proof < PROVEN or odds + proof < least or not explains:
             self._far_fits.dismiss()
             return found
         self.sudden = self.far = not near(found, pose, *SLIGHT)
