@@ -40,8 +40,9 @@ LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, a
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
-STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, or as before,
-NEARBY = 0.3, 0.3, 1.0  # and the window in which it is searched for
+MORE_EXPLAINED = 0.1  # or share that is explained there and not where the scan was matched
+STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, or as before
+NEARBY = 0.3, 0.3, 1.0  # m, m, rad: the window in which one as before is searched for
 AGREES = 0.3  # share of a scan that the one before, if that is far away, saw too: nothing failed
 LEAST_EXPLAINED = 0.3  # of the usual share of explained echoes, is asked of a match after a gap,
 FAR, FAR_EXPLAINED = 2.0, 0.55  # deviations of the odometry, beyond which more is asked
@@ -128,7 +129,17 @@ class OdometryFailure:
         there, here = match.agreement(pose), match.agreement(found)
         usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP
         proven = usual and evidence(overlaps, corrected, OLDEST) > CERTAIN
-        return (proven and there.explained >= here.explained) or self._agrees(there)
+        if proven and there.explained >= here.explained:
+            return True
+        shown = slight and evidence(overlaps, corrected) > PROVEN
+        return (shown and self._relieved(here, there)) or self._agrees(there)
+
+    def _relieved(self, here: Agreement, there: Agreement) -> bool:
+        """Whether the map contradicts a scan where it was matched, and explains more of it and
+        contradicts no more than usual where it is corrected."""
+        belief, more = self._belief, there.explained - here.explained
+        freed = belief.contradicts_more(here) and not belief.contradicts_more(there)
+        return freed and more > MORE_EXPLAINED
 
     def _provable(self, overlaps: Array) -> float:
         """Nats by which the last scans may speak for a correction, by how much less than usual they
@@ -175,15 +186,16 @@ class OdometryFailure:
         suspected = match.expected is not None or agreeing < AGREES
         if not (self._far_fits.surprising(worse) or suspected):
             return found
-        driven = Pose2(math.dist(match.last[:2], match.prediction.pose[:2]), 0.0, 0.0)
-        otherwise = match.last @ (driven if match.expected is None else match.expected)
-        other = Prediction(otherwise, Pose2(), np.array(STRAIGHT))
+        motion, window, least = match.expected, NEARBY, PROVEN
+        if motion is None:
+            driven = math.dist(match.last[:2], match.prediction.pose[:2])
+            motion, window, least = Pose2(driven, 0.0, 0.0), self.wide.reach, CERTAIN
+        other = Prediction(match.last @ motion, Pose2(), np.array(STRAIGHT))
         wide = self.wide.around(match.prediction.pose)
-        places = self.wide.best(match, other, NEARBY), self.wide.best(match, wide)
+        places = self.wide.best(match, other, window), self.wide.best(match, wide)
         pose, odds = max(places, key=lambda place: place[1])
         proof = _gained(overlaps, recent.overlaps(match, pose))
         explains = match.agreement(pose).explained >= match.agreement(found).explained
-        least = CERTAIN if match.expected is None else PROVEN
         if proof < PROVEN or odds + proof < least or not explains:
             self._far_fits.dismiss()
             return found
