@@ -25,6 +25,7 @@ NEAR = 0.1  # m from the outline of the other scan, at most, of an echo of the s
 MAX_GAP = 0.5  # m between neighbouring echoes of one surface
 WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
+TURNS = np.radians(np.arange(-60.0, 61.0, 2.0))  # by which the heading of a match may be wrong
 FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 
 
@@ -95,6 +96,12 @@ class Recent:
         return _overlaps(
             self._outlines, self._bearings, self._frames, self._newest, self._number, pieces, *away
         )
+
+    def turned(self, match: Match) -> Pose2:
+        """The pose of a match, turned so that its scan overlaps most with the latest one."""
+        found = match.estimate.pose
+        poses = [found @ Pose2(0.0, 0.0, turn) for turn in TURNS]
+        return max(poses, key=lambda pose: self.overlaps(match, pose)[0].prod())
 
     def _sight(self, scan: Scan) -> Sight:
         """What the scan saw; that of a keyframe is needed up to three times."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -31,7 +32,8 @@ OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
 PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
 CERTAIN = 10.0  # nats by which they do so, whatever the map says: a place may have changed
-CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most
+CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most,
+SEEN_OVERLAP = 0.1  # or, if the map contradicts the match, and hardly the correction
 ANY = slice(None)  # of the last scans: each of them may prove a correction
 OLDEST = slice(-2, None)  # of them: these must, where the map contradicts it (see `evidence`)
 SLIGHT = 0.42, 0.2  # m and rad; a larger correction is proven by the latest scan
@@ -108,17 +110,28 @@ class OdometryFailure:
         if not suspected:
             return found
         if worse + self._provable(overlaps) + self.wide.prior_odds(prediction, found) > 0.0:
-            reach = self.wide.reach if _may_be_shown_at_once(overlaps) else SLIGHT_REACH
-            pose, odds = self.wide.best(match, self.wide.around(prediction.pose), reach)
-            corrected = recent.overlaps(match, pose)
-            proof = evidence(overlaps, corrected)
-            if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
-                self.far = not near(found, pose, *SLIGHT)
-                self.sudden = self.far or proof < PROVEN
-                return pose
+            for pose, odds in self._candidates(match, recent, overlaps):
+                corrected = recent.overlaps(match, pose)
+                proof = evidence(overlaps, corrected)
+                if odds + proof > 0.0 and self._accepted(match, pose, overlaps, corrected):
+                    self.far = not near(found, pose, *SLIGHT)
+                    self.sudden = self.far or proof < PROVEN
+                    return pose
         for sign in suspected:
             sign.dismiss()
         return found
+
+    def _candidates(
+        self, match: Match, recent: Recent, overlaps: Array
+    ) -> Iterator[tuple[Pose2, float]]:
+        """Poses at which the scan may have been taken, with their log-odds, nats: where the map
+        shows it best, and where it sees again what the latest scan saw, as round a corner into what
+        the map does not know."""
+        failed = self.wide.around(match.prediction.pose)
+        large = _may_be_shown_at_once(overlaps)
+        yield self.wide.best(match, failed, self.wide.reach if large else SLIGHT_REACH)
+        if large:
+            yield self.wide.climbed(match, failed, recent.turned(match))
 
     def _accepted(self, match: Match, pose: Pose2, overlaps: Array, corrected: Array) -> bool:
         """Whether the map, or the scans before, agree with a correction."""
@@ -127,19 +140,19 @@ class OdometryFailure:
         if not slight and not _shown_at_once(overlaps, corrected):
             return False
         there, here = match.agreement(pose), match.agreement(found)
-        usual = corrected[:, 0].max(initial=0.0) > self._overlap - CORRECTED_OVERLAP
-        proven = usual and evidence(overlaps, corrected, OLDEST) > CERTAIN
+        less = self._overlap - corrected[:, 0].max(initial=0.0)
+        proven = less < CORRECTED_OVERLAP and evidence(overlaps, corrected, OLDEST) > CERTAIN
         if proven and there.explained >= here.explained:
             return True
-        shown = slight and evidence(overlaps, corrected) > PROVEN
+        seen = near(found, pose, *SLIGHT) or less < SEEN_OVERLAP
+        shown = seen and evidence(overlaps, corrected) > PROVEN
         return (shown and self._relieved(here, there)) or self._agrees(there)
 
     def _relieved(self, here: Agreement, there: Agreement) -> bool:
-        """Whether the map contradicts a scan where it was matched, and explains more of it and
-        contradicts no more than usual where it is corrected."""
-        belief, more = self._belief, there.explained - here.explained
-        freed = belief.contradicts_more(here) and not belief.contradicts_more(there)
-        return freed and more > MORE_EXPLAINED
+        """Whether the map contradicts a scan where it was matched, and hardly where it is
+        corrected, and explains more of it there."""
+        relieved = self._belief.contradicts_more(here) and not self._contradicts(there)
+        return relieved and there.explained > here.explained + MORE_EXPLAINED
 
     def _provable(self, overlaps: Array) -> float:
         """Nats by which the last scans may speak for a correction, by how much less than usual they
@@ -169,9 +182,13 @@ class OdometryFailure:
 
     def _agrees(self, agreement: Agreement) -> bool:
         """Whether the map agrees with a scan about as usual."""
-        most = max(MAX_CONTRADICTED, self._belief.contradicted + MORE_CONTRADICTED)
         enough = agreement.explained > AS_USUAL * self._belief.explained
-        return enough and agreement.contradicted <= most
+        return enough and not self._contradicts(agreement)
+
+    def _contradicts(self, agreement: Agreement) -> bool:
+        """Whether the map contradicts more of a scan than doors do."""
+        most = max(MAX_CONTRADICTED, self._belief.contradicted + MORE_CONTRADICTED)
+        return agreement.contradicted > most
 
     def _farther(self, match: Match, recent: Recent) -> Pose2:
         """The pose of the match, or a better one that the scan before proves: near the prediction;

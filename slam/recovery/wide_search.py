@@ -50,8 +50,13 @@ class WideSearch:
         failed  the prediction if the odometry failed
         window  m, m, rad: half its width, if it is smaller than `reach`
         """
+        reach = self.reach if window is None else window
+        start = best_near(match.endpoint, match.scan, failed.pose, reach)
+        return self.climbed(match, failed, start)
+
+    def climbed(self, match: Match, failed: Prediction, start: Pose2) -> tuple[Pose2, float]:
+        """The same of the local maximum near a pose."""
         endpoint, scan = match.endpoint, match.scan
-        start = best_near(endpoint, scan, failed.pose, self.reach if window is None else window)
         pose = self.refine.climb(Posterior(endpoint, scan, failed), start)
         there = _log_probability(endpoint, scan, failed, pose) + math.log(self.rate)
         here = _log_probability(endpoint, scan, match.prediction, match.estimate.pose)
