@@ -186,6 +186,8 @@ def test_a_robot_put_before_rooms_that_it_has_never_seen_does_not_believe_to_be_
         (321, "loop", "slip 0.4 m"),  # the map, at its frontier, explains less than usual
         (319, "office", "slip 90 deg"),  # likewise
         (319, "loop", "slip 45 deg"),  # a large correction that the map does not explain is wrong
+        (506, "loop", "lag 0.4 s"),  # round a corner before new ground
+        (510, "loop", "lag 0.4 s"),  # likewise
         (319, "loop", "jump 0.8 m"),  # another place in the wide window fitted better than the true
         (317, "office", "jump 90 deg"),  # the room looks like itself turned by 90 degrees
     ],
