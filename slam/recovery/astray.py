@@ -191,7 +191,8 @@ class Astray:
         return self._frame.inverse() @ place.pose @ self.keyframes[-1].pose.inverse()
 
     def _attempt(self, scan: Scan, believed: Pose2) -> Attempt:
-        """Find the place of the scan, or the believed one if none is better."""
+        """Find the place of the scan: the best one, if it meets the demands; or the believed one,
+        if none is better and, after a sign that the robot was carried, the map agrees there."""
         found = self._places.all(scan, LEAST_EXPLAINED * self._demands.usual)
         here = self._places.matched(scan, believed)
         new = self._may_be_new(here, self.believed)

@@ -25,7 +25,7 @@ NEAR = 0.1  # m from the outline of the other scan, at most, of an echo of the s
 MAX_GAP = 0.5  # m between neighbouring echoes of one surface
 WIDER = 1.6  # than NEAR at the distance of an echo, to both sides: the angle that is looked through
 RECENT = 5  # keyframes, after one of which the odometry may have failed unnoticed
-TURNS = np.radians(np.arange(-60.0, 61.0, 2.0))  # by which the heading of a match may be wrong
+HEADINGS = np.radians(sorted(range(-60, 61, 2), key=abs))  # rad, by which a match may be wrong
 FRAME = 9  # numbers that tell where a scan was taken, see `_overlaps`
 
 
@@ -89,19 +89,20 @@ class Recent:
         """The change of a scan since the last keyframe, `displacement` before; 0 if not known."""
         return 0.0 if self._last is None else change(self._last, self._sight(scan), displacement)
 
-    def overlaps(self, match: Match, pose: Pose2) -> Array:
-        """(k, 2) overlap of each of the last scans, the latest first, with the scan of a match, if
-        it was taken at `pose`; and the number of its echoes in view."""
+    def overlaps(self, match: Match, pose: Pose2, most: int = RECENT) -> Array:
+        """(k, 2) overlap of each of the last scans, the latest first and at most so many, with the
+        scan of a match, if it was taken at `pose`; and the number of its echoes in view."""
         pieces, away = match.scan.pieces, match.last.between(pose)
         return _overlaps(
-            self._outlines, self._bearings, self._frames, self._newest, self._number, pieces, *away
-        )
+            self._outlines, self._bearings, self._frames, self._newest, min(self._number, most),
+            pieces, *away,
+        )  # fmt: skip
 
-    def turned(self, match: Match) -> Pose2:
-        """The pose of a match, turned so that its scan overlaps most with the latest one."""
-        found = match.estimate.pose
-        poses = [found @ Pose2(0.0, 0.0, turn) for turn in TURNS]
-        return max(poses, key=lambda pose: self.overlaps(match, pose)[0].prod())
+    def as_seen_last(self, match: Match) -> Pose2:
+        """The pose of a match, turned so that the latest scan saw most of the same; by the least
+        of equal turns."""
+        poses = [match.estimate.pose @ Pose2(0.0, 0.0, turn) for turn in HEADINGS]
+        return max(poses, key=lambda pose: round(self.overlaps(match, pose, 1).prod()))
 
     def _sight(self, scan: Scan) -> Sight:
         """What the scan saw; that of a keyframe is needed up to three times."""

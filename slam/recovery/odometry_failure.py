@@ -30,10 +30,10 @@ TURNS, FEW = math.radians(10.0), 10.0  # and, if the robot turned by more, so ma
 # the scan before did not see: its beams end elsewhere on walls at a grazing angle
 OVERLAP_RATE = 0.05  # at which the usual overlap is learned
 ECHO_EVIDENCE = 0.5  # nats of an echo that lies on a surface that a scan before saw
-PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it
-CERTAIN = 10.0  # nats by which they do so, whatever the map says: a place may have changed
+PROVEN = 3.0  # nats by which the scans before must speak for a correction, to prove it,
+CERTAIN = 10.0  # or where the map agrees less than usual: a place may have changed
 CORRECTED_OVERLAP = 0.04  # by which one of them at least then agrees less than usual, at most,
-SEEN_OVERLAP = 0.1  # or, if the map contradicts the match, and hardly the correction
+SEEN_OVERLAP = 0.1  # or, of a large one, if the map contradicts the match, and hardly this one
 ANY = slice(None)  # of the last scans: each of them may prove a correction
 OLDEST = slice(-2, None)  # of them: these must, where the map contradicts it (see `evidence`)
 SLIGHT = 0.42, 0.2  # m and rad; a larger correction is proven by the latest scan
@@ -42,7 +42,7 @@ LESS_OVERLAP = 0.15  # by which an earlier scan agrees less than the last one, a
 AS_USUAL = 0.85  # of the usual share, at least, that the map explains at a pose in that window
 MAX_CONTRADICTED = 0.12  # share of the echoes, at most, that it contradicts there,
 MORE_CONTRADICTED = 0.05  # or more than usual, at most
-MORE_EXPLAINED = 0.1  # or share that is explained there and not where the scan was matched
+MORE_EXPLAINED = 0.1  # share, at least, that it explains more there, if it contradicts the match
 STRAIGHT = 0.15, 0.15, 0.5  # m, m, rad: deviations of a motion straight on, or as before
 NEARBY = 0.3, 0.3, 1.0  # m, m, rad: the window in which one as before is searched for
 AGREES = 0.3  # share of a scan that the one before, if that is far away, saw too: nothing failed
@@ -96,7 +96,7 @@ class OdometryFailure:
         return self._searched(match, recent) if match.continuous else self._after_gap(match)
 
     def _searched(self, match: Match, recent: Recent) -> Pose2:
-        """The pose of the match, or a better one of the wide window."""
+        """The pose of the match, or a better one."""
         found, prediction = match.estimate.pose, match.prediction
         worse = self._worse(match.scan, match.estimate)
         overlaps = recent.overlaps(match, found)
@@ -131,27 +131,28 @@ class OdometryFailure:
         large = _may_be_shown_at_once(overlaps)
         yield self.wide.best(match, failed, self.wide.reach if large else SLIGHT_REACH)
         if large:
-            yield self.wide.climbed(match, failed, recent.turned(match))
+            yield self.wide.best_at(match, failed, recent.as_seen_last(match))
 
     def _accepted(self, match: Match, pose: Pose2, overlaps: Array, corrected: Array) -> bool:
         """Whether the map, or the scans before, agree with a correction."""
         found = match.estimate.pose
-        slight = near(found, pose, *SLIGHT) or not _may_be_shown_at_once(overlaps)
-        if not slight and not _shown_at_once(overlaps, corrected):
+        slight = near(found, pose, *SLIGHT)
+        silent = len(overlaps) >= RECENT and not _may_be_shown_at_once(overlaps)
+        if not (slight or silent or _shown_at_once(overlaps, corrected)):
             return False
         there, here = match.agreement(pose), match.agreement(found)
         less = self._overlap - corrected[:, 0].max(initial=0.0)
         proven = less < CORRECTED_OVERLAP and evidence(overlaps, corrected, OLDEST) > CERTAIN
         if proven and there.explained >= here.explained:
             return True
-        seen = near(found, pose, *SLIGHT) or less < SEEN_OVERLAP
+        seen = slight or less < SEEN_OVERLAP
         shown = seen and evidence(overlaps, corrected) > PROVEN
         return (shown and self._relieved(here, there)) or self._agrees(there)
 
     def _relieved(self, here: Agreement, there: Agreement) -> bool:
         """Whether the map contradicts a scan where it was matched, and hardly where it is
         corrected, and explains more of it there."""
-        relieved = self._belief.contradicts_more(here) and not self._contradicts(there)
+        relieved = self._belief.contradicts_more(here) and not self._contradicts_much(there)
         return relieved and there.explained > here.explained + MORE_EXPLAINED
 
     def _provable(self, overlaps: Array) -> float:
@@ -183,9 +184,9 @@ class OdometryFailure:
     def _agrees(self, agreement: Agreement) -> bool:
         """Whether the map agrees with a scan about as usual."""
         enough = agreement.explained > AS_USUAL * self._belief.explained
-        return enough and not self._contradicts(agreement)
+        return enough and not self._contradicts_much(agreement)
 
-    def _contradicts(self, agreement: Agreement) -> bool:
+    def _contradicts_much(self, agreement: Agreement) -> bool:
         """Whether the map contradicts more of a scan than doors do."""
         most = max(MAX_CONTRADICTED, self._belief.contradicted + MORE_CONTRADICTED)
         return agreement.contradicted > most
@@ -206,11 +207,13 @@ class OdometryFailure:
         motion, window, least = match.expected, NEARBY, PROVEN
         if motion is None:
             driven = math.dist(match.last[:2], match.prediction.pose[:2])
-            motion, window, least = Pose2(driven, 0.0, 0.0), self.wide.reach, CERTAIN
+            motion, window, least = Pose2(driven, 0.0, 0.0), None, CERTAIN
         other = Prediction(match.last @ motion, Pose2(), np.array(STRAIGHT))
         wide = self.wide.around(match.prediction.pose)
-        places = self.wide.best(match, other, window), self.wide.best(match, wide)
-        pose, odds = max(places, key=lambda place: place[1])
+        pose, odds = self.wide.best(match, other, window)
+        elsewhere, odds_there = self.wide.best(match, wide)
+        if odds_there > odds:
+            pose, odds, least = elsewhere, odds_there, CERTAIN
         proof = _gained(overlaps, recent.overlaps(match, pose))
         explains = match.agreement(pose).explained >= match.agreement(found).explained
         if proof < PROVEN or odds + proof < least or not explains:

@@ -52,10 +52,10 @@ class WideSearch:
         """
         reach = self.reach if window is None else window
         start = best_near(match.endpoint, match.scan, failed.pose, reach)
-        return self.climbed(match, failed, start)
+        return self.best_at(match, failed, start)
 
-    def climbed(self, match: Match, failed: Prediction, start: Pose2) -> tuple[Pose2, float]:
-        """The same of the local maximum near a pose."""
+    def best_at(self, match: Match, failed: Prediction, start: Pose2) -> tuple[Pose2, float]:
+        """The same of the local maximum near `start`."""
         endpoint, scan = match.endpoint, match.scan
         pose = self.refine.climb(Posterior(endpoint, scan, failed), start)
         there = _log_probability(endpoint, scan, failed, pose) + math.log(self.rate)

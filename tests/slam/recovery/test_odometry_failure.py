@@ -1,8 +1,12 @@
 """What tells a failure of the odometry from a place that has changed."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from slam.geometry import Pose2
+from slam.recovery.agreement import Agreement
 from slam.recovery.continuity import RECENT
 from slam.recovery.lost_belief import LostBelief
 from slam.recovery.odometry_failure import OLDEST, OdometryFailure, _shown_at_once, evidence
@@ -80,3 +84,44 @@ def test_a_person_who_walks_along_proves_nothing_to_the_oldest_scans():
     found, along = seen(0.83, 0.82, 0.79, 0.79, 0.78), seen(1.0, 0.99, 0.89, 0.8, 0.79)
     assert evidence(found, along) > 8.0
     assert evidence(found, along, OLDEST) < 1.0
+
+
+HERE, NEAR, FAR = Pose2(), Pose2(0.3), Pose2(0.8)
+USUALLY, LITTLE = Agreement(0.9, 0.02), Agreement(0.5, 0.02)
+CONTRADICTED = Agreement(0.3, 0.3)
+AGREEING, PROVING = seen(0.96, 0.9, 0.85, 0.8, 0.8), seen(0.97, 0.97, 0.97, 0.97, 0.97)
+
+
+def accepted(
+    failure: OdometryFailure, pose: Pose2, there: Agreement, overlaps: np.ndarray, corrected
+) -> bool:
+    """Whether a match that the map contradicts is corrected to where it agrees so well."""
+    match = SimpleNamespace(
+        estimate=SimpleNamespace(pose=HERE),
+        agreement=lambda at: CONTRADICTED if at == HERE else there,
+    )
+    return failure._accepted(match, pose, overlaps, corrected)
+
+
+def test_a_large_correction_must_be_shown_by_the_latest_scan_if_it_can(failure):
+    assert not accepted(failure, FAR, USUALLY, seen(*[0.5] * RECENT), seen(*[0.55] * RECENT))
+    assert accepted(failure, FAR, USUALLY, seen(*[0.5] * RECENT), PROVING)
+    assert accepted(failure, FAR, USUALLY, AGREEING, PROVING)  # it cannot: too much agrees with it
+    assert not accepted(failure, FAR, USUALLY, np.empty((0, 2)), np.empty((0, 2)))
+    assert accepted(failure, NEAR, USUALLY, np.empty((0, 2)), np.empty((0, 2)))
+
+
+@pytest.mark.parametrize(
+    ("pose", "there", "best", "taken"),
+    [
+        (NEAR, LITTLE, 0.75, True),
+        (NEAR, Agreement(0.35, 0.02), 0.75, False),  # hardly more is explained
+        (NEAR, Agreement(0.5, 0.2), 0.75, False),  # it is contradicted there, too
+        (NEAR, LITTLE, 0.52, False),  # no scan before proves it
+        (FAR, LITTLE, 0.92, True),  # one of them saw nearly as much as usual
+        (FAR, LITTLE, 0.75, False),
+    ],
+)
+def test_a_correction_is_taken_where_the_map_stops_contradicting(failure, pose, there, best, taken):
+    found, corrected = seen(*[0.5] * RECENT), seen(best, *[0.5] * (RECENT - 1))
+    assert accepted(failure, pose, there, found, corrected) == taken
