@@ -26,7 +26,16 @@ from scripts.bench.suites import faults
 from slam.episode import Episode
 from slam.geometry import Pose2
 from slam.graph import loops
-from slam.recovery import astray, drawn_before, lost_belief, odometry_failure, rivals, signs, watch
+from slam.recovery import (
+    astray,
+    continuity,
+    drawn_before,
+    lost_belief,
+    odometry_failure,
+    rivals,
+    signs,
+    watch,
+)
 
 SUITE = range(350, 352)  # seeds, on which the rules were made
 ANY = range(5000, 5056)
@@ -66,6 +75,12 @@ RULES: Mapping[str, Rule] = {
     ),
     "odometry that jumps, scans far apart": Rule(
         odometry_failure.OdometryFailure, "_farther", _found
+    ),
+    "the map stops contradicting": Rule(
+        odometry_failure.OdometryFailure, "_relieved", _nothing(False)
+    ),
+    "the heading by the latest scan": Rule(
+        continuity.Recent, "as_seen_last", lambda _, match: match.estimate.pose
     ),
     "a gap: the odometry is believed": Rule(odometry_failure.OdometryFailure, "_after_gap", _found),
     "only the map tells": Rule(signs, "TURNED", NEVER),
