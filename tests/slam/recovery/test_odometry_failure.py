@@ -1,6 +1,6 @@
 """What tells a failure of the odometry from a place that has changed."""
 
-from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -96,10 +96,9 @@ def accepted(
     failure: OdometryFailure, pose: Pose2, there: Agreement, overlaps: np.ndarray, corrected
 ) -> bool:
     """Whether a match that the map contradicts is corrected to where it agrees so well."""
-    match = SimpleNamespace(
-        estimate=SimpleNamespace(pose=HERE),
-        agreement=lambda at: CONTRADICTED if at == HERE else there,
-    )
+    match = mock.Mock()
+    match.estimate.pose = HERE
+    match.agreement = lambda at: CONTRADICTED if at == HERE else there
     return failure._accepted(match, pose, overlaps, corrected)
 
 
