@@ -177,3 +177,11 @@ def test_a_robot_that_turns_quickly_sees_much_the_same():
     recent.add(keyframe(Pose2(), Pose2(), Pose2()))
     recent.add(keyframe(Pose2(), turned, turned))
     assert len(recent.overlaps(keyframe(turned, turned, turned), turned)) == 2
+
+
+def test_the_latest_scan_tells_by_how_much_the_heading_of_a_match_is_wrong():
+    recent, step, wrong = Recent(), Pose2(0.1), np.radians(-20.0)
+    recent.add(keyframe(Pose2(), Pose2(), Pose2(1.0, 0.5, 0.3)))
+    match = keyframe(Pose2(), step @ Pose2(0.0, 0.0, wrong), Pose2(1.0, 0.5, 0.3) @ step)
+    assert recent.as_seen_last(match).theta == pytest.approx(0.0, abs=0.1)
+    assert recent.as_seen_last(match)[:2] == pytest.approx(step[:2])
